@@ -1,0 +1,188 @@
+"""Rotation algebra on the last axis; every leading axis is free.
+
+A rotation is a unit quaternion q = (w, x, y, z); ``multiply(p, q)`` applies q first, then p.
+Euler angles follow the BVH convention: order "ZXY" means R = Rz Rx Ry, the channel that is
+written first is applied last.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from motiondb.records import FloatArray
+
+IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
+    """Hamilton product p q (q is applied first).
+
+    >>> multiply(np.array([0., 1, 0, 0]), np.array([0., 0, 1, 0]))
+    array([0., 0., 0., 1.])
+    """
+    pw, px, py, pz = np.moveaxis(p, -1, 0)
+    qw, qx, qy, qz = np.moveaxis(q, -1, 0)
+    return np.stack(
+        [
+            pw * qw - px * qx - py * qy - pz * qz,
+            pw * qx + px * qw + py * qz - pz * qy,
+            pw * qy - px * qz + py * qw + pz * qx,
+            pw * qz + px * qy - py * qx + pz * qw,
+        ],
+        axis=-1,
+    )
+
+
+def conjugate(q: FloatArray) -> FloatArray:
+    """The inverse of a unit quaternion."""
+    return q * np.array([1.0, -1.0, -1.0, -1.0], dtype=q.dtype)
+
+
+def rotate(q: FloatArray, v: FloatArray) -> FloatArray:
+    """Turn the vectors v (..., 3) by q (..., 4).
+
+    >>> rotate(from_euler([90.0], "Y"), np.array([0., 0, 1])).round(6) + 0.0
+    array([1., 0., 0.])
+    """
+    t = 2.0 * np.cross(q[..., 1:], v)
+    return v + q[..., :1] * t + np.cross(q[..., 1:], t)
+
+
+def normalize(v: FloatArray) -> FloatArray:
+    """Scale the last axis to length 1; a zero vector stays zero."""
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    return v / np.where(length > 1e-12, length, 1.0)
+
+
+def from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> FloatArray:
+    """Rotation by ``angle`` (...), radians, about the unit vectors ``axis`` (..., 3)."""
+    half = np.asarray(angle, dtype=float)[..., None] / 2.0
+    vector = np.sin(half) * np.asarray(axis)
+    return np.concatenate([np.broadcast_to(np.cos(half), (*vector.shape[:-1], 1)), vector], axis=-1)
+
+
+def exp(r: FloatArray) -> FloatArray:
+    """Quaternion of the rotation vectors r (..., 3), radians.
+
+    >>> exp(np.array([np.pi, 0, 0])).round(6) + 0.0
+    array([0., 1., 0., 0.])
+    """
+    angle = np.linalg.norm(r, axis=-1, keepdims=True)
+    return np.concatenate([np.cos(angle / 2), 0.5 * np.sinc(angle / (2 * np.pi)) * r], axis=-1)
+
+
+def log(q: FloatArray) -> FloatArray:
+    """Rotation vectors (..., 3), radians, length at most pi; the inverse of :func:`exp`."""
+    q = np.where(q[..., :1] < 0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, q[..., :1])
+    return q[..., 1:] * np.where(sine > 1e-9, angle / np.where(sine > 1e-9, sine, 1.0), 2.0)
+
+
+def from_euler(angles: ArrayLike, order: str) -> FloatArray:
+    """Quaternion of Euler angles (..., n), degrees, about the axes named in ``order`` (n letters).
+
+    R = R_order[0](angles[0]) R_order[1](angles[1]) ..., the BVH convention.
+    """
+    half = np.deg2rad(np.asarray(angles, dtype=float)) / 2.0
+    cosine, sine = np.cos(half), np.sin(half)
+    q = np.broadcast_to(IDENTITY, (*half.shape[:-1], 4))
+    for n, axis in enumerate(order.upper()):
+        turn = np.zeros((*half.shape[:-1], 4))
+        turn[..., 0] = cosine[..., n]
+        turn[..., 1 + "XYZ".index(axis)] = sine[..., n]
+        q = turn if n == 0 else multiply(q, turn)
+    return q
+
+
+def to_euler(q: FloatArray, order: str) -> FloatArray:
+    """Euler angles (..., 3), degrees, for three different axes; the inverse of :func:`from_euler`.
+
+    At gimbal lock (middle angle +-90 degrees) the last angle is set to 0.
+    """
+    i, j, k = ("XYZ".index(axis) for axis in order.upper())
+    sign = 1.0 if (j - i) % 3 == 1 else -1.0
+    m = to_matrix(q)
+    s = np.clip(sign * m[..., i, k], -1.0, 1.0)
+    middle = np.arcsin(s)
+    locked = np.abs(s) > 1.0 - 1e-10
+    first = np.where(
+        locked,
+        np.arctan2(sign * m[..., k, j], m[..., j, j]),
+        np.arctan2(-sign * m[..., j, k], m[..., k, k]),
+    )
+    last = np.where(locked, 0.0, np.arctan2(-sign * m[..., i, j], m[..., i, i]))
+    return np.rad2deg(np.stack([first, middle, last], axis=-1))
+
+
+def to_matrix(q: FloatArray) -> FloatArray:
+    """Rotation matrices (..., 3, 3), columns are the turned axes."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    return np.stack(
+        [
+            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=-1),
+            np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=-1),
+            np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1),
+        ],
+        axis=-2,
+    )
+
+
+def from_matrix(m: FloatArray) -> FloatArray:
+    """Quaternions of rotation matrices (..., 3, 3), by the largest of the four components."""
+    d = np.einsum("...ii->...i", m)
+    trace = d.sum(-1)
+    sums = np.stack(
+        [1 + trace, 1 + 2 * d[..., 0] - trace, 1 + 2 * d[..., 1] - trace, 1 + 2 * d[..., 2] - trace],
+        axis=-1,
+    )
+    a = m[..., 2, 1] - m[..., 1, 2]
+    b = m[..., 0, 2] - m[..., 2, 0]
+    c = m[..., 1, 0] - m[..., 0, 1]
+    xy = m[..., 0, 1] + m[..., 1, 0]
+    xz = m[..., 0, 2] + m[..., 2, 0]
+    yz = m[..., 1, 2] + m[..., 2, 1]
+    rows = np.stack(
+        [
+            np.stack([sums[..., 0], a, b, c], axis=-1),
+            np.stack([a, sums[..., 1], xy, xz], axis=-1),
+            np.stack([b, xy, sums[..., 2], yz], axis=-1),
+            np.stack([c, xz, yz, sums[..., 3]], axis=-1),
+        ],
+        axis=-2,
+    )
+    best = np.argmax(sums, axis=-1)[..., None, None]
+    return normalize(np.take_along_axis(rows, best, axis=-2)[..., 0, :])
+
+
+def between(u: FloatArray, v: FloatArray) -> FloatArray:
+    """The smallest rotation that turns direction u into direction v (both (..., 3)).
+
+    For opposite directions, half a turn about an axis at right angles to u.
+    """
+    u, v = normalize(u), normalize(v)
+    w = 1.0 + np.sum(u * v, axis=-1, keepdims=True)
+    least = np.eye(3)[np.argmin(np.abs(u), axis=-1)]
+    axis = np.where(w > 1e-8, np.cross(u, v), np.cross(u, least))
+    return normalize(np.concatenate([np.where(w > 1e-8, w, 0.0), axis], axis=-1))
+
+
+def twist(q: FloatArray, axis: FloatArray) -> FloatArray:
+    """The part of q that turns about the unit vector ``axis``: q = swing twist."""
+    along = np.sum(q[..., 1:] * axis, axis=-1, keepdims=True)
+    t = np.concatenate([q[..., :1], along * axis], axis=-1)
+    length = np.linalg.norm(t, axis=-1, keepdims=True)
+    return np.where(length > 1e-9, t / np.where(length > 1e-9, length, 1.0), IDENTITY)
+
+
+def slerp(p: FloatArray, q: FloatArray, t: ArrayLike) -> FloatArray:
+    """Shortest-arc interpolation from p (t = 0) to q (t = 1); t (...) without the last axis."""
+    return multiply(p, exp(np.asarray(t)[..., None] * log(multiply(conjugate(p), q))))
+
+
+def unroll(q: FloatArray) -> FloatArray:
+    """Choose the signs of quaternions (frames, ..., 4) so that neighbours in time never flip."""
+    dots = np.sum(q[1:] * q[:-1], axis=-1)
+    signs = np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)
+    return np.concatenate([q[:1], q[1:] * signs[..., None]], axis=0).astype(q.dtype)

@@ -1,0 +1,219 @@
+"""The frozen records that the stages hand to one another.
+
+World frame everywhere: right-handed, y up, metres, seconds. Rotations are unit quaternions
+(w, x, y, z). Frame intervals are half-open, [start, end). ``parents`` holds -1 for the root and
+every parent stands before its children.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Float32Array = NDArray[np.float32]
+IntArray = NDArray[np.int64]
+
+MOTION_FPS = 30.0
+"""Frames per second of every canonical :class:`Motion`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """Joints of one capture file, as the file has them.
+
+    Attributes
+    ----------
+    names : joint names, in file order; parents come before children.
+    parents : array (joints,), index of the parent, -1 for the root.
+    offsets : array (joints, 3), metres, from the parent in the parent's frame at zero rotation.
+    end_sites : (joint, (x, y, z)) for every end site, metres in that joint's frame.
+    channels : per joint the names of its channels in file order, in BVH spelling
+        ("Xposition", "Zrotation", ...); empty where a joint has none.
+    """
+
+    names: tuple[str, ...]
+    parents: IntArray
+    offsets: FloatArray
+    end_sites: tuple[tuple[int, tuple[float, float, float]], ...] = ()
+    channels: tuple[tuple[str, ...], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """One capture, on its own skeleton and at its own frame rate.
+
+    Attributes
+    ----------
+    skeleton : see :class:`Skeleton`.
+    fps : frames per second.
+    local_rotations : array (frames, joints, 4), unit quaternions w, x, y, z, relative to the parent.
+    root_positions : array (frames, 3), metres, world frame, y up.
+    joint_positions : array (frames, joints, 3) or None; where a file moves joints below the root,
+        the translation of each joint in its parent's frame, metres, in place of ``offsets``
+        (the root's row repeats ``root_positions``).
+    format : "bvh", "amc", "deepmimic", "amass" or "c3d".
+    unit : metres per length unit of the file.
+    notes : sentences about what the reader found odd and how it dealt with it.
+    """
+
+    skeleton: Skeleton
+    fps: float
+    local_rotations: FloatArray
+    root_positions: FloatArray
+    joint_positions: FloatArray | None = None
+    format: str = "bvh"
+    unit: float = 1.0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.root_positions)
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds, every frame lasting 1 / fps."""
+        return self.n_frames / self.fps
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A motion on the canonical body (``motiondb.pose.body``) at 30 frames a second.
+
+    Attributes
+    ----------
+    local_rotations : array (frames, joints of the body, 4), float32, w, x, y, z.
+    root_positions : array (frames, 3), float32, metres on the standard body (the performer's
+        positions scaled by standard leg length / performer's leg length), feet on y = 0.
+    leg_length : the performer's leg length, hip to ankle, metres.
+    notes : sentences about what was mended on the way.
+    """
+
+    local_rotations: Float32Array
+    root_positions: Float32Array
+    leg_length: float = 0.8
+    notes: tuple[str, ...] = ()
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.root_positions)
+
+
+@dataclass(frozen=True, order=True)
+class Segment:
+    """A half-open interval of frames, [start, end), of one capture."""
+
+    start: int
+    end: int
+
+
+@dataclass(frozen=True, eq=False)
+class MotionSymbols:
+    """A set of left-to-right Gaussian HMMs with diagonal covariances, padded to the longest.
+
+    State k of symbol s exists where k < n_states[s]. A symbol starts in state 0; from state k it
+    stays with probability ``self_loops[s, k]`` and goes to k + 1 (out of the symbol from the last
+    state) with 1 - self_loops[s, k].
+
+    Attributes
+    ----------
+    n_states : array (symbols,), int64.
+    self_loops : array (symbols, max states), probability; 0 in the padding.
+    means : array (symbols, max states, dimensions), feature units; 0 in the padding.
+    covars : array (symbols, max states, dimensions), variances; 1 in the padding.
+    """
+
+    n_states: IntArray
+    self_loops: FloatArray
+    means: FloatArray
+    covars: FloatArray
+
+    @property
+    def n_symbols(self) -> int:
+        """Number of symbols."""
+        return len(self.n_states)
+
+
+@dataclass(frozen=True)
+class Caption:
+    """Words that a person wrote about a capture or a part of it (seconds; None: the whole)."""
+
+    words: str
+    start: float | None = None
+    end: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class CaptureInfo:
+    """A row of the catalogue.
+
+    Attributes
+    ----------
+    capture_id : number in the store.
+    name : path below the added folder without its ending, such as ``16/16_01``.
+    sha256 : digest of the file's bytes (and of its skeleton file's), hexadecimal.
+    format : as in :class:`Clip`; ``kind`` is "captured" or "generated".
+    fps, n_frames, duration : of the file, after what a sheet said; seconds.
+    motion_frames : frames of the canonical motion.
+    leg_length : metres.
+    path : where the file stood when it was added.
+    tags : performer, licence and every further column of the sheet.
+    notes : what the reader found odd.
+    """
+
+    capture_id: int
+    name: str
+    sha256: str
+    format: str
+    kind: str
+    fps: float
+    n_frames: int
+    duration: float
+    motion_frames: int
+    leg_length: float
+    path: str
+    run_id: int
+    tags: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Relation:
+    """How one capture repeats another: kind "same", "mirror" or "cut" (seconds within ``other``)."""
+
+    capture: str
+    other: str
+    kind: str
+    start: float
+    end: float
+    distance: float
+
+
+@dataclass(frozen=True)
+class Run:
+    """What made a derived row: command, parameters, seed and version."""
+
+    run_id: int
+    kind: str
+    parameters: dict[str, object]
+    seed: int | None
+    version: str
+    started: str
+    finished: str | None
+
+
+@dataclass(frozen=True)
+class Match:
+    """One answer to a search: an interval of a capture, in seconds, and why it was found."""
+
+    rank: int
+    capture: str
+    start: float
+    end: float
+    score: float
+    words: tuple[str, ...] = ()
+    reason: str = ""
