@@ -217,3 +217,91 @@ class Match:
     score: float
     words: tuple[str, ...] = ()
     reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentTable:
+    """All segments of all captures with what the symbols say of them, a row a segment.
+
+    Rows are ordered by capture, then start; the segments of a capture tile it.
+
+    Attributes
+    ----------
+    capture_ids, starts, ends : arrays (segments,), int64; frames of the canonical motion.
+    symbols : array (segments,), int64, the arg-max symbol (ties: lowest number).
+    log_likelihoods : array (segments,), of that symbol, nats per frame.
+    backgrounds : array (segments,), of the background model, nats per frame.
+    scores : array (segments, symbols), float32, log-likelihood under every symbol, nats per frame.
+    """
+
+    capture_ids: IntArray
+    starts: IntArray
+    ends: IntArray
+    symbols: IntArray
+    log_likelihoods: FloatArray
+    backgrounds: FloatArray
+    scores: Float32Array
+
+
+@dataclass(frozen=True, eq=False)
+class SymbolSpace:
+    """Where the symbols lie with respect to one another.
+
+    Attributes
+    ----------
+    distances : array (symbols, symbols), nats per frame, symmetric, zero diagonal.
+    variances : array (symbols, symbols), variance of each distance's Monte-Carlo estimate.
+    coordinates : array (symbols, dimensions), from multidimensional scaling.
+    stress : array (tried dimensions,), normalised stress of 1, 2, ... dimensions.
+    clusters : array (symbols,), int64.
+    weights, means, covars : the Gaussian mixture: (clusters,), (clusters, dimensions),
+        (clusters, dimensions, dimensions).
+    """
+
+    distances: FloatArray
+    variances: FloatArray
+    coordinates: FloatArray
+    stress: FloatArray
+    clusters: IntArray
+    weights: FloatArray
+    means: FloatArray
+    covars: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Association:
+    """IBM Model 2 from motion symbols (source) to words (target).
+
+    Attributes
+    ----------
+    words : the vocabulary (lemmas), sorted; column numbers of ``translation``.
+    counts : array (words,), in how many captions each word stands.
+    translation : array (symbols + 1, words), t(word | symbol); row 0 is NULL, row s + 1 symbol s.
+        Rows of symbols that were seen beside words sum to 1.
+    alignment : (l, m) -> array (m, l + 1), a(i | j, l, m), column 0 is NULL, rows sum to 1.
+    log_likelihoods : sum of log P(words | symbols) after every EM step of Model 1, then 2.
+    """
+
+    words: tuple[str, ...]
+    counts: IntArray
+    translation: FloatArray
+    alignment: dict[tuple[int, int], FloatArray]
+    log_likelihoods: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Learning:
+    """Everything that ``learn`` derives from the catalogue; replaced as a whole.
+
+    ``transition_counts`` : array (symbols + 1, symbols + 1), how often symbol column - 1 follows
+    symbol row - 1; row 0 is the begin of a capture, column 0 its end. ``parameters`` : further
+    arrays by name (feature means, projections, word maps), float64.
+    """
+
+    run_id: int
+    symbols: MotionSymbols
+    segments: SegmentTable
+    space: SymbolSpace
+    association: Association
+    transition_counts: FloatArray
+    parameters: dict[str, FloatArray] = field(default_factory=dict)
