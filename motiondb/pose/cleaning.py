@@ -1,0 +1,73 @@
+"""Mending captures whose first frames or single frames are wild.
+
+Three faults occur in the folders of users: a rest pose at the start that the capture software wrote
+before the take (and that rings on for a few frames), frames in which joints leap faster than any
+human moves, and values that are no numbers. Bad frames are replaced by linear interpolation between
+their good neighbours (held at the ends), so times stay as they are; each repair leaves a note.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motiondb.pose import body
+from motiondb.records import FloatArray
+
+MAX_SPEED = 14.0
+"""Metres a second on the standard body above which a joint is not believed."""
+LEAD_SECONDS = 0.5
+"""How long after a leap the take is taken to begin, when the leap stands at the start."""
+
+
+def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray, tuple[str, ...]]:
+    """Replace impossible frames.
+
+    Parameters
+    ----------
+    points : array (frames, joints, 3), metres, world frame.
+    fps : frames a second. leg_length : metres, for the speed limit.
+
+    Returns
+    -------
+    points : the same shape, finite. notes : what was mended.
+    """
+    bad = wild_frames(points, fps, leg_length)
+    if not bad.any() or bad.all():
+        return np.nan_to_num(points), ("no frame moves like a human",) if bad.all() else ()
+    good = np.flatnonzero(~bad)
+    times = np.arange(len(points))
+    flat = points.reshape(len(points), -1)
+    mended = flat.copy()
+    for column in range(flat.shape[1]):
+        mended[bad, column] = np.interp(times[bad], good, flat[good, column])
+    lead = int(good[0])
+    notes = []
+    if lead:
+        notes.append(f"the first {lead} frames leap; the first good frame is held in their place")
+    if (count := int(bad.sum()) - lead) > 0:
+        notes.append(f"{count} frames leap faster than {MAX_SPEED:g} m/s and were interpolated")
+    return mended.reshape(points.shape), tuple(notes)
+
+
+def wild_frames(points: FloatArray, fps: float, leg_length: float) -> np.ndarray:
+    """Frames not to be believed: array (frames,), bool.
+
+    Leaps cut the take into runs of connected frames. The longest run is believed, and so are others
+    that can be reached from it at a possible speed; short runs between leaps are not.
+    """
+    finite = np.isfinite(points).all(axis=(1, 2))
+    if len(points) < 2:
+        return ~finite
+    scale = body.LEG_LENGTH / leg_length
+    step = np.linalg.norm(np.diff(np.nan_to_num(points), axis=0), axis=-1).max(axis=1)
+    leap = (step * scale * fps > MAX_SPEED) | ~finite[1:] | ~finite[:-1]
+    starts = np.concatenate([[0], np.flatnonzero(leap) + 1])
+    ends = np.concatenate([starts[1:], [len(points)]])
+    long_enough = max(3, round(0.1 * fps))
+    bad = ~finite
+    longest = int(np.argmax(ends - starts))
+    for run, (start, end) in enumerate(zip(starts, ends)):
+        leads = run < longest and start < LEAD_SECONDS * fps and end <= LEAD_SECONDS * 2 * fps
+        if run != longest and (end - start < long_enough or leads):
+            bad[start:end] = True
+    return bad
