@@ -16,7 +16,11 @@ from motiondb.records import FloatArray
 MAX_SPEED = 14.0
 """Metres a second on the standard body above which a joint is not believed."""
 LEAD_SECONDS = 0.5
-"""How long after a leap the take is taken to begin, when the leap stands at the start."""
+"""A run of frames that ends within twice this time, cut off by a leap, is a pose before the take."""
+RINGING_SECONDS = 0.3
+"""How long after a leap at the start a filter may ring."""
+RINGING_SPEED = 4.0
+"""Metres a second above which it does."""
 
 
 def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray, tuple[str, ...]]:
@@ -70,4 +74,15 @@ def wild_frames(points: FloatArray, fps: float, leg_length: float) -> np.ndarray
         leads = run < longest and start < LEAD_SECONDS * fps and end <= LEAD_SECONDS * 2 * fps
         if run != longest and (end - start < long_enough or leads):
             bad[start:end] = True
+    if bad[0] and not bad.all():
+        _extend_over_ringing(bad, step * scale * fps, fps)
     return bad
+
+
+def _extend_over_ringing(bad: np.ndarray, speed: FloatArray, fps: float) -> None:
+    """Mark the frames after a leap at the start in which the capture's filter still rings."""
+    first = int(np.argmin(bad))
+    limit = min(first + round(RINGING_SECONDS * fps), len(speed))
+    ringing = np.flatnonzero(speed[first:limit] > RINGING_SPEED)
+    if len(ringing):
+        bad[first : first + int(ringing[-1]) + 1] = True

@@ -47,3 +47,38 @@ def clip_positions(clip: Clip) -> tuple[FloatArray, FloatArray]:
     """World positions (frames, joints, 3), metres, and rotations (frames, joints, 4) of a clip."""
     offsets = clip.skeleton.offsets if clip.joint_positions is None else clip.joint_positions
     return forward(clip.skeleton.parents, offsets, clip.local_rotations, clip.root_positions)
+
+
+def two_bone(
+    hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: FloatArray, ahead: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """World rotations that bring the end of a two-bone chain to a target, keeping its bend plane.
+
+    Parameters
+    ----------
+    hip, knee, ankle : arrays (frames, 3), metres, the chain as it stands.
+    target : array (frames, 3), where the ankle should be; out of reach, it is approached.
+    ahead : array (frames, 3), where the knee points when the chain is straight.
+
+    Returns
+    -------
+    upper, lower : arrays (frames, 4), rotations in the world frame to be applied to the upper and
+        to the lower bone as they stand.
+    """
+    upper_bone, lower_bone = knee - hip, ankle - knee
+    a = np.linalg.norm(upper_bone, axis=-1)
+    b = np.linalg.norm(lower_bone, axis=-1)
+    reach = np.clip(
+        np.linalg.norm(target - hip, axis=-1), np.abs(a - b) + 1e-4, (a + b) * (1.0 - 1e-4)
+    )
+    direction = rotation.normalize(target - hip)
+    chain = rotation.between(ankle - hip, direction)
+    bend = rotation.rotate(chain, knee - (hip + ankle) / 2.0) + 1e-3 * ahead
+    bend = rotation.normalize(bend - np.sum(bend * direction, axis=-1, keepdims=True) * direction)
+    along = (a * a - b * b + reach * reach) / (2.0 * reach)
+    aside = np.sqrt(np.maximum(a * a - along * along, 0.0))
+    new_knee = hip + along[:, None] * direction + aside[:, None] * bend
+    new_ankle = hip + reach[:, None] * direction
+    upper = rotation.between(upper_bone, new_knee - hip)
+    lower = rotation.between(lower_bone, new_ankle - new_knee)
+    return upper, lower

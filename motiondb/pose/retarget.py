@@ -244,6 +244,7 @@ def _fill_missing(points: FloatArray, roles: Mapping[str, int], rotations: Float
         points[:, _I["head"]] = neck + 0.4 * trunk
     for side in "lr":
         elbow, shoulder = points[:, _I[f"{side}_elbow"]], points[:, _I[f"{side}_shoulder"]]
+        points[:, _I[f"{side}_collar"]] = neck + 0.2 * (shoulder - neck)
         if f"{side}_wrist" not in roles:
             points[:, _I[f"{side}_wrist"]] = elbow + 0.9 * (elbow - shoulder)
         points[:, _I[f"{side}_toe"]] = _toe(points, roles, rotations, side)

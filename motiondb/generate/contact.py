@@ -1,0 +1,148 @@
+"""Feet that stand where they stand: contacts found, held, and the legs bent to suit.
+
+A foot is in contact where its ankle and toe are low and slow. Within a contact the ankle is held at
+one place on the ground (the mean over the contact); before and after, the correction fades out over
+``FADE`` frames, so that nothing jumps. Two-bone inverse kinematics brings hip, knee and ankle to the
+corrected place; the foot keeps its own turning in the world, except that the toe may not dig into
+the ground.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.pose import body, kinematics, retarget, rotation
+from motiondb.records import MOTION_FPS, FloatArray, Motion
+
+MAX_HEIGHT = 0.05
+"""Metres over the standing height below which a foot can be in contact."""
+MAX_SPEED = 0.45
+"""Metres a second below which it is."""
+FADE = 6
+_I = body.INDEX
+
+
+def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
+    """Which foot is on the ground: array (frames, 2), left and right.
+
+    positions : array (frames, 21, 3), metres on the standard body, ground at y = 0.
+    """
+    contacts = np.zeros((len(positions), 2), dtype=bool)
+    for foot, side in enumerate("lr"):
+        ankle, toe = positions[:, _I[f"{side}_ankle"]], positions[:, _I[f"{side}_toe"]]
+        low = np.minimum(ankle[:, 1] - body.ANKLE_HEIGHT, toe[:, 1] - 0.02) < MAX_HEIGHT
+        slow = np.minimum(_ground_speed(ankle), _ground_speed(toe)) < MAX_SPEED
+        contacts[:, foot] = _without_flicker(low & slow)
+    return contacts
+
+
+def foot_slip(motion: Motion) -> float:
+    """Mean ground speed of feet in contact, metres a second (0 where there is no contact)."""
+    positions, _ = retarget.motion_positions(motion)
+    contacts = find_contacts(positions)
+    speeds = []
+    for foot, side in enumerate("lr"):
+        ankle, toe = positions[:, _I[f"{side}_ankle"]], positions[:, _I[f"{side}_toe"]]
+        speed = np.minimum(_ground_speed(ankle), _ground_speed(toe))
+        speeds.append(speed[contacts[:, foot]])
+    joined = np.concatenate(speeds)
+    return float(joined.mean()) if len(joined) else 0.0
+
+
+def lock_feet(motion: Motion) -> Motion:
+    """The motion with its feet held while they are in contact; bone lengths stay as they are."""
+    if motion.n_frames < 3:
+        return motion
+    positions, world = retarget.motion_positions(motion)
+    contacts = find_contacts(positions)
+    local = motion.local_rotations.astype(np.float64)
+    for foot, side in enumerate("lr"):
+        hip, knee, ankle, toe = (_I[f"{side}_{j}"] for j in ("hip", "knee", "ankle", "toe"))
+        moved = _corrections(positions[:, ankle], positions[:, toe], contacts[:, foot])
+        target = positions[:, ankle] + moved
+        ahead = rotation.rotate(
+            world[:, 0], np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(target), 3))
+        )
+        upper, lower = kinematics.two_bone(
+            positions[:, hip], positions[:, knee], positions[:, ankle], target, ahead
+        )
+        new_hip = rotation.multiply(upper, world[:, hip])
+        new_knee = rotation.multiply(lower, world[:, knee])
+        local[:, hip] = _relative(world[:, 0], new_hip)
+        local[:, knee] = _relative(new_hip, new_knee)
+        local[:, ankle] = _relative(new_knee, world[:, ankle])
+    return Motion(
+        rotation.unroll(local).astype(np.float32),
+        motion.root_positions,
+        motion.leg_length,
+        motion.notes,
+    )
+
+
+def _corrections(
+    ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_]
+) -> FloatArray:
+    """How far the ankle must move at every frame: array (frames, 3), metres."""
+    n_frames = len(ankle)
+    moved = np.zeros((n_frames, 3))
+    fixed = np.zeros(n_frames, dtype=bool)
+    for start, end in runs(contact):
+        pivot = toe if _path(toe[start:end]) < _path(ankle[start:end]) else ankle
+        place = np.median(pivot[start:end], axis=0)
+        moved[start:end, [0, 2]] = (place - pivot[start:end])[:, [0, 2]]
+        fixed[start:end] = True
+    lowest = np.minimum(ankle[:, 1] - body.ANKLE_HEIGHT, toe[:, 1] - 0.02)
+    moved[:, 1] = np.maximum(-lowest, 0.0)
+    if fixed.any():
+        moved[:, [0, 2]] = _fade(moved[:, [0, 2]], fixed)
+    return moved
+
+
+def _fade(moved: FloatArray, fixed: NDArray[np.bool_]) -> FloatArray:
+    """Corrections between fixed frames: from one to the next, or out to nothing over FADE frames."""
+    frames = np.arange(len(moved))
+    known = np.flatnonzero(fixed)
+    after = np.searchsorted(known, frames)
+    before_at = known[np.clip(after - 1, 0, len(known) - 1)]
+    after_at = known[np.clip(after, 0, len(known) - 1)]
+    left = np.clip(1.0 - (frames - before_at) / FADE, 0.0, 1.0) * (frames >= before_at)
+    right = np.clip(1.0 - (after_at - frames) / FADE, 0.0, 1.0) * (frames <= after_at)
+    left, right = left * left * (3 - 2 * left), right * right * (3 - 2 * right)
+    total = np.maximum(left + right, 1.0)[:, None]
+    blended = (left[:, None] * moved[before_at] + right[:, None] * moved[after_at]) / total
+    return np.where(fixed[:, None], moved, blended)
+
+
+def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Half-open intervals in which the mask holds.
+
+    >>> runs(np.array([True, True, False, True]))
+    [(0, 2), (3, 4)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _without_flicker(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Gaps of up to 2 frames closed, contacts of fewer than 4 frames dropped."""
+    steady = contact.copy()
+    for start, end in runs(~contact):
+        if end - start <= 2 and start > 0 and end < len(contact):
+            steady[start:end] = True
+    for start, end in runs(steady):
+        if end - start < 4:
+            steady[start:end] = False
+    return steady
+
+
+def _ground_speed(place: FloatArray) -> FloatArray:
+    return np.linalg.norm(np.gradient(place[:, [0, 2]], axis=0), axis=-1) * MOTION_FPS
+
+
+def _path(place: FloatArray) -> float:
+    return float(np.linalg.norm(np.diff(place[:, [0, 2]], axis=0), axis=-1).sum())
+
+
+def _relative(parent: FloatArray, world: FloatArray) -> FloatArray:
+    return rotation.multiply(rotation.conjugate(parent), world)

@@ -1,0 +1,81 @@
+"""Motion symbols in series: one left-to-right HMM for a whole sequence.
+
+Notation: symbol k has n_k states with self-loops a; its last state leaves with 1 - a. In the series
+that exit leads to the first state of symbol k + 1 with the same probability, so every row of the
+transition matrix sums to 1 (paper A sets it to 1 and would leave rows that sum to more). The very
+last state keeps the rest for itself in the matrix; its exit probability ends a sampled sequence.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.records import FloatArray, IntArray, MotionSymbols
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """A joined HMM: N states in order.
+
+    Attributes
+    ----------
+    startprob : array (N,). transmat : array (N, N), rows sum to 1.
+    self_loops : array (N,), probability to stay, also in the last state.
+    means, covars : arrays (N, dimensions).
+    positions : array (N,), which symbol of the sequence each state belongs to.
+    """
+
+    startprob: FloatArray
+    transmat: FloatArray
+    self_loops: FloatArray
+    means: FloatArray
+    covars: FloatArray
+    positions: IntArray
+
+
+def join_series(symbols: MotionSymbols, sequence: IntArray) -> Series:
+    """Put the HMMs of a symbol sequence (length >= 1) in series."""
+    counts = symbols.n_states[sequence]
+    picks = [(s, k) for s, n in zip(sequence, counts) for k in range(n)]
+    rows, states = np.array(picks).T
+    self_loops = symbols.self_loops[rows, states]
+    n = len(rows)
+    transmat = np.diag(self_loops)
+    transmat[np.arange(n - 1), np.arange(1, n)] = 1.0 - self_loops[:-1]
+    transmat[-1, -1] = 1.0
+    startprob = np.zeros(n)
+    startprob[0] = 1.0
+    return Series(
+        startprob,
+        transmat,
+        self_loops,
+        symbols.means[rows, states],
+        symbols.covars[rows, states],
+        np.repeat(np.arange(len(sequence)), counts),
+    )
+
+
+def expected_durations(series: Series) -> IntArray:
+    """Frames that each state lasts: array (N,), the rounded mean 1 / (1 - self-loop), at least 1.
+
+    Rounding errors are carried on, so that the total stays right.
+    """
+    mean = 1.0 / np.maximum(1.0 - series.self_loops, 1e-3)
+    ends = np.round(np.cumsum(mean)).astype(np.int64)
+    return np.maximum(np.diff(ends, prepend=0), 1)
+
+
+def sample_states(series: Series, rng: np.random.Generator) -> IntArray:
+    """A Monte-Carlo walk through the states: array (frames,), from the first state out of the last."""
+    durations = rng.geometric(np.maximum(1.0 - series.self_loops, 1e-3))
+    return np.repeat(np.arange(len(durations)), durations)
+
+
+def sample_outputs(
+    series: Series, states: IntArray, rng: np.random.Generator
+) -> FloatArray:
+    """Monte-Carlo outputs (frames, dimensions): every frame by itself, as paper A prints it."""
+    noise = rng.normal(size=(len(states), series.means.shape[1]))
+    return series.means[states] + np.sqrt(series.covars[states]) * noise

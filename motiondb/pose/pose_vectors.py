@@ -1,0 +1,114 @@
+"""What generation models: a vector per frame from which rotations and the path come back.
+
+Notation, per frame: h pelvis height (metres); v planar velocity of the pelvis to the next frame in
+the frame of the heading (x left, z ahead; metres a second); w turning to the next frame (radians a
+second); r_j = log(mean_j^-1 q_j) the rotation vector of joint j about its mean local rotation
+(the pelvis relative to the heading). The vector is [h, v_x, v_z, w, r_0, r_1, ...] over the joints
+that turn. :func:`from_vectors` integrates w and v, so it gives the motion back exactly, up to the
+start's place and heading.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motiondb.pose import body, features, retarget, rotation
+from motiondb.records import MOTION_FPS, FloatArray, Motion
+
+FIXED = ("head", "l_wrist", "r_wrist", "l_toe", "r_toe")
+"""Joints that keep their rest rotation on the canonical body."""
+TURNING = np.array([n for n, joint in enumerate(body.JOINTS) if joint not in FIXED])
+N_VALUES = 4 + 3 * len(TURNING)
+_UP = np.array([0.0, 1.0, 0.0])
+
+
+def yaw(angle: FloatArray) -> FloatArray:
+    """Rotations about the vertical, angle (...), radians -> (..., 4)."""
+    return rotation.from_axis_angle(_UP, angle)
+
+
+def mean_rotations(rotations: FloatArray) -> FloatArray:
+    """Mean rotation of every joint: array (frames, joints, 4) -> (joints, 4).
+
+    The eigenvector of the largest eigenvalue of the sum of q q^T (Markley et al., 2007).
+    """
+    moments = np.einsum("tja,tjb->jab", rotations, rotations)
+    vectors = np.linalg.eigh(moments)[1][..., -1]
+    return vectors * np.where(vectors[:, :1] < 0, -1.0, 1.0)
+
+
+def heading_rotations(motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Local rotations (frames, 21, 4), the pelvis relative to the heading; and headings (frames,)."""
+    _, world = retarget.motion_positions(motion)
+    heading = features.headings(world)
+    local = motion.local_rotations.astype(np.float64)
+    local[:, 0] = rotation.multiply(yaw(-heading), local[:, 0])
+    return local, heading
+
+
+def to_path(motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Path values (frames, 4), [h, v_x, v_z, w], and local rotations (frames, 21, 4).
+
+    The pelvis's rotation is relative to the heading; the last step repeats the one before.
+    """
+    local, heading = heading_rotations(motion)
+    root = motion.root_positions.astype(np.float64)
+    step = np.diff(root, axis=0, append=root[-1:]) * MOTION_FPS
+    turning = np.diff(heading, append=heading[-1:]) * MOTION_FPS
+    if len(root) > 1:
+        step[-1], turning[-1] = step[-2], turning[-2]
+    planar = rotation.rotate(yaw(-heading), step)
+    path = np.stack([root[:, 1], planar[:, 0], planar[:, 2], turning], axis=1)
+    return path, local
+
+
+def from_path(
+    path: FloatArray,
+    local: FloatArray,
+    start: tuple[float, float] = (0.0, 0.0),
+    heading: float = 0.0,
+    leg_length: float = body.LEG_LENGTH,
+) -> Motion:
+    """The motion of path values and heading-relative rotations; inverse of :func:`to_path`.
+
+    Parameters
+    ----------
+    start : where the pelvis begins on the ground, (x, z), metres.
+    heading : radians about y at the first frame.
+    leg_length : metres, recorded in the motion.
+    """
+    turns = heading + np.concatenate([[0.0], np.cumsum(path[:-1, 3]) / MOTION_FPS])
+    planar = np.zeros((len(path), 3))
+    planar[:, [0, 2]] = path[:, 1:3]
+    steps = rotation.rotate(yaw(turns), planar) / MOTION_FPS
+    root = np.concatenate([np.zeros((1, 3)), np.cumsum(steps[:-1], axis=0)])
+    root += np.array([start[0], 0.0, start[1]])
+    root[:, 1] = path[:, 0]
+    world = local.copy()
+    world[:, 0] = rotation.multiply(yaw(turns), local[:, 0])
+    return Motion(
+        local_rotations=rotation.unroll(world).astype(np.float32),
+        root_positions=root.astype(np.float32),
+        leg_length=leg_length,
+    )
+
+
+def to_vectors(motion: Motion, means: FloatArray) -> FloatArray:
+    """Vectors (frames, 52) of a motion about the mean rotations (21, 4)."""
+    path, local = to_path(motion)
+    relative = rotation.multiply(rotation.conjugate(means)[TURNING], local[:, TURNING])
+    return np.concatenate([path, rotation.log(relative).reshape(len(path), -1)], axis=1)
+
+
+def from_vectors(
+    vectors: FloatArray,
+    means: FloatArray,
+    start: tuple[float, float] = (0.0, 0.0),
+    heading: float = 0.0,
+    leg_length: float = body.LEG_LENGTH,
+) -> Motion:
+    """The motion of vectors (frames, 52), from a start on the ground (x, z) metres and a heading."""
+    local = np.tile(rotation.IDENTITY, (len(vectors), len(body.JOINTS), 1))
+    turned = rotation.exp(vectors[:, 4:].reshape(len(vectors), -1, 3))
+    local[:, TURNING] = rotation.multiply(means[TURNING], turned)
+    return from_path(vectors[:, :4], local, start, heading, leg_length)

@@ -1,0 +1,181 @@
+"""Which intervals show what the words ask for.
+
+Every capture is looked at through windows around its segments; the word map gives each window the
+log-odds of each asked word. An *action* is one or more words said of the same interval ("turn
+left"); its value at a window is the mean of its words' log-odds. Actions asked in order must be
+found in order: a dynamic program picks one segment for every action, each after the one before,
+with the largest total. Around its peak an action's interval grows over the neighbouring segments
+that say the same more than half as strongly as the peak does compared with the capture's floor.
+
+A capture's score is the mean over actions of the log-odds of the action's interval and of the whole
+capture (a caption describes the whole; an interval must be right in itself); words that a person
+wrote about the capture count as evidence beside the motion. ``score`` is the probability.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.records import FloatArray, IntArray
+from motiondb.search.score_vectors import interval_vectors
+
+WRITTEN = 4.0
+"""Log-odds that a word written about the interval adds (people rarely write what is not there)."""
+UNWRITTEN = -1.0
+"""Log-odds that a word missing from an existing description adds (descriptions are never whole)."""
+
+
+@dataclass(frozen=True, eq=False)
+class TakeScores:
+    """Log-odds of the vocabulary in one capture.
+
+    Attributes
+    ----------
+    starts, ends : arrays (segments,), frames of the motion.
+    windows : array (segments, words), log-odds in the window around each segment.
+    whole : array (words,), log-odds of the whole capture.
+    """
+
+    starts: IntArray
+    ends: IntArray
+    windows: FloatArray
+    whole: FloatArray
+
+
+@dataclass(frozen=True)
+class Hit:
+    """An answer within one capture: frames [start, end), log-odds, and an interval per action."""
+
+    start: int
+    end: int
+    log_odds: float
+    parts: tuple[tuple[int, int], ...]
+
+    @property
+    def probability(self) -> float:
+        """The log-odds as a probability."""
+        return float(1.0 / (1.0 + np.exp(-self.log_odds)))
+
+
+def window_vectors(
+    standardised: FloatArray, starts: IntArray, ends: IntArray, margin: int
+) -> FloatArray:
+    """Score vectors (segments, symbols) of windows that reach ``margin`` frames beyond a segment."""
+    return interval_vectors(standardised, starts, ends, starts - margin, ends + margin)
+
+
+def written_evidence(
+    n_segments: int,
+    spans: Sequence[tuple[int, int, FloatArray]],
+    starts: IntArray,
+    ends: IntArray,
+    n_words: int,
+) -> FloatArray:
+    """Log-odds (segments, words) that captions add.
+
+    spans : (first frame, last frame, array (words,) of 0/1) for every described interval.
+    """
+    evidence = np.zeros((n_segments, n_words))
+    if not spans:
+        return evidence
+    covered = np.zeros(n_segments, dtype=bool)
+    said = np.zeros((n_segments, n_words), dtype=bool)
+    for low, high, words in spans:
+        inside = (starts < high) & (ends > low)
+        covered |= inside
+        said[inside] |= words.astype(bool)
+    evidence[covered] = UNWRITTEN
+    evidence[said] = WRITTEN
+    return evidence
+
+
+def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | None:
+    """The best interval of one capture for actions in order, or None where there are too few frames.
+
+    Parameters
+    ----------
+    take : log-odds of the words in the capture.
+    actions : per action the numbers of its words; an empty action asks for anything in between.
+    """
+    values = np.stack(
+        [
+            take.windows[:, list(words)].mean(axis=1) if words else np.zeros(len(take.starts))
+            for words in actions
+        ]
+    )
+    peaks = ordered_peaks(values)
+    if peaks is None:
+        return None
+    parts = []
+    for number, peak in enumerate(peaks):
+        low = parts[-1][1] if parts else 0
+        high = peaks[number + 1] if number + 1 < len(peaks) else len(take.starts)
+        parts.append(grow(values[number], peak, low, high))
+    parts = _join_gaps(parts, actions)
+    wholes = [float(take.whole[list(words)].mean()) for words in actions if words]
+    inner = [
+        float(values[k][a:b].max()) for k, (a, b) in enumerate(parts) if actions[k]
+    ]
+    log_odds = float(np.mean([0.5 * i + 0.5 * w for i, w in zip(inner, wholes)]))
+    frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
+    return Hit(frames[0][0], frames[-1][1], log_odds, frames)
+
+
+def ordered_peaks(values: FloatArray) -> list[int] | None:
+    """One segment per action, each after the one before, of largest total value.
+
+    values : array (actions, segments). None where there are fewer segments than actions.
+
+    >>> ordered_peaks(np.array([[0., 5, 1], [9, 1, 2]]))
+    [1, 2]
+    """
+    n_actions, n_segments = values.shape
+    if n_segments < n_actions:
+        return None
+    best = np.full((n_actions, n_segments), -np.inf)
+    back = np.zeros((n_actions, n_segments), dtype=np.int64)
+    best[0] = values[0]
+    for k in range(1, n_actions):
+        top, arg = -np.inf, 0
+        for i in range(1, n_segments):
+            if best[k - 1, i - 1] > top:
+                top, arg = best[k - 1, i - 1], i - 1
+            best[k, i], back[k, i] = top + values[k, i], arg
+    path = [int(np.argmax(best[-1]))]
+    for k in range(n_actions - 1, 0, -1):
+        path.append(int(back[k, path[-1]]))
+    return path[::-1]
+
+
+def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
+    """Segments [a, b) around a peak, within [low, high), at least half as strong as the peak.
+
+    Strength is measured from the capture's lower quartile; where a capture says the same
+    throughout (the peak stands less than one nat above it) the interval is everything allowed.
+    """
+    floor = float(np.quantile(values, 0.25))
+    if values[peak] - floor < 1.0:
+        return low, high
+    threshold = floor + 0.5 * (values[peak] - floor)
+    a = b = peak
+    while a > low and values[a - 1] >= threshold:
+        a -= 1
+    while b + 1 < high and values[b + 1] >= threshold:
+        b += 1
+    return a, b + 1
+
+
+def _join_gaps(
+    parts: list[tuple[int, int]], actions: Sequence[Sequence[int]]
+) -> list[tuple[int, int]]:
+    """An action that asks for anything fills the gap between its neighbours."""
+    joined = list(parts)
+    for k, words in enumerate(actions):
+        if not words and 0 < k < len(parts) - 1:
+            low, high = joined[k - 1][1], joined[k + 1][0]
+            if high > low:
+                joined[k] = (low, high)
+    return joined

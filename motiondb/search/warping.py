@@ -1,0 +1,64 @@
+"""Dynamic time warping of a query to any part of a capture.
+
+Notation: q_i and x_j whitened features, d(i, j) = |q_i - x_j| / sqrt(D). The path may begin and end
+anywhere in x, uses steps (1, 1), (1, 2), (2, 1), so that a part is between half and twice as long as
+the query, and its distance is the mean of d over the query's frames. Source: Mueller, Information
+Retrieval for Music and Motion (2007), chapters 4 and 7.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from motiondb.records import Float32Array
+
+FAR = 1e30
+
+
+def best_part(query: Float32Array, capture: Float32Array) -> tuple[float, int, int]:
+    """Distance, start and end (half-open, frames of ``capture``) of the part most like the query.
+
+    Infinite distance where the capture is too short to hold the query at half its length.
+    """
+    distance, start, end = _subsequence(
+        np.ascontiguousarray(query, dtype=np.float32), np.ascontiguousarray(capture, dtype=np.float32)
+    )
+    return (float("inf") if distance >= FAR else distance), start, end
+
+
+@njit(cache=True, fastmath=True)
+def _subsequence(query, capture):  # type: ignore[no-untyped-def]
+    n, m = len(query), len(capture)
+    local = np.empty((n, m), np.float32)
+    for i in range(n):
+        for j in range(m):
+            total = np.float32(0.0)
+            for d in range(query.shape[1]):
+                difference = query[i, d] - capture[j, d]
+                total += difference * difference
+            local[i, j] = np.sqrt(total / query.shape[1])
+    cost = np.full((n, m), np.float32(FAR))
+    start = np.zeros((n, m), np.int64)
+    for j in range(m):
+        cost[0, j] = local[0, j]
+        start[0, j] = j
+    for i in range(1, n):
+        for j in range(1, m):
+            best = cost[i - 1, j - 1] + local[i, j]
+            origin = start[i - 1, j - 1]
+            if j > 1:
+                c = cost[i - 1, j - 2] + local[i, j]
+                if c < best:
+                    best, origin = c, start[i - 1, j - 2]
+            if i > 1:
+                c = cost[i - 2, j - 1] + local[i - 1, j] + local[i, j]
+                if c < best:
+                    best, origin = c, start[i - 2, j - 1]
+            cost[i, j] = best
+            start[i, j] = origin
+    low, end = np.float32(FAR), 0
+    for j in range(m):
+        if cost[n - 1, j] < low:
+            low, end = cost[n - 1, j], j
+    return low / n, start[n - 1, end], end + 1

@@ -1,0 +1,135 @@
+"""Cutting a capture into segments that tile it: a cost, and apart from it an exact search.
+
+Notation: x_t the context of frame t (mean and spread of the features in a window of one second: a
+single frame does not show what is being done), s_t the speed of the pose at frame t. A segmentation
+0 = c_0 < c_1 < ... < c_n = T costs
+
+    sum_i [ sum_{t in [c_i, c_i+1)} |x_t - mean|^2 + penalty + rest * s(c_i) ]
+
+so that a segment holds one activity and cuts fall where the body moves least. Dynamic programming
+finds the cheapest segmentation with every length in [shortest, longest] exactly, in
+O(T * longest * dimensions) by prefix sums.
+
+The least-squares cost is the one of change-point detection (Truong, Oudre, Vayatis 2020); the
+segments are afterwards cut anew by the symbols themselves (``acquisition``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from motiondb.records import FloatArray, IntArray, Segment
+
+
+@dataclass(frozen=True)
+class SegmentationSettings:
+    """Lengths in feature frames (15 a second); costs in units of one whitened feature squared."""
+
+    shortest: int = 8
+    longest: int = 36
+    window: int = 15
+    penalty: float = 6.0
+    rest: float = 2.0
+
+
+def context(features: FloatArray, window: int) -> FloatArray:
+    """Mean and spread of the features in a centred window, shorter at the ends.
+
+    Parameters
+    ----------
+    features : array (frames, dimensions), whitened.
+    window : frames.
+
+    Returns
+    -------
+    array (frames, 2 * dimensions), scaled so that a column's mean square is about 1 / dimensions.
+    """
+    n_frames, n_dims = features.shape
+    low = np.maximum(np.arange(n_frames) - window // 2, 0)
+    high = np.minimum(np.arange(n_frames) + window // 2 + 1, n_frames)
+    count = (high - low)[:, None]
+    sums = np.concatenate([np.zeros((1, n_dims)), np.cumsum(features, axis=0, dtype=np.float64)])
+    squares = np.concatenate(
+        [np.zeros((1, n_dims)), np.cumsum(np.square(features, dtype=np.float64), axis=0)]
+    )
+    mean = (sums[high] - sums[low]) / count
+    spread = np.sqrt(np.maximum((squares[high] - squares[low]) / count - mean**2, 0.0))
+    return np.concatenate([mean, spread], axis=1) / np.sqrt(n_dims)
+
+
+def pose_speed(features: FloatArray) -> FloatArray:
+    """How fast the features move at every frame, relative to the capture's mean: array (frames,)."""
+    if len(features) < 2:
+        return np.zeros(len(features))
+    speed = np.linalg.norm(np.gradient(features, axis=0), axis=1)
+    return speed / max(float(speed.mean()), 1e-12)
+
+
+def segment(features: FloatArray, settings: SegmentationSettings | None = None) -> list[Segment]:
+    """The cheapest segmentation of one capture: half-open intervals that tile [0, frames).
+
+    Parameters
+    ----------
+    features : array (frames, dimensions), whitened, 15 a second.
+
+    Returns
+    -------
+    list of :class:`Segment`; a capture shorter than ``shortest`` is one segment.
+    """
+    settings = settings or SegmentationSettings()
+    n_frames = len(features)
+    if n_frames == 0:
+        return []
+    if n_frames < 2 * settings.shortest:
+        return [Segment(0, n_frames)]
+    cuts = optimal_cuts(
+        context(np.asarray(features, dtype=np.float64), settings.window),
+        settings.penalty + settings.rest * pose_speed(features),
+        settings.shortest,
+        settings.longest,
+    )
+    return [Segment(int(a), int(b)) for a, b in zip(cuts[:-1], cuts[1:])]
+
+
+def optimal_cuts(
+    values: FloatArray, cut_costs: FloatArray, shortest: int, longest: int
+) -> IntArray:
+    """Cuts 0 = c_0 < ... < c_n = T of least total cost (see the module).
+
+    Parameters
+    ----------
+    values : array (frames, dimensions), what should be constant within a segment.
+    cut_costs : array (frames,), cost of a segment that starts at this frame.
+    shortest, longest : bounds of a segment's length; ``longest`` >= 2 * ``shortest`` - 1, so that
+        every length of at least ``shortest`` can be tiled.
+    """
+    sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
+    squares = np.concatenate([[0.0], np.cumsum(np.sum(values**2, axis=1))])
+    return _cut(sums, squares, cut_costs, shortest, max(longest, 2 * shortest - 1))
+
+
+@njit(cache=True)
+def _cut(sums, squares, cut_costs, shortest, longest):  # type: ignore[no-untyped-def]
+    n_frames = len(squares) - 1
+    best = np.full(n_frames + 1, 1e300)
+    before = np.zeros(n_frames + 1, np.int64)
+    best[0] = 0.0
+    for end in range(shortest, n_frames + 1):
+        for start in range(max(0, end - longest), end - shortest + 1):
+            if best[start] >= 1e300:
+                continue
+            residual = squares[end] - squares[start]
+            for d in range(sums.shape[1]):
+                total = sums[end, d] - sums[start, d]
+                residual -= total * total / (end - start)
+            cost = best[start] + cut_costs[start] + residual
+            if cost < best[end]:
+                best[end] = cost
+                before[end] = start
+    cuts = [n_frames]
+    while cuts[-1] > 0:
+        cuts.append(before[cuts[-1]])
+    return np.array(cuts[::-1])
