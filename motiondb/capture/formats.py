@@ -121,6 +121,12 @@ def read_capture_bytes(
         from motiondb.capture.bvh import read_bvh
 
         return read_bvh(data, path, fps=fps, unit=unit, skip_bad_frames=skip_bad_frames)
+    if kind == "amc":
+        from motiondb.capture.amc import read_amc
+
+        return read_amc(
+            data, path, skeleton, skeleton_path, fps=fps, unit=unit, skip_bad_frames=skip_bad_frames
+        )
     raise CaptureError(path, f"expected a known format, found {kind!r}.")
 
 

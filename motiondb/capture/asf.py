@@ -1,0 +1,283 @@
+"""ASF (Acclaim skeleton file): the body that AMC motions need.
+
+Notation of a bone b: direction d_b and length l_b in the rest pose, axis rotation C_b, degrees of
+freedom (a subset of rx, ry, rz; "dof" tells which values an AMC line holds, in which order). The
+rotation of b is L_b = C_b R(dof) C_b^-1, where R turns about fixed axes in the order of the letters
+of "axis": "XYZ" means R = Rz Ry Rx. In the rest pose all frames are parallel to the world's.
+
+A joint of the clip stands at the *start* of its bone and carries the bone's name; its offset is
+d l of the parent bone (0 below the root); a bone without children ends in an end site.
+Source: Lander, "Working with Motion Capture File Formats", Game Developer, January 1998.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from motiondb.capture.text import Faults, clean_bytes, decode, number
+from motiondb.capture.units import UNITS, find_unit
+from motiondb.errors import CaptureError
+from motiondb.pose import rotation
+from motiondb.records import FloatArray, Skeleton
+
+CMU_LENGTH = 0.45
+"""``length 0.45`` in the units means inches divided by 0.45."""
+_ROOT_ORDER = ("tx", "ty", "tz", "rx", "ry", "rz")
+_JOINT_CHANNELS = ("Zrotation", "Yrotation", "Xrotation")
+_ROOT_CHANNELS = ("Xposition", "Yposition", "Zposition", *_JOINT_CHANNELS)
+
+
+@dataclass
+class Bone:
+    """One bone: vectors in file units, ``axis`` in the file's angle unit."""
+
+    name: str
+    line: int
+    direction: tuple[float, ...] = (0.0, 0.0, 0.0)
+    length: float = 0.0
+    axis: tuple[float, ...] = (0.0, 0.0, 0.0)
+    order: str = "XYZ"
+    dof: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class AcclaimBody:
+    """What an AMC needs of its ASF.
+
+    Attributes
+    ----------
+    skeleton : metres; joint 0 is "root".
+    bones : per joint; the root's ``dof`` is its order of channels.
+    axes : array (joints, 4), quaternions C.
+    root_position : metres, added to the root's translation.
+    unit : metres per length unit.
+    degrees : whether angles are degrees where the AMC does not say.
+    name : of the file, for messages.
+    """
+
+    skeleton: Skeleton
+    bones: tuple[Bone, ...]
+    axes: FloatArray
+    root_position: FloatArray
+    unit: float
+    degrees: bool
+    name: str
+    notes: tuple[str, ...] = ()
+
+
+@dataclass
+class _Raw:
+    """The file while it is read."""
+
+    bones: dict[str, Bone] = field(default_factory=dict)
+    parents: dict[str, str] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    position: tuple[float, ...] = (0.0, 0.0, 0.0)
+    faults: Faults = field(default_factory=list)
+
+
+def read_asf(data: bytes, path: object, *, unit: float | None = None) -> AcclaimBody:
+    """The body in the bytes of an ASF file.
+
+    Parameters
+    ----------
+    data : the file's bytes.
+    path : the file as messages shall name it.
+    unit : metres per length unit; None: from ``length`` in the units, or the size of the body.
+
+    Raises
+    ------
+    CaptureError
+        with all structural faults and their lines.
+    """
+    raw = _read_sections(decode(clean_bytes(data, path)))
+    joints = _order(raw)
+    if raw.faults:
+        raise CaptureError(path, raw.faults)
+    degrees = not raw.units.get("angle", "deg").lower().startswith("rad")
+    bones = tuple(raw.bones[name] for name in joints)
+    skeleton = _skeleton(raw, bones)
+    notes: tuple[str, ...] = ()
+    if unit is None:
+        length = number(raw.units.get("length", "")) or 1.0
+        if abs(length - CMU_LENGTH) < 1e-6:
+            unit = UNITS["cmu"]
+        else:
+            unit, notes = find_unit(skeleton)
+    return AcclaimBody(
+        skeleton=Skeleton(
+            names=skeleton.names,
+            parents=skeleton.parents,
+            offsets=skeleton.offsets * unit,
+            end_sites=tuple(
+                (joint, (x * unit, y * unit, z * unit)) for joint, (x, y, z) in skeleton.end_sites
+            ),
+            channels=skeleton.channels,
+        ),
+        bones=bones,
+        axes=np.array([axis_rotation(bone.axis, bone.order, degrees) for bone in bones]),
+        root_position=np.array(raw.position) * unit,
+        unit=unit,
+        degrees=degrees,
+        name=str(path),
+        notes=notes,
+    )
+
+
+def axis_rotation(angles: tuple[float, ...] | FloatArray, order: str, degrees: bool) -> FloatArray:
+    """Quaternion of turns (..., n) about fixed axes, the first letter of ``order`` first.
+
+    >>> axis_rotation((0.0, 0.0, 90.0), "XYZ", True).round(3)
+    array([0.707, 0.   , 0.   , 0.707])
+    """
+    values = np.asarray(angles, dtype=float)
+    return rotation.from_euler((values if degrees else np.rad2deg(values))[..., ::-1], order[::-1])
+
+
+def _read_sections(text: str) -> _Raw:
+    raw = _Raw()
+    root = raw.bones["root"] = Bone("root", 1, dof=_ROOT_ORDER)
+    section, bone = "", None
+    for line, content in enumerate(text.split("\n"), start=1):
+        words = content.split("#")[0].split()
+        if not words:
+            continue
+        key = words[0].lower()
+        if key.startswith(":"):
+            section = key
+            if section == ":root":
+                root.line = line
+        elif section == ":units" and len(words) > 1:
+            raw.units[key] = words[1]
+        elif section == ":root":
+            _read_root(raw, root, line, words)
+        elif section == ":bonedata":
+            if key == "begin":
+                bone = Bone("", line)
+            elif key == "end":
+                _finish_bone(raw, bone, line)
+                bone = None
+            elif bone is not None:
+                _read_bone(raw, bone, line, words)
+        elif section == ":hierarchy" and key not in ("begin", "end"):
+            _read_children(raw, line, words)
+    if bone is not None:
+        raw.faults.append((bone.line, f"expected 'end' for bone {bone.name!r}, found none."))
+    return raw
+
+
+def _read_root(raw: _Raw, root: Bone, line: int, words: list[str]) -> None:
+    key = words[0].lower()
+    if key == "order":
+        order = tuple(word.lower() for word in words[1:])
+        if set(order) - set(_ROOT_ORDER) or len(set(order)) != len(order):
+            raw.faults.append((line, f"expected an order of TX TY TZ RX RY RZ, found {words[1:]}."))
+        root.dof = order
+    elif key == "axis" and len(words) > 1:
+        root.order = words[1].upper()
+    elif key == "position":
+        raw.position = _numbers(raw, line, words, 3)
+    elif key == "orientation":
+        root.axis = _numbers(raw, line, words, 3)
+
+
+def _read_bone(raw: _Raw, bone: Bone, line: int, words: list[str]) -> None:
+    key = words[0].lower()
+    if key == "name" and len(words) > 1:
+        bone.name = words[1]
+    elif key == "direction":
+        bone.direction = _numbers(raw, line, words, 3)
+    elif key == "length":
+        bone.length = _numbers(raw, line, words, 1)[0]
+    elif key == "axis":
+        bone.axis = _numbers(raw, line, words, 3)
+        bone.order = words[4].upper() if len(words) > 4 else "XYZ"
+        if sorted(bone.order) != ["X", "Y", "Z"]:
+            raw.faults.append((line, f"expected an axis order such as XYZ, found {bone.order!r}."))
+            bone.order = "XYZ"
+    elif key == "dof":
+        bone.dof = tuple(word.lower() for word in words[1:])
+        unknown = [word for word in bone.dof if word not in ("rx", "ry", "rz")]
+        if unknown:
+            raw.faults.append(
+                (line, f"expected rx, ry or rz as dof of {bone.name!r}, found {unknown[0]!r}.")
+            )
+
+
+def _finish_bone(raw: _Raw, bone: Bone | None, line: int) -> None:
+    if bone is None:
+        raw.faults.append((line, "expected 'begin' before 'end', found none."))
+    elif not bone.name:
+        raw.faults.append((bone.line, "expected a name for the bone, found none."))
+    elif bone.name in raw.bones:
+        raw.faults.append((bone.line, f"expected one bone {bone.name!r}, found a second."))
+    else:
+        raw.bones[bone.name] = bone
+
+
+def _read_children(raw: _Raw, line: int, words: list[str]) -> None:
+    for name in words:
+        if name not in raw.bones:
+            raw.faults.append((line, f"expected a bone of :bonedata, found {name!r}."))
+    for child in words[1:]:
+        if child in raw.parents or child == "root":
+            raw.faults.append((line, f"expected one parent for {child!r}, found a second."))
+        raw.parents[child] = words[0]
+
+
+def _numbers(raw: _Raw, line: int, words: list[str], count: int) -> tuple[float, ...]:
+    values = [number(word) for word in words[1 : count + 1]]
+    known = [value for value in values if value is not None]
+    if len(known) != count:
+        found = " ".join(words[1 : count + 1]) or "none"
+        many = "a number" if count == 1 else f"{count} numbers"
+        raw.faults.append((line, f"expected {many} after {words[0]}, found {found!r}."))
+        return (0.0,) * count
+    return tuple(known)
+
+
+def _order(raw: _Raw) -> list[str]:
+    """Names of the joints, depth first from the root, children in the file's order."""
+    children: dict[str, list[str]] = {}
+    for child, parent in raw.parents.items():
+        children.setdefault(parent, []).append(child)
+    order, stack = [], ["root"]
+    while stack:
+        name = stack.pop()
+        order.append(name)
+        stack += reversed(children.get(name, []))
+    lost = [bone for name, bone in raw.bones.items() if name not in order]
+    if len(raw.bones) == 1:
+        raw.faults.append((None, "expected bones in :bonedata, found none. Is this an ASF file?"))
+    elif len(order) == 1:
+        raw.faults.append((None, "expected bones below root in :hierarchy, found none."))
+    else:
+        raw.faults += [
+            (bone.line, f"expected a parent of {bone.name!r} in :hierarchy, found none.")
+            for bone in lost
+        ]
+    return [name for name in order if name in raw.bones]
+
+
+def _skeleton(raw: _Raw, bones: tuple[Bone, ...]) -> Skeleton:
+    """The skeleton in the file's unit."""
+    numbers = {bone.name: joint for joint, bone in enumerate(bones)}
+    parents = np.array([numbers.get(raw.parents.get(bone.name, ""), -1) for bone in bones])
+    ends = np.array([_unit_vector(bone.direction) * bone.length for bone in bones])
+    offsets = np.array([ends[parent] if parent >= 0 else np.zeros(3) for parent in parents])
+    leaves = [joint for joint in range(1, len(bones)) if joint not in parents]
+    return Skeleton(
+        names=tuple(bone.name for bone in bones),
+        parents=parents,
+        offsets=offsets,
+        end_sites=tuple(
+            (j, (float(x), float(y), float(z))) for j in leaves for x, y, z in [ends[j]]
+        ),
+        channels=(_ROOT_CHANNELS, *[_JOINT_CHANNELS] * (len(bones) - 1)),
+    )
+
+
+def _unit_vector(direction: tuple[float, ...]) -> FloatArray:
+    return rotation.normalize(np.array(direction))
