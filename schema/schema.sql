@@ -1,0 +1,254 @@
+-- The store of motiondb: one DuckDB file. This page is the readable truth; the numbered files in
+-- migrations/ build the same database step by step (a test compares the two).
+--
+-- Rules
+-- * Full constraints stand in the first CREATE: DuckDB cannot add them later.
+-- * Foreign keys point only at `run`, whose rows are never removed. A child and its parent cannot
+--   be deleted in one transaction, so a foreign key to `capture` would forbid removing a capture
+--   atomically; `motiondb check` proves instead that every number can be resolved.
+-- * Tables with a row a frame or a row a pair have no primary key: each is written by one function
+--   in one transaction, and an index would cost more than the table.
+-- * Derived tables (below) are replaced as a whole, never edited; every row names its run.
+-- * A missing float (NaN) is stored as NULL.
+-- * symbol_id -1 is no symbol: NULL of the translation model, the begin or end of a capture.
+
+-- ── Housekeeping ─────────────────────────────────────────────────────────────────────────────
+
+-- schema_version, created_by (motiondb's version), next_capture_id, motion_revision and
+-- content_revision (random marks, new with every change of the motions or of anything learnt from).
+CREATE TABLE meta (
+    key VARCHAR PRIMARY KEY,
+    value VARCHAR NOT NULL
+);
+
+-- What made a row: the command with its parameters, seed and version.
+CREATE TABLE run (
+    run_id BIGINT PRIMARY KEY,
+    kind VARCHAR NOT NULL,
+    parameters VARCHAR NOT NULL,            -- JSON object
+    seed BIGINT,
+    version VARCHAR NOT NULL,               -- of motiondb
+    started VARCHAR NOT NULL,               -- ISO 8601, UTC
+    finished VARCHAR                        -- NULL: running, or killed
+);
+
+-- ── Catalogue: what the user put in ──────────────────────────────────────────────────────────
+
+-- The files as they were, so that what went in can come out bit for bit.
+CREATE TABLE source (
+    sha256 VARCHAR PRIMARY KEY,             -- of the file, then its skeleton file
+    format VARCHAR NOT NULL,
+    file_name VARCHAR NOT NULL,
+    skeleton_name VARCHAR,                  -- NULL: the file carries its own skeleton
+    data BLOB USING COMPRESSION uncompressed NOT NULL,          -- zlib
+    skeleton_data BLOB USING COMPRESSION uncompressed           -- zlib
+);
+
+-- A capture's identity: never edited after it was added.
+CREATE TABLE capture (
+    capture_id BIGINT PRIMARY KEY,          -- never used again after a removal
+    name VARCHAR NOT NULL UNIQUE,           -- path below the added folder, without ending
+    sha256 VARCHAR NOT NULL UNIQUE,         -- of its source
+    format VARCHAR NOT NULL,
+    kind VARCHAR NOT NULL CHECK (kind IN ('captured', 'generated')),
+    fps DOUBLE NOT NULL CHECK (fps > 0),    -- of the file, or as the sheet says
+    n_frames BIGINT NOT NULL CHECK (n_frames >= 0),             -- of the file
+    duration DOUBLE NOT NULL CHECK (duration >= 0),             -- seconds
+    motion_frames BIGINT NOT NULL CHECK (motion_frames >= 0),   -- at 30 a second
+    leg_length DOUBLE NOT NULL,             -- metres
+    path VARCHAR NOT NULL,                  -- where the file stood
+    run_id BIGINT NOT NULL REFERENCES run (run_id),
+    notes VARCHAR[] NOT NULL,               -- what the reader found odd
+    motion_notes VARCHAR[] NOT NULL         -- what was mended in the motion
+);
+
+-- Performer, licence and every further column of the sheet; may be edited.
+CREATE TABLE capture_tag (
+    capture_id BIGINT NOT NULL,
+    key VARCHAR NOT NULL,
+    value VARCHAR NOT NULL,
+    PRIMARY KEY (capture_id, key)
+);
+
+-- Words as people wrote them; may be edited.
+CREATE TABLE caption (
+    capture_id BIGINT NOT NULL,
+    ordinal INTEGER NOT NULL,
+    start_s DOUBLE,                         -- seconds; NULL: from the beginning
+    end_s DOUBLE,                           -- seconds; NULL: to the end
+    words VARCHAR NOT NULL,
+    PRIMARY KEY (capture_id, ordinal)
+);
+
+-- The user's own synonyms: `word` is read as `canonical`.
+CREATE TABLE synonym (
+    word VARCHAR PRIMARY KEY,
+    canonical VARCHAR NOT NULL
+);
+
+-- The motion on the canonical body, a row a frame at 30 frames a second: root position x y z in
+-- metres, then the 21 joints' local rotations, each a unit quaternion w x y z.
+CREATE TABLE motion_frame (
+    capture_id BIGINT NOT NULL,
+    frame INTEGER NOT NULL,
+    pose FLOAT[87] NOT NULL
+);
+
+-- `capture_id` repeats `other_id`: as a whole, mirrored, or cut out of it (seconds within other).
+CREATE TABLE relation (
+    capture_id BIGINT NOT NULL,
+    other_id BIGINT NOT NULL,
+    kind VARCHAR NOT NULL CHECK (kind IN ('same', 'mirror', 'cut')),
+    start_s DOUBLE NOT NULL,
+    end_s DOUBLE NOT NULL,
+    distance DOUBLE NOT NULL,
+    PRIMARY KEY (capture_id, other_id, kind)
+);
+
+-- From which captures a generated one was made. Name, digest and licence are copied, so that they
+-- stay true when the source is removed.
+CREATE TABLE generated_source (
+    capture_id BIGINT NOT NULL,
+    ordinal INTEGER NOT NULL,
+    source_name VARCHAR NOT NULL,
+    source_sha256 VARCHAR NOT NULL,
+    licence VARCHAR NOT NULL,
+    PRIMARY KEY (capture_id, ordinal)
+);
+
+-- Where every frame of a generated capture comes from.
+CREATE TABLE frame_source (
+    capture_id BIGINT NOT NULL,
+    frame INTEGER NOT NULL,
+    source_ordinal INTEGER NOT NULL,        -- in generated_source; -1: drawn from the model
+    source_frame DOUBLE NOT NULL,           -- at 30 a second, may lie between frames
+    warp DOUBLE NOT NULL,                   -- source frames per frame
+    edit VARCHAR NOT NULL                   -- what was done: '', 'blend', 'foot lock', ...
+);
+
+-- ── Derived: what `learn` makes, replaced as a whole ─────────────────────────────────────────
+
+-- One row when learnt: the sizes of all that follows.
+CREATE TABLE learning (
+    run_id BIGINT NOT NULL REFERENCES run (run_id),
+    content_revision VARCHAR NOT NULL,      -- of meta, when it was saved
+    n_symbols BIGINT NOT NULL,
+    max_states BIGINT NOT NULL,
+    n_features BIGINT NOT NULL,             -- dimensions of means and covars
+    n_coordinates BIGINT NOT NULL,          -- dimensions of the symbol space
+    n_clusters BIGINT NOT NULL,
+    n_words BIGINT NOT NULL
+);
+
+-- Half-open intervals [start_frame, end_frame) of the motion; those of a capture tile it.
+CREATE TABLE segment (
+    capture_id BIGINT NOT NULL,
+    ordinal BIGINT NOT NULL,                -- over all captures, by capture then start
+    start_frame BIGINT NOT NULL,
+    end_frame BIGINT NOT NULL,
+    symbol_id BIGINT NOT NULL,              -- the arg-max symbol
+    log_likelihood DOUBLE,                  -- of that symbol, nats per frame
+    background DOUBLE,                      -- of the background model, nats per frame
+    run_id BIGINT NOT NULL
+);
+
+-- Log-likelihood of a segment under every symbol, nats per frame.
+CREATE TABLE segment_score (
+    ordinal BIGINT NOT NULL,
+    scores FLOAT[] NOT NULL,                -- by symbol_id
+    run_id BIGINT NOT NULL
+);
+
+-- Left-to-right hidden Markov models.
+CREATE TABLE symbol (
+    symbol_id BIGINT PRIMARY KEY,
+    n_states BIGINT NOT NULL,
+    cluster_id BIGINT NOT NULL,
+    coordinates DOUBLE[] NOT NULL,          -- in the symbol space
+    run_id BIGINT NOT NULL
+);
+
+CREATE TABLE symbol_state (
+    symbol_id BIGINT NOT NULL,
+    state BIGINT NOT NULL,
+    self_loop DOUBLE,                       -- probability of staying
+    means DOUBLE[] NOT NULL,                -- feature units
+    covars DOUBLE[] NOT NULL,               -- variances
+    run_id BIGINT NOT NULL,
+    PRIMARY KEY (symbol_id, state)
+);
+
+CREATE TABLE symbol_distance (
+    symbol_id BIGINT NOT NULL,
+    other_id BIGINT NOT NULL,
+    distance DOUBLE,                        -- nats per frame
+    variance DOUBLE,                        -- of the distance's estimate
+    run_id BIGINT NOT NULL
+);
+
+-- Normalised stress of the multidimensional scaling, by number of dimensions.
+CREATE TABLE space_stress (
+    dimensions BIGINT PRIMARY KEY,
+    stress DOUBLE,
+    run_id BIGINT NOT NULL
+);
+
+-- The Gaussian mixture in the symbol space.
+CREATE TABLE cluster (
+    cluster_id BIGINT PRIMARY KEY,
+    weight DOUBLE,
+    mean DOUBLE[] NOT NULL,
+    covar DOUBLE[] NOT NULL,                -- row by row
+    run_id BIGINT NOT NULL
+);
+
+-- The vocabulary, sorted.
+CREATE TABLE word (
+    word_id BIGINT PRIMARY KEY,
+    word VARCHAR NOT NULL UNIQUE,
+    count BIGINT NOT NULL,                  -- captions in which it stands
+    run_id BIGINT NOT NULL
+);
+
+-- t(word | symbol) where it is not 0.
+CREATE TABLE translation (
+    symbol_id BIGINT NOT NULL,              -- -1: NULL
+    word_id BIGINT NOT NULL,
+    probability DOUBLE,
+    run_id BIGINT NOT NULL
+);
+
+-- a(i | j, l, m): word j of m, over NULL and the l symbols.
+CREATE TABLE alignment (
+    l BIGINT NOT NULL,
+    m BIGINT NOT NULL,
+    j BIGINT NOT NULL,
+    probabilities DOUBLE[] NOT NULL,        -- i = 0 (NULL) ... l
+    run_id BIGINT NOT NULL,
+    PRIMARY KEY (l, m, j)
+);
+
+-- Sum of log P(words | symbols) after every step of expectation-maximisation.
+CREATE TABLE association_step (
+    step BIGINT PRIMARY KEY,
+    log_likelihood DOUBLE,
+    run_id BIGINT NOT NULL
+);
+
+-- How often `next_id` follows `symbol_id`, where it does (-1: begin and end of a capture).
+CREATE TABLE transition_count (
+    symbol_id BIGINT NOT NULL,
+    next_id BIGINT NOT NULL,
+    count DOUBLE,
+    run_id BIGINT NOT NULL
+);
+
+-- Further arrays of the models by name, in C order, in pieces of at most 65,536 numbers.
+CREATE TABLE parameter (
+    name VARCHAR NOT NULL,
+    piece BIGINT NOT NULL,
+    shape BIGINT[] NOT NULL,
+    numbers DOUBLE[] NOT NULL,
+    run_id BIGINT NOT NULL,
+    PRIMARY KEY (name, piece)
+);
