@@ -1,0 +1,154 @@
+"""Which intervals move like an example.
+
+Three looks, each finer and each at fewer places:
+
+1. symbols: the query's symbol sequence is aligned locally with every capture's, the symbols'
+   distances as substitution costs (:mod:`motiondb.search.alignment`);
+2. scores: the cosine between the query's score vector and that of windows of the query's length;
+3. poses: subsequence time warping on the whitened features of the best intervals, which also sets
+   the exact start and end (:mod:`motiondb.search.warping`).
+
+The first two are added to choose candidates; the answer's ``score`` is
+(cosine + alignment) / 2 - warp / 2 for motions of their own kind, where ``warp`` is the mean feature
+distance: a stored interval finds itself with warp 0, alignment 1 and cosine 1, the largest possible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.search import alignment, warping
+from motiondb.search.score_vectors import interval_vectors
+
+WARP_WEIGHT = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Query:
+    """An example: whitened features (frames, D) at 15 a second, its symbols, their shares of its
+    length, and its score vector (symbols,)."""
+
+    features: Float32Array
+    symbols: IntArray
+    weights: FloatArray
+    vector: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """A stored capture: segments (feature frames), symbols and standardised scores."""
+
+    starts: IntArray
+    ends: IntArray
+    symbols: IntArray
+    standardised: FloatArray
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An interval of a capture (feature frames) before and after the exact look."""
+
+    capture: int
+    start: int
+    end: int
+    rough: float
+    score: float = 0.0
+
+
+def find_candidates(
+    query: Query,
+    takes: Mapping[int, Take],
+    distances: FloatArray,
+    n_candidates: int = 60,
+    per_capture: int = 3,
+) -> list[Candidate]:
+    """The most promising intervals of all captures, best first (ties: lowest capture number)."""
+    scale = alignment.distance_scale(distances)
+    found: list[Candidate] = []
+    length = len(query.features)
+    for capture, take in takes.items():
+        aligned, first, last = alignment.align(
+            query.symbols, query.weights, take.symbols, distances, scale
+        )
+        low, high, cosine = _windows(query, take, length)
+        overlap = np.zeros(len(low))
+        if last > first:
+            a, b = take.starts[first], take.ends[last - 1]
+            shared = np.maximum(np.minimum(high, b) - np.maximum(low, a), 0)
+            overlap = shared / np.maximum(np.minimum(high - low, b - a), 1)
+        rough = 0.5 * cosine + 0.5 * aligned * overlap
+        for w in _separate_peaks(rough, low, high, per_capture):
+            found.append(Candidate(capture, int(low[w]), int(high[w]), float(rough[w])))
+    found.sort(key=lambda c: (-c.rough, c.capture, c.start))
+    return found[:n_candidates]
+
+
+def refine(
+    query: Query, candidates: Sequence[Candidate], features: Mapping[int, Float32Array]
+) -> list[Candidate]:
+    """Exact intervals and scores by subsequence warping, best first.
+
+    features : capture -> whitened features (frames, D).
+    """
+    refined: list[Candidate] = []
+    margin = len(query.features) // 2 + 8
+    for candidate in candidates:
+        take = features[candidate.capture]
+        low = max(0, candidate.start - margin)
+        high = min(len(take), candidate.end + margin)
+        distance, start, end = warping.best_part(query.features, take[low:high])
+        if not np.isfinite(distance):
+            distance, start, end = _whole(query.features, take[low:high])
+        score = candidate.rough - WARP_WEIGHT * distance
+        refined.append(
+            Candidate(candidate.capture, low + start, low + end, candidate.rough, score)
+        )
+    refined.sort(key=lambda c: (-c.score, c.capture, c.start))
+    return _without_overlaps(refined)
+
+
+def _windows(query: Query, take: Take, length: int) -> tuple[IntArray, IntArray, FloatArray]:
+    """Windows of about the query's length that begin at segments, and their cosines."""
+    total = int(take.ends[-1])
+    low = np.unique(np.clip(np.concatenate([take.starts, take.ends - length]), 0, None))
+    low = np.unique(np.minimum(low, max(total - length, 0)))
+    high = np.minimum(low + length, total)
+    vectors = interval_vectors(take.standardised, take.starts, take.ends, low, high)
+    return low, high, vectors @ query.vector
+
+
+def _separate_peaks(
+    rough: FloatArray, low: IntArray, high: IntArray, n_peaks: int
+) -> list[int]:
+    """The best windows that overlap one another by less than half."""
+    chosen: list[int] = []
+    for w in np.argsort(-rough, kind="stable"):
+        shared = [min(high[w], high[c]) - max(low[w], low[c]) for c in chosen]
+        if all(s < 0.5 * (high[w] - low[w]) for s in shared):
+            chosen.append(int(w))
+        if len(chosen) == n_peaks:
+            break
+    return chosen
+
+
+def _without_overlaps(candidates: list[Candidate]) -> list[Candidate]:
+    """Drop an interval that shares more than half of itself with a better one."""
+    kept: list[Candidate] = []
+    for c in candidates:
+        shared = [
+            min(c.end, k.end) - max(c.start, k.start) for k in kept if k.capture == c.capture
+        ]
+        if all(s <= 0.5 * (c.end - c.start) for s in shared):
+            kept.append(c)
+    return kept
+
+
+def _whole(query: Float32Array, part: Float32Array) -> tuple[float, int, int]:
+    """Distance to a part too short to warp: both stretched linearly to the query's length."""
+    positions = np.linspace(0, len(part) - 1, len(query)).round().astype(np.int64)
+    gap = np.linalg.norm(query - part[positions], axis=1) / np.sqrt(query.shape[1])
+    return float(gap.mean()), 0, len(part)
