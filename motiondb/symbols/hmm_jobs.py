@@ -1,0 +1,102 @@
+"""Segments as jobs: checked, put in order, cut into blocks of frames and into shares of threads."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from motiondb.errors import MotionDBError
+from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
+
+FRAMES_AT_ONCE = 4096
+N_THREADS = min(8, os.cpu_count() or 1)
+LEAST_WORK = 200_000
+"""Frames times numbers a frame below which a second thread costs more than it gives."""
+
+
+def check_segments(
+    symbols: MotionSymbols, frames: FloatArray | Float32Array, starts: ArrayLike, ends: ArrayLike
+) -> tuple[FloatArray | Float32Array, IntArray, IntArray]:
+    n_dims = symbols.means.shape[2]
+    starts, ends = np.asarray(starts, dtype=np.int64), np.asarray(ends, dtype=np.int64)
+    if frames.ndim != 2 or frames.shape[1] != n_dims:
+        raise MotionDBError(
+            f"frames: expected {n_dims} columns as the symbols have, found shape {frames.shape}. "
+            "Project the features into the symbols' space."
+        )
+    wrong = np.flatnonzero((starts < 0) | (ends <= starts) | (ends > len(frames)))
+    if len(wrong):
+        i = int(wrong[0])
+        raise MotionDBError(
+            f"segment {i}: expected 0 <= start < end <= {len(frames)}, found "
+            f"[{starts[i]}, {ends[i]}). "
+            "Leave out empty segments and those beyond the frames."
+        )
+    return frames, starts, ends
+
+
+def check_assignment(
+    symbols: MotionSymbols, starts: IntArray, ends: IntArray, assignment: ArrayLike
+) -> IntArray:
+    """Segments (start, end, symbol, number), ordered by symbol."""
+    symbol = np.asarray(assignment, dtype=np.int64)
+    if len(symbol) != len(starts):
+        raise MotionDBError(
+            f"assignment: expected a symbol for each of {len(starts)} segments, found "
+            f"{len(symbol)}. Give one number a segment."
+        )
+    if len(symbol) and (symbol.min() < 0 or symbol.max() >= symbols.n_symbols):
+        wrong = int(symbol.max() if symbol.max() >= symbols.n_symbols else symbol.min())
+        raise MotionDBError(
+            f"assignment: expected symbols from 0 to {symbols.n_symbols - 1}, found {wrong}. "
+            "Number the symbols from 0."
+        )
+    segments = np.stack([starts, ends, symbol, np.arange(len(symbol))], axis=1)
+    return np.ascontiguousarray(segments[np.argsort(symbol, kind="stable")])
+
+
+def frame_blocks(starts: IntArray, ends: IntArray) -> Iterator[tuple[int, int, IntArray]]:
+    """Ranges [low, high) of frames with the segments inside: (start - low, end - low, number)."""
+    order = np.argsort(starts, kind="stable")
+    first = 0
+    while first < len(order):
+        low, high = int(starts[order[first]]), int(ends[order[first]])
+        last = first + 1
+        while last < len(order):
+            reach = max(high, int(ends[order[last]]))
+            if reach - low > FRAMES_AT_ONCE:
+                break
+            high, last = reach, last + 1
+        some = order[first:last]
+        yield low, high, np.stack([starts[some] - low, ends[some] - low, some], axis=1)
+        first = last
+
+
+def shares(work: IntArray, groups: IntArray | None = None) -> list[slice]:
+    """Cut a list of jobs into runs of about equal work, one a thread, groups held together.
+
+    >>> shares(np.array([1, 1, 1]))  # too little to share
+    [slice(0, 3, None)]
+    """
+    total = np.cumsum(work)
+    if len(work) == 0 or total[-1] < LEAST_WORK:
+        return [slice(0, len(work))]
+    cuts = np.searchsorted(total, total[-1] * np.arange(1, N_THREADS) / N_THREADS)
+    if groups is not None:
+        cuts = np.searchsorted(groups, groups[cuts])
+    edges = np.unique([0, *cuts, len(work)])
+    return [slice(int(a), int(b)) for a, b in pairwise(edges)]
+
+
+def in_threads(job: Callable[[IntArray], None], lists: Sequence[IntArray]) -> None:
+    """Do the job for every list of segments, each in a thread of its own."""
+    if len(lists) == 1:
+        job(lists[0])
+        return
+    with ThreadPoolExecutor(len(lists)) as pool:
+        list(pool.map(job, lists))
