@@ -14,6 +14,7 @@ from motiondb.capture.formats import (
     read_capture_bytes,
     skeleton_path,
 )
+from motiondb.capture.gltf import write_gltf
 from motiondb.capture.units import UNITS, unit_from_name
 
 __all__ = [
@@ -26,4 +27,5 @@ __all__ = [
     "skeleton_path",
     "unit_from_name",
     "write_bvh",
+    "write_gltf",
 ]

@@ -2,6 +2,8 @@
 
 A frame is its number on a line, then a line a bone: the bone's name and its degrees of freedom in
 the order of the ASF. The format has no frame rate: 120 frames a second, as at CMU, unless given.
+It has no number of frames either: an incomplete last frame, as in CMU's 07_12, is left out with a
+note; any other fault refuses the file.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ from motiondb.pose import rotation
 from motiondb.records import Clip, FloatArray
 
 DEFAULT_FPS = 120.0
+_FRAME_NUMBER = re.compile(rb"(?m)^[ \t]*\d+[ \t\r]*$")
 
 Layout = list[tuple[str, int]]
 """(bone, number of values) in the order of the lines of a frame."""
@@ -61,7 +64,7 @@ def read_amc(
         )
     body = read_asf(asf, asf_path, unit=unit)
     data = clean_bytes(data, path)
-    first = re.search(rb"(?m)^[ \t]*\d+[ \t\r]*$", data)
+    first = _FRAME_NUMBER.search(data)
     if first is None:
         raise CaptureError(path, "expected at least 1 frame, found 0. Is this an AMC file?")
     header = decode(data[: first.start()]).upper()
@@ -77,9 +80,12 @@ def read_amc(
     notes = list(body.notes)
     if table is None:
         table, numbers, faults = _read_slow(block, line, layout)
-        if faults and not (skip_bad_frames and len(table)):
+        cut = _cut_short(block, line, faults)
+        if faults and not ((skip_bad_frames or cut) and len(table)):
             raise CaptureError(path, shorten(faults))
-        if faults:
+        if faults and cut:
+            notes.append(f"The last frame (line {cut}) is incomplete and left out.")
+        elif faults:
             notes.append(f"Left out {len(faults)} bad frames; the first is on line {faults[0][0]}.")
     elif np.any(np.diff(numbers) != 1):
         notes.append("The frame numbers jump; the frames are taken as they come.")
@@ -171,6 +177,13 @@ def _read_slow(block: bytes, line: int, layout: Layout) -> tuple[FloatArray, Flo
             numbers.append(int(frame_number))
     width = sum(count for _, count in layout)
     return np.array(rows, dtype=float).reshape(-1, width), np.array(numbers, dtype=float), faults
+
+
+def _cut_short(block: bytes, line: int, faults: Faults) -> int:
+    """The line of the last frame if it alone has a fault, as in a file that was cut; else 0."""
+    last = list(_FRAME_NUMBER.finditer(block))[-1].start()
+    at = line + line_number(block, last) - 1
+    return at if len(faults) == 1 and (faults[0][0] or 0) >= at else 0
 
 
 def _read_frame(

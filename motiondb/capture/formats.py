@@ -127,6 +127,18 @@ def read_capture_bytes(
         return read_amc(
             data, path, skeleton, skeleton_path, fps=fps, unit=unit, skip_bad_frames=skip_bad_frames
         )
+    if kind == "deepmimic":
+        from motiondb.capture.deepmimic import read_deepmimic
+
+        return read_deepmimic(data, path, fps=fps, unit=unit, skip_bad_frames=skip_bad_frames)
+    if kind == "amass":
+        from motiondb.capture.amass import read_amass
+
+        return read_amass(data, path, fps=fps, unit=unit, skip_bad_frames=skip_bad_frames)
+    if kind == "c3d":
+        from motiondb.capture.c3d import read_c3d
+
+        return read_c3d(data, path, fps=fps, unit=unit, skip_bad_frames=skip_bad_frames)
     raise CaptureError(path, f"expected a known format, found {kind!r}.")
 
 

@@ -1,0 +1,228 @@
+"""C3D: marker positions, read through ezc3d (the extra ``c3d``), as a clip on the canonical joints.
+
+What is kept: the frame rate, the places of the joints that :mod:`motiondb.capture.markers` finds,
+the bone lengths (medians). What is lost: markers themselves, analog channels, forces, and the
+rolling of bones about their own axis. Gaps of up to half a second are filled along a straight
+line; longer ones are refused by name. The up axis is the one along which the body stands.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from motiondb.capture.markers import ALIASES, REQUIRED, USED, joint_centres, missing_markers
+from motiondb.capture.units import UNITS
+from motiondb.errors import CaptureError
+from motiondb.pose import body
+from motiondb.pose.retarget import solve_rotations
+from motiondb.records import Clip, FloatArray, Skeleton
+
+LONGEST_GAP = 0.5
+"""Longest gap of a marker that is filled, seconds."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Recording:
+    """Marker name -> array (frames, 3), file units, NaN where not seen; frames a second; unit."""
+
+    markers: dict[str, FloatArray]
+    fps: float
+    unit: str
+
+
+def read_c3d(
+    data: bytes,
+    path: object,
+    *,
+    fps: float | None = None,
+    unit: float | None = None,
+    skip_bad_frames: bool = False,
+) -> Clip:
+    """The clip in the bytes of a C3D file.
+
+    Parameters
+    ----------
+    data : the file's bytes.
+    path : the file as messages shall name it.
+    fps : frames per second, in place of what the file says.
+    unit : metres per length unit; None: as the file says.
+    skip_bad_frames : leave out frames in which a needed marker is lost for long.
+
+    Raises
+    ------
+    CaptureError
+        without the package ezc3d; for a file that it cannot read; for markers that are missing.
+    """
+    recording = _read(data, path)
+    rate = recording.fps if fps is None else fps
+    if not 1.0 <= rate <= 2000.0:
+        raise CaptureError(
+            path,
+            f"expected a frame rate from 1 to 2000, found {rate:g}. "
+            "Give the right frame rate with --fps.",
+        )
+    scale = _unit(recording.unit, path) if unit is None else unit
+    missing = missing_markers(set(recording.markers))
+    if missing:
+        found = ", ".join(sorted(recording.markers)) or "none of the set"
+        raise CaptureError(
+            path,
+            f"expected the markers of Plug-in Gait, found none named {'; '.join(missing)} "
+            f"(of the set there are: {found}). Rename the markers, or export the solved skeleton "
+            "as BVH.",
+        )
+    markers, notes = _fill(recording.markers, rate, path, skip_bad_frames)
+    points = joint_centres(_y_up({name: track * scale for name, track in markers.items()}))
+    return Clip(
+        skeleton=_skeleton(points),
+        fps=rate,
+        local_rotations=solve_rotations(points),
+        root_positions=points[:, 0],
+        format="c3d",
+        unit=scale,
+        notes=notes,
+    )
+
+
+def _read(data: bytes, path: object) -> _Recording:
+    try:
+        import ezc3d
+    except ImportError as error:
+        raise CaptureError(
+            path,
+            "expected the package ezc3d to read C3D, found none. pip install motiondb[c3d]",
+        ) from error
+    if data[1:2] != b"\x50":
+        raise CaptureError(path, "expected a C3D file, found something else. Export it again.")
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, "copy.c3d")
+        copy.write_bytes(data)
+        try:
+            content = ezc3d.c3d(str(copy))
+            points = np.asarray(content["data"]["points"], dtype=float)
+            parameters = content["parameters"]["POINT"]
+            labels = [str(label) for label in parameters["LABELS"]["value"]]
+            fps = float(parameters["RATE"]["value"][0])
+            units = parameters["UNITS"]["value"] if "UNITS" in parameters else ["mm"]
+        except (OSError, RuntimeError, ValueError, KeyError, IndexError, TypeError) as error:
+            raise CaptureError(
+                path, f"expected a whole C3D file, found a fault: {error}. Export it again."
+            ) from error
+    if points.shape[-1] == 0:
+        raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
+    tracks = _named(labels, np.moveaxis(points[:3], 0, -1), path)
+    return _Recording(tracks, fps, str(units[0]) if units else "mm")
+
+
+def _named(labels: list[str], points: FloatArray, path: object) -> dict[str, FloatArray]:
+    """Tracks of the used markers without their subject's prefix; points (markers, frames, 3)."""
+    subjects: dict[str, dict[str, FloatArray]] = {}
+    for label, track in zip(labels, points):
+        subject, _, name = label.strip().rpartition(":")
+        name = ALIASES.get(name.upper(), name.upper())
+        if name in USED:
+            subjects.setdefault(subject, {}).setdefault(name, track)
+    whole = [subject for subject, tracks in subjects.items() if {"LASI", "RASI"} <= set(tracks)]
+    if len(whole) > 1:
+        raise CaptureError(
+            path,
+            f"expected one performer, found {len(whole)}: {', '.join(sorted(whole))}. "
+            "Export one performer a file.",
+        )
+    best = max(subjects.values(), key=len, default={})
+    return subjects[whole[0]] if whole else best
+
+
+def _fill(
+    markers: dict[str, FloatArray], fps: float, path: object, skip_bad: bool
+) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
+    """Tracks without gaps; markers that can be spared are dropped where they are lost for long."""
+    filled, notes, lost = {}, [], {}
+    for name, track in markers.items():
+        mended, longest = _interpolate(track, LONGEST_GAP * fps)
+        if np.isnan(mended).any():
+            lost[name] = (mended, longest / fps)
+        else:
+            filled[name] = mended
+    if lost and (missing := missing_markers(set(filled))):
+        needed = {name for name in lost if name in REQUIRED or any(name in m for m in missing)}
+        if skip_bad:
+            filled |= {name: lost[name][0] for name in needed}
+            good = ~np.isnan(np.stack(list(filled.values()))).any(axis=(0, 2))
+            if good.any():
+                notes.append(f"Left out {int((~good).sum())} frames with lost markers.")
+                return {name: track[good] for name, track in filled.items()}, tuple(notes)
+        gaps = ", ".join(f"{name} ({lost[name][1]:.1f} s)" for name in sorted(needed))
+        raise CaptureError(
+            path,
+            f"expected no gap above {LONGEST_GAP:g} s, found lost markers: {gaps}. Fill the gaps "
+            "before the export, or pass --skip-bad-frames to leave those frames out.",
+        )
+    if lost:
+        notes.append(f"Done without markers that are lost for long: {', '.join(sorted(lost))}.")
+    return filled, tuple(notes)
+
+
+def _interpolate(track: FloatArray, longest: float) -> tuple[FloatArray, int]:
+    """Fill gaps of up to ``longest`` frames, and say how many frames the longest gap has.
+
+    >>> track = np.array([[0.0, 0, 0], [np.nan] * 3, [2.0, 0, 0]])
+    >>> _interpolate(track, 1)[0][1], _interpolate(track, 0.5)[1]
+    (array([1., 0., 0.]), 1)
+    """
+    seen = ~np.isnan(track[:, 0] + track[:, 1] + track[:, 2])
+    if seen.all() or not seen.any():
+        return np.where(seen[:, None], track, np.nan), 0 if seen.all() else len(track)
+    frames, known = np.arange(len(track)), np.flatnonzero(seen)
+    mended = np.stack([np.interp(frames, known, track[known, axis]) for axis in range(3)], axis=-1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[1], seen.astype(int), [1]])))
+    gaps = edges.reshape(-1, 2)
+    for start, end in gaps.tolist():
+        if end - start > longest:
+            mended[start:end] = np.nan
+    return mended, int(np.diff(gaps, axis=1).max())
+
+
+def _unit(name: str, path: object) -> float:
+    key = {"millimeters": "mm", "meters": "m", "centimeters": "cm", "inches": "inch", "in": "inch"}
+    known = key.get(name.strip().lower(), name.strip().lower()) or "mm"
+    if known not in UNITS:
+        raise CaptureError(
+            path, f"expected POINT:UNITS mm, cm, m or inch, found {name!r}. Give --unit."
+        )
+    return UNITS[known]
+
+
+def _y_up(markers: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    """Turn the world so that the axis along which the body stands (feet to shoulders) is y."""
+    tops = np.mean([markers["LSHO"], markers["RSHO"]], axis=0)
+    feet = np.mean([markers["LANK"], markers["RANK"]], axis=0)
+    up = int(np.argmax(np.abs(np.median(tops - feet, axis=0))))
+    axes, signs = {
+        0: ([1, 0, 2], [-1.0, 1.0, 1.0]),
+        1: ([0, 1, 2], [1.0, 1.0, 1.0]),
+        2: ([0, 2, 1], [1.0, 1.0, -1.0]),
+    }[up]
+    return {name: track[:, axes] * np.array(signs) for name, track in markers.items()}
+
+
+def _skeleton(points: FloatArray) -> Skeleton:
+    """The canonical skeleton with this body's bone lengths (medians over the frames)."""
+    standard = body.standard_skeleton()
+    parents = body.PARENTS.clip(0)
+    lengths = np.median(np.linalg.norm(points - points[:, parents], axis=-1), axis=0)
+    usual = np.linalg.norm(body.OFFSETS, axis=-1)
+    ratio = np.where(usual > 0, lengths / np.where(usual > 0, usual, 1.0), 1.0)
+    collars = [body.INDEX["l_collar"], body.INDEX["r_collar"]]
+    ratio[collars] = ratio[body.INDEX["neck"]]
+    return Skeleton(
+        names=standard.names,
+        parents=standard.parents,
+        offsets=body.OFFSETS * ratio[:, None],
+        end_sites=standard.end_sites,
+        channels=standard.channels,
+    )

@@ -1,0 +1,248 @@
+"""glTF 2.0 out: an animated skeleton with a simple body, for Blender and browsers.
+
+Every joint is a node; its rotation is a track of quaternions (x, y, z, w), its translation a track
+where it moves. Each bone carries an octahedron that a skin binds rigidly to its joint. Metres,
+y up. ``.glb`` is the binary form, ``.gltf`` is JSON with the buffer embedded.
+Source: Khronos, glTF 2.0 specification (ISO/IEC 12113:2022).
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.capture.bvh_writer import write_atomically
+from motiondb.errors import CaptureError
+from motiondb.pose import kinematics, rotation
+from motiondb.records import Clip, FloatArray, Skeleton
+
+_FLOAT, _USHORT, _UINT = 5126, 5123, 5125
+_TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
+_ARRAY, _ELEMENTS = 34962, 34963
+_WIDTH = 0.12
+"""Half width of an octahedron, as a share of the bone's length."""
+_FACES = (
+    (0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1), (5, 2, 1), (5, 3, 2), (5, 4, 3), (5, 1, 4),
+)  # fmt: skip
+
+
+class _Buffer:
+    """The binary buffer, with the views and accessors that describe it."""
+
+    def __init__(self) -> None:
+        self.data = bytearray()
+        self.views: list[dict[str, int]] = []
+        self.accessors: list[dict[str, object]] = []
+
+    def add(self, values: NDArray[np.generic], component: int, target: int | None = None) -> int:
+        """Append an array (rows, columns) and return the number of its accessor."""
+        values = np.ascontiguousarray(values)
+        view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": values.nbytes}
+        if target is not None:
+            view["target"] = target
+        self.views.append(view)
+        self.data += values.tobytes()
+        self.data += b"\0" * (-len(self.data) % 4)
+        width = 1 if values.ndim == 1 else values.shape[1]
+        columns = values.reshape(len(values), width)
+        self.accessors.append(
+            {
+                "bufferView": len(self.views) - 1,
+                "componentType": component,
+                "count": len(values),
+                "type": _TYPES[width],
+                "min": columns.min(axis=0).tolist(),
+                "max": columns.max(axis=0).tolist(),
+            }
+        )
+        return len(self.accessors) - 1
+
+
+def write_gltf(clip: Clip, path: Path | str) -> None:
+    """Write a clip as glTF; the ending chooses the form. The file appears whole or not at all.
+
+    Raises
+    ------
+    CaptureError
+        for other endings than .glb and .gltf, clips without frames, numbers that are not finite,
+        or a file that cannot be written.
+    """
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending not in (".glb", ".gltf"):
+        raise CaptureError(path, f"expected the ending .glb or .gltf, found {ending!r}.")
+    document, data = to_gltf(clip, path)
+    if ending == ".glb":
+        write_atomically(path, _glb(document, data))
+        return
+    uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    document["buffers"] = [{"byteLength": len(data), "uri": uri}]
+    write_atomically(path, json.dumps(document, separators=(",", ":")).encode())
+
+
+def to_gltf(clip: Clip, path: object = "clip") -> tuple[dict[str, object], bytes]:
+    """The JSON document of a clip and the buffer it describes."""
+    if clip.n_frames == 0:
+        raise CaptureError(path, "expected at least 1 frame to write, found 0.")
+    if not (np.isfinite(clip.local_rotations).all() and np.isfinite(clip.root_positions).all()):
+        raise CaptureError(path, "expected finite numbers to write, found NaN or infinity.")
+    skeleton, buffer = clip.skeleton, _Buffer()
+    n_joints = len(skeleton.names)
+    mesh = _mesh(skeleton, _rest_offsets(clip), buffer)
+    skin = {"joints": list(range(n_joints)), "skeleton": 0, **_inverse_binds(clip, buffer)}
+    animation = _animation(clip, buffer)
+    document: dict[str, object] = {
+        "asset": {"version": "2.0", "generator": "motiondb"},
+        "scene": 0,
+        "scenes": [{"nodes": [0, n_joints]}],
+        "nodes": [*_nodes(clip), {"name": "body", "mesh": 0, "skin": 0}],
+        "meshes": [mesh],
+        "materials": [
+            {
+                "name": "body",
+                "doubleSided": True,
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [0.35, 0.55, 0.8, 1.0],
+                    "metallicFactor": 0.0,
+                    "roughnessFactor": 0.8,
+                },
+            }
+        ],
+        "skins": [skin],
+        "animations": [animation],
+        "bufferViews": buffer.views,
+        "accessors": buffer.accessors,
+        "buffers": [{"byteLength": len(buffer.data)}],
+    }
+    return document, bytes(buffer.data)
+
+
+def _rest_offsets(clip: Clip) -> FloatArray:
+    """Where joints stand in the first frame, in their parents' frames; the root at the origin."""
+    source = clip.skeleton.offsets if clip.joint_positions is None else clip.joint_positions[0]
+    offsets = source.copy()
+    offsets[0] = 0.0
+    return offsets
+
+
+def _nodes(clip: Clip) -> list[dict[str, object]]:
+    """One node a joint, posed as in the first frame."""
+    offsets = _rest_offsets(clip)
+    offsets[0] = clip.root_positions[0]
+    nodes: list[dict[str, object]] = []
+    for joint, name in enumerate(clip.skeleton.names):
+        node: dict[str, object] = {
+            "name": name,
+            "translation": offsets[joint].tolist(),
+            "rotation": _xyzw(clip.local_rotations[0, joint]).tolist(),
+        }
+        children = np.flatnonzero(clip.skeleton.parents == joint).tolist()
+        if children:
+            node["children"] = children
+        nodes.append(node)
+    return nodes
+
+
+def _mesh(skeleton: Skeleton, offsets: FloatArray, buffer: _Buffer) -> dict[str, object]:
+    """Octahedra from every joint to its children and end sites, in the rest pose (no rotation)."""
+    rest, _ = kinematics.forward(
+        skeleton.parents,
+        offsets,
+        np.tile(rotation.IDENTITY, (1, len(offsets), 1)),
+        np.zeros((1, 3)),
+    )
+    bones = [(int(p), offsets[j]) for j, p in enumerate(skeleton.parents) if p >= 0]
+    bones += [(joint, np.array(end)) for joint, end in skeleton.end_sites]
+    bones = [(joint, bone) for joint, bone in bones if np.linalg.norm(bone) > 1e-4]
+    if not bones:
+        bones = [(0, np.array([0.0, 0.05, 0.0]))]
+    corners = [_octahedron(rest[0, joint], bone) for joint, bone in bones]
+    triangles = np.concatenate([points[np.array(_FACES)].reshape(-1, 3) for points in corners])
+    sides = triangles.reshape(-1, 3, 3)
+    normals = rotation.normalize(np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0]))
+    joints = np.zeros((len(triangles), 4), np.uint16)
+    joints[:, 0] = np.repeat([joint for joint, _ in bones], 3 * len(_FACES))
+    weights = np.zeros((len(triangles), 4), np.float32)
+    weights[:, 0] = 1.0
+    attributes = {
+        "POSITION": buffer.add(triangles.astype(np.float32), _FLOAT, _ARRAY),
+        "NORMAL": buffer.add(np.repeat(normals, 3, axis=0).astype(np.float32), _FLOAT, _ARRAY),
+        "JOINTS_0": buffer.add(joints, _USHORT, _ARRAY),
+        "WEIGHTS_0": buffer.add(weights, _FLOAT, _ARRAY),
+    }
+    indices = buffer.add(np.arange(len(triangles), dtype=np.uint32), _UINT, _ELEMENTS)
+    primitive = {"attributes": attributes, "indices": indices, "material": 0}
+    return {"name": "body", "primitives": [primitive]}
+
+
+def _octahedron(start: FloatArray, bone: FloatArray) -> FloatArray:
+    """Six corners of a bone: its start, four around a fifth of its length, its end."""
+    length = float(np.linalg.norm(bone))
+    turn = rotation.between(np.array([0.0, 1.0, 0.0]), bone)
+    side = _WIDTH * length
+    local = np.array(
+        [
+            [0.0, 0.0, 0.0],
+            [side, 0.2 * length, 0.0],
+            [0.0, 0.2 * length, -side],
+            [-side, 0.2 * length, 0.0],
+            [0.0, 0.2 * length, side],
+            [0.0, length, 0.0],
+        ]
+    )
+    return start + rotation.rotate(np.broadcast_to(turn, (6, 4)), local)
+
+
+def _inverse_binds(clip: Clip, buffer: _Buffer) -> dict[str, int]:
+    """The inverse of each joint's rest transform, columns first."""
+    offsets = _rest_offsets(clip)
+    rest = offsets.copy()
+    for joint, parent in enumerate(clip.skeleton.parents):
+        rest[joint] = offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
+    matrices = np.tile(np.eye(4), (len(rest), 1, 1))
+    matrices[:, 3, :3] = -rest
+    return {"inverseBindMatrices": buffer.add(matrices.reshape(-1, 16).astype(np.float32), _FLOAT)}
+
+
+def _animation(clip: Clip, buffer: _Buffer) -> dict[str, object]:
+    """A rotation track a joint, a translation track where the joint moves."""
+    times = buffer.add((np.arange(clip.n_frames) / clip.fps).astype(np.float32), _FLOAT)
+    turns = rotation.unroll(rotation.normalize(clip.local_rotations))
+    samplers: list[dict[str, object]] = []
+    channels: list[dict[str, object]] = []
+
+    def track(joint: int, kind: str, values: FloatArray) -> None:
+        output = buffer.add(values.astype(np.float32), _FLOAT)
+        samplers.append({"input": times, "output": output, "interpolation": "LINEAR"})
+        target = {"node": joint, "path": kind}
+        channels.append({"sampler": len(samplers) - 1, "target": target})
+
+    track(0, "translation", clip.root_positions)
+    for joint in range(len(clip.skeleton.names)):
+        track(joint, "rotation", _xyzw(turns[:, joint]))
+        if joint and clip.joint_positions is not None:
+            places = clip.joint_positions[:, joint]
+            if np.ptp(places, axis=0).max() > 1e-6:
+                track(joint, "translation", places)
+    return {"name": "motion", "samplers": samplers, "channels": channels}
+
+
+def _xyzw(q: FloatArray) -> FloatArray:
+    """From (w, x, y, z) to the order of glTF."""
+    return np.roll(q, -1, axis=-1)
+
+
+def _glb(document: dict[str, object], data: bytes) -> bytes:
+    """The binary container: a header, the JSON chunk, the buffer chunk."""
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = _chunk(b"JSON", text) + _chunk(b"BIN\0", data)
+    return b"glTF" + (2).to_bytes(4, "little") + (12 + len(chunks)).to_bytes(4, "little") + chunks
+
+
+def _chunk(kind: bytes, content: bytes) -> bytes:
+    return len(content).to_bytes(4, "little") + kind + content
