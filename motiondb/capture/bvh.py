@@ -26,6 +26,7 @@ from motiondb.capture.text import (
     line_number,
     number,
     read_number_block,
+    shorten,
 )
 from motiondb.capture.units import find_unit
 from motiondb.errors import CaptureError
@@ -69,6 +70,9 @@ def read_bvh(
     if skeleton is None:
         raise CaptureError(path, faults)
     width = sum(map(len, skeleton.channels))
+    if width == 0:
+        faults.append((None, "expected channels in the HIERARCHY, found none: nothing moves."))
+        raise CaptureError(path, faults)
     table, frame_faults = read_number_block(
         data[block_start:],
         line_number(data, block_start),
@@ -77,11 +81,13 @@ def read_bvh(
         skip_bad_frames,
     )
     notes = []
-    if skip_bad_frames and frame_faults:
-        notes.append(f"Left out bad frames; the first is on line {frame_faults[0][0]}.")
+    n_found = len(table) + len(frame_faults)
+    if skip_bad_frames and frame_faults and len(table):
+        first = frame_faults[0][0]
+        notes.append(f"Left out {len(frame_faults)} bad frames; the first is on line {first}.")
     else:
-        faults += frame_faults
-    faults += _check_frame_count(n_frames, table, bool(frame_faults), skip_bad_frames, notes)
+        faults += shorten(frame_faults)
+    faults += _check_frame_count(n_frames, n_found, skip_bad_frames, notes)
     if faults:
         raise CaptureError(path, faults)
     clip = _to_clip(skeleton, table, file_fps)
@@ -145,24 +151,21 @@ def _expected_values(skeleton: Skeleton) -> str:
 
 
 def _check_frame_count(
-    n_frames: int | None, table: FloatArray, bad: bool, skip_bad: bool, notes: list[str]
+    n_frames: int | None, n_found: int, skip_bad: bool, notes: list[str]
 ) -> Faults:
-    """Compare the header's number of frames with the table; with ``skip_bad`` only note it."""
-    if not len(table) and not bad:
+    """Compare the header's number of frames with the file's; with ``skip_bad`` only note it."""
+    if n_found == 0:
         return [(None, "expected at least 1 frame, found 0. Export the motion again.")]
-    if not len(table) and skip_bad:
-        return [(None, "expected at least 1 good frame, found 0. Export the motion again.")]
-    if n_frames is None or n_frames == len(table) or bad:
+    if n_frames is None or n_frames == n_found:
         return []
-    text = f"expected {n_frames} frames as the header says, found {len(table)}"
     if skip_bad:
-        notes.append(f"The header says {n_frames} frames; the file holds {len(table)}.")
+        notes.append(f"The header says {n_frames} frames; the file holds {n_found}.")
         return []
     return [
         (
             None,
-            f"{text}. The file may be cut short: export it again, or pass --skip-bad-frames "
-            "to read the frames that are there.",
+            f"expected {n_frames} frames as the header says, found {n_found}. The file may be cut "
+            "short: export it again, or pass --skip-bad-frames to read the frames that are there.",
         )
     ]
 

@@ -92,7 +92,7 @@ def to_gltf(clip: Clip, path: object = "clip") -> tuple[dict[str, object], bytes
         raise CaptureError(path, "expected finite numbers to write, found NaN or infinity.")
     skeleton, buffer = clip.skeleton, _Buffer()
     n_joints = len(skeleton.names)
-    mesh = _mesh(skeleton, _rest_offsets(clip), buffer)
+    mesh = _mesh(skeleton, _rest_offsets(clip), _slides(clip), buffer)
     skin = {"joints": list(range(n_joints)), "skeleton": 0, **_inverse_binds(clip, buffer)}
     animation = _animation(clip, buffer)
     document: dict[str, object] = {
@@ -147,7 +147,16 @@ def _nodes(clip: Clip) -> list[dict[str, object]]:
     return nodes
 
 
-def _mesh(skeleton: Skeleton, offsets: FloatArray, buffer: _Buffer) -> dict[str, object]:
+def _slides(clip: Clip) -> NDArray[np.bool_]:
+    """Joints (below the root) that move by more than 2 cm in their parent's frame: no bone there."""
+    if clip.joint_positions is None:
+        return np.zeros(len(clip.skeleton.names), dtype=bool)
+    return np.asarray(np.ptp(clip.joint_positions, axis=0).max(axis=-1) > 0.02)
+
+
+def _mesh(
+    skeleton: Skeleton, offsets: FloatArray, slides: NDArray[np.bool_], buffer: _Buffer
+) -> dict[str, object]:
     """Octahedra from every joint to its children and end sites, in the rest pose (no rotation)."""
     rest, _ = kinematics.forward(
         skeleton.parents,
@@ -155,7 +164,9 @@ def _mesh(skeleton: Skeleton, offsets: FloatArray, buffer: _Buffer) -> dict[str,
         np.tile(rotation.IDENTITY, (1, len(offsets), 1)),
         np.zeros((1, 3)),
     )
-    bones = [(int(p), offsets[j]) for j, p in enumerate(skeleton.parents) if p >= 0]
+    bones = [
+        (int(p), offsets[j]) for j, p in enumerate(skeleton.parents) if p >= 0 and not slides[j]
+    ]
     bones += [(joint, np.array(end)) for joint, end in skeleton.end_sites]
     bones = [(joint, bone) for joint, bone in bones if np.linalg.norm(bone) > 1e-4]
     if not bones:

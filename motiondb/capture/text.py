@@ -96,7 +96,7 @@ def read_number_block(
     Returns
     -------
     table : array (frames, width); only good frames.
-    faults : one for every bad frame, listed up to ``MAX_FAULTS``.
+    faults : one for every bad frame.
     """
     lines, counts = count_values(block)
     good = counts == width
@@ -118,7 +118,7 @@ def read_number_block(
         if fault:
             faults.append((first_line + line, fault))
     kept = [row for row in rows if row is not None]
-    return np.array(kept, dtype=float).reshape(-1, width), shorten(faults)
+    return np.array(kept, dtype=float).reshape(-1, width), faults
 
 
 def shorten(faults: Faults) -> Faults:
