@@ -1,0 +1,351 @@
+"""Fetching from a site on the loopback interface, in good order and with every fault."""
+
+from __future__ import annotations
+
+import errno
+import importlib.util
+import socket
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from motiondb.errors import MotionDBError, QueryError, SheetError
+from motiondb.fetch import CMU_TERMS, FetchProgress, fetch_cmu, transfer
+from motiondb.fetch.cmu import check_subjects
+from motiondb.fetch.transfer import Patience, UnreachableError
+
+_spec = importlib.util.spec_from_file_location("cmu_site", Path(__file__).with_name("cmu_site.py"))
+cmu_site = importlib.util.module_from_spec(_spec)
+sys.modules[_spec.name] = cmu_site
+_spec.loader.exec_module(cmu_site)
+
+HEADER = "file\tskeleton\tperformer\tfps\tlicence\twords\n"
+ROWS = (
+    "14/14_01.amc\t14/14.asf\t14\t120\tCMU\tboxing\n",
+    "14/14_06.amc\t14/14.asf\t14\t60\tCMU\twalk, squats\n",
+)
+WALK, BOX = "/subjects/14/14_06.amc", "/subjects/14/14_01.amc"
+
+
+@pytest.fixture
+def site(monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
+    monkeypatch.setenv("no_proxy", "*")
+    files = {
+        "/search.php?subjectnumber=14": cmu_site.page(
+            14, [(1, "boxing", 120), (6, "walk, squats", 60)]
+        ).encode(),
+        "/subjects/14/14.asf": cmu_site.ASF.encode(),
+        BOX: cmu_site.amc(40).encode(),
+        WALK: cmu_site.amc(5000).encode(),
+    }
+    with cmu_site.serve(cmu_site.Site(files)) as served:
+        yield served
+
+
+@pytest.fixture
+def pauses() -> list[float]:
+    return []
+
+
+def fetch(site, folder, pauses=None, **options):
+    pauses = [] if pauses is None else pauses
+    patience = Patience(timeout=5.0, attempts=3, pause=pauses.append)
+    options = {"accept_terms": True, "patience": patience, **options}
+    return fetch_cmu(["14"], folder, base_url=site.url, **options)
+
+
+def files_in(folder: Path) -> dict[str, bytes]:
+    found = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in found}
+
+
+def whole(site) -> dict[str, bytes]:
+    captures = {
+        path.removeprefix("/subjects/"): data
+        for path, data in site.files.items()
+        if path.startswith("/subjects/")
+    }
+    return {**captures, "cmu-captions.tsv": (HEADER + "".join(ROWS)).encode()}
+
+
+def test_a_subject_with_its_words(site, tmp_path) -> None:
+    heard: list[FetchProgress] = []
+    report = fetch(site, tmp_path / "new" / "cmu", on_progress=heard.append)
+    assert files_in(tmp_path / "new" / "cmu") == whole(site)
+    assert report.fetched == ("14/14.asf", "14/14_01.amc", "14/14_06.amc")
+    assert (report.skipped, report.refused) == ((), ())
+    assert report.n_bytes == sum(
+        len(data) for path, data in site.files.items() if "sub" in path[:4]
+    )
+    assert report.sheet == tmp_path / "new" / "cmu" / "cmu-captions.tsv"
+    size = len(site.files[WALK])
+    assert heard[-1] == FetchProgress("14/14_06.amc", 3, 3, size, size)
+
+
+def test_again_asks_for_nothing_and_keeps_the_users_words(site, tmp_path) -> None:
+    fetch(site, tmp_path)
+    sheet = tmp_path / "cmu-captions.tsv"
+    mine = sheet.read_text().replace("boxing", "shadow boxing") + "07/x.amc\t\t07\t\tme\thop\n"
+    sheet.write_text(mine)
+    site.log.clear()
+    report = fetch(site, tmp_path)
+    assert [path for path, _ in site.log] == ["/search.php?subjectnumber=14"]
+    assert report.skipped == ("14/14.asf", "14/14_01.amc", "14/14_06.amc")
+    assert sorted(sheet.read_text().splitlines()[1:]) == sorted(mine.splitlines()[1:])
+
+
+@pytest.mark.parametrize("has_range", [True, False])
+def test_a_transfer_cut_half_way_goes_on(site, tmp_path, pauses, has_range) -> None:
+    site.has_range = has_range
+    site.cuts[WALK] = [70_000]
+    report = fetch(site, tmp_path, pauses)
+    assert files_in(tmp_path) == whole(site)
+    assert report.refused == ()
+    assert site.asked(WALK) == [None, "bytes=70000-"]
+    assert pauses == [1.0]
+
+
+def test_a_part_of_an_earlier_session_is_resumed(site, tmp_path) -> None:
+    (tmp_path / "14").mkdir()
+    (tmp_path / "14" / "14_06.amc.part").write_bytes(site.files[WALK][:1000])
+    fetch(site, tmp_path)
+    assert site.asked(WALK) == ["bytes=1000-"]
+    assert files_in(tmp_path) == whole(site)
+
+
+def test_a_part_that_was_whole_already_is_only_checked(site, tmp_path) -> None:
+    (tmp_path / "14").mkdir()
+    (tmp_path / "14" / "14_06.amc.part").write_bytes(site.files[WALK])
+    fetch(site, tmp_path)
+    assert files_in(tmp_path) == whole(site)
+    assert len(site.asked(WALK)) == 1
+
+
+@pytest.mark.parametrize("part", [b"of another file, longer " * 9000, b"of another file"])
+def test_a_part_of_another_file_starts_again(site, tmp_path, part) -> None:
+    (tmp_path / "14").mkdir()
+    (tmp_path / "14" / "14_06.amc.part").write_bytes(part)
+    fetch(site, tmp_path)
+    assert files_in(tmp_path) == whole(site)
+    assert site.asked(WALK) == [f"bytes={len(part)}-", None]
+
+
+def test_a_cut_capture_under_its_final_name_is_fetched_again(site, tmp_path) -> None:
+    (tmp_path / "14").mkdir()
+    (tmp_path / "14" / "14_06.amc").write_bytes(site.files[WALK][:1003])
+    assert "14/14_06.amc" in fetch(site, tmp_path).fetched
+    assert files_in(tmp_path) == whole(site)
+
+
+def test_a_capture_that_is_not_there_is_listed_and_the_others_come(site, tmp_path) -> None:
+    del site.files[BOX]
+    report = fetch(site, tmp_path)
+    reason = f"{site.url}{BOX}: expected a file, found none there (HTTP 404)."
+    assert report.refused == (("14/14_01.amc", reason),)
+    assert (tmp_path / "cmu-captions.tsv").read_text() == HEADER + ROWS[1]
+
+
+@pytest.mark.parametrize(
+    ("data", "fault"),
+    [
+        (b"<html>Sorry</html>", "expected an AMC file, found a web page"),
+        (
+            cmu_site.amc(3).encode()[:-16],
+            "expected 2 bones with 9 values in the last frame (number 3), "
+            "found 1 bones with 6 values",
+        ),
+    ],
+)
+def test_a_damaged_answer_is_refused(site, tmp_path, data, fault) -> None:
+    site.files[BOX] = data
+    report = fetch(site, tmp_path)
+    assert report.refused == (
+        (
+            "14/14_01.amc",
+            f"{site.url}{BOX}: {fault}. "
+            "The server's copy is damaged or is no capture; it was not kept.",
+        ),
+    )
+    assert [path.name for path in (tmp_path / "14").glob("14_01*")] == []
+
+
+def test_too_short_a_length_is_refused(site, tmp_path) -> None:
+    site.lengths[BOX] = 300
+    report = fetch(site, tmp_path)
+    assert [file for file, _ in report.refused] == ["14/14_01.amc"]
+    assert not (tmp_path / "14" / "14_01.amc").exists()
+
+
+def test_too_long_a_length_is_refused_after_patience(site, tmp_path, pauses) -> None:
+    size = len(site.files[BOX])
+    site.has_range = False
+    site.lengths[BOX] = size + 10
+    report = fetch(site, tmp_path, pauses)
+    assert report.refused == (
+        (
+            "14/14_01.amc",
+            f"{site.url}{BOX}: expected {size + 10} bytes, found {size}. "
+            "The transfer was cut: try again later.",
+        ),
+    )
+    assert pauses == [1.0, 1.0, 2.0]
+
+
+def test_without_a_length_the_contents_decide(site, tmp_path) -> None:
+    site.without_length = {BOX, WALK}
+    site.cuts[BOX] = [501]
+    report = fetch(site, tmp_path)
+    assert [file for file, _ in report.refused] == ["14/14_01.amc"]
+    assert fetch(site, tmp_path).refused == ()
+    assert files_in(tmp_path) == whole(site)
+
+
+def test_a_busy_server_is_asked_again(site, tmp_path, pauses) -> None:
+    site.statuses[WALK] = [503, 500]
+    assert fetch(site, tmp_path, pauses).refused == ()
+    assert pauses == [1.0, 2.0]
+
+
+def test_a_server_that_forbids_is_not_asked_again(site, tmp_path, pauses) -> None:
+    site.statuses[WALK] = [403]
+    (refused,) = fetch(site, tmp_path, pauses).refused
+    assert refused[1] == (
+        f"{site.url}{WALK}: expected a file, found that the server refuses (HTTP 403 Forbidden). "
+        "Try again later."
+    )
+    assert pauses == []
+
+
+def test_a_subject_that_is_not_there(site, tmp_path) -> None:
+    site.files["/search.php?subjectnumber=4"] = cmu_site.page(4, []).encode()
+    with pytest.raises(QueryError) as caught:
+        fetch_cmu([14, 4], tmp_path, base_url=site.url, accept_terms=True)
+    assert str(caught.value) == (
+        f"{site.url}/search.php?subjectnumber=4: expected captures of subject 4, "
+        f"found none listed. The subjects there are, are listed at {site.url}/search.php."
+    )
+    assert files_in(tmp_path) == {}
+
+
+def test_no_network(tmp_path, monkeypatch, pauses) -> None:
+    monkeypatch.setenv("no_proxy", "*")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        url = f"http://127.0.0.1:{free.getsockname()[1]}"
+    with pytest.raises(UnreachableError) as caught:
+        fetch_cmu(
+            [14],
+            tmp_path,
+            base_url=url,
+            accept_terms=True,
+            patience=Patience(1.0, 3, pauses.append),
+        )
+    assert str(caught.value) == (
+        f"{url}/search.php?subjectnumber=14: expected an answer, found none "
+        "([Errno 111] Connection refused). Check the network, or name another server with "
+        "--base-url; what is there already is kept."
+    )
+    assert pauses == [1.0, 2.0]
+
+
+def test_a_full_disk_stops_and_keeps_what_is_whole(site, tmp_path, monkeypatch) -> None:
+    real = transfer._open_part
+
+    class FullDisk:
+        def __init__(self, file) -> None:
+            self.file = file
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_) -> None:
+            self.file.close()
+
+        def write(self, chunk) -> None:
+            self.file.write(chunk[:50])
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(
+        transfer,
+        "_open_part",
+        lambda part, mode: FullDisk(real(part, mode)) if "_06" in part.name else real(part, mode),
+    )
+    with pytest.raises(UnreachableError) as caught:
+        fetch(site, tmp_path)
+    part = tmp_path / "14" / "14_06.amc.part"
+    assert str(caught.value) == (
+        f"{part}: expected room on the disk, found it full. "
+        "Make room and run the same command again; what is there already is kept."
+    )
+    assert (tmp_path / "cmu-captions.tsv").read_text() == HEADER + ROWS[0]
+    monkeypatch.setattr(transfer, "_open_part", real)
+    fetch(site, tmp_path)
+    assert site.asked(WALK) == [None, "bytes=50-"]
+    assert files_in(tmp_path) == whole(site)
+
+
+def test_an_interruption_leaves_nothing_half_written_under_a_final_name(site, tmp_path) -> None:
+    def stop(progress: FetchProgress) -> None:
+        if progress.file == "14/14_06.amc":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fetch(site, tmp_path, on_progress=stop)
+    names = {path.name for path in tmp_path.rglob("*") if path.is_file()}
+    assert names == {"14.asf", "14_01.amc", "14_06.amc.part", "cmu-captions.tsv"}
+    assert (tmp_path / "cmu-captions.tsv").read_text() == HEADER + ROWS[0]
+    fetch(site, tmp_path)
+    assert files_in(tmp_path) == whole(site)
+
+
+def test_the_terms_come_first(site, tmp_path) -> None:
+    with pytest.raises(MotionDBError) as caught:
+        fetch(site, tmp_path, accept_terms=False)
+    assert str(caught.value) == (
+        "fetch cmu: expected the terms to be accepted, found that they are not. "
+        f"Read them, then pass --yes.\n{CMU_TERMS}"
+    )
+    assert "mocap.cs.cmu.edu" in CMU_TERMS
+    assert "NSF EIA-0196217" in CMU_TERMS
+    assert site.log == []
+
+
+def test_a_foreign_sheet_is_not_overwritten(site, tmp_path) -> None:
+    sheet = tmp_path / "cmu-captions.tsv"
+    sheet.write_text("file\twords\nmine.bvh\thop\n")
+    with pytest.raises(SheetError) as caught:
+        fetch(site, tmp_path)
+    assert str(caught.value) == (
+        f"{sheet}:1: expected the columns file, skeleton, performer, fps, licence, words, "
+        "found file, words. Move this file away, or fetch to another folder."
+    )
+    assert sheet.read_text() == "file\twords\nmine.bvh\thop\n"
+
+
+def test_a_folder_that_cannot_be_made(site, tmp_path) -> None:
+    (tmp_path / "14").write_text("a file in the way")
+    with pytest.raises(UnreachableError) as caught:
+        fetch(site, tmp_path)
+    assert str(caught.value) == (
+        f"{tmp_path / '14'}: expected a file that can be written, found: File exists. "
+        "Choose another folder with --dir."
+    )
+
+
+@pytest.mark.parametrize("subject", ["x", "", 0, -3, 1000, "14_06"])
+def test_subjects_are_numbers(subject) -> None:
+    with pytest.raises(QueryError) as caught:
+        check_subjects([subject])
+    assert str(caught.value) == (
+        f"subjects: expected numbers such as 14, found {str(subject)!r}. "
+        "The list is at http://mocap.cs.cmu.edu/search.php."
+    )
+
+
+def test_no_subjects_and_no_address(tmp_path) -> None:
+    with pytest.raises(QueryError, match="expected at least one number such as 14, found none"):
+        check_subjects([])
+    with pytest.raises(QueryError, match=r"found 'file:///etc'\. Begin with http:// or "):
+        fetch_cmu([14], tmp_path, base_url="file:///etc", accept_terms=True)
