@@ -1,0 +1,251 @@
+"""Which motion symbols speak for which words: IBM Model 1, then Model 2.
+
+Notation (Brown et al. 1993; paper A, eq. 4): the source is a sequence of l motion symbols with
+NULL before it at position 0, the target a sequence of m words. Word j is explained by the symbol
+at position i with probability a(i | j, l, m) t(word_j | symbol_i), so that
+
+    P(words | symbols) = prod_j sum_i a(i | j, l, m) t(word_j | symbol_i).
+
+Model 1 holds a at 1 / (l + 1); Model 2 starts from its t and that a, and learns both by EM. The
+paper writes a sum of likelihoods; the sum of log-likelihoods is maximised here, and no step lowers
+it. Counts are normalised for every *position* of a word: a word that stands twice in a caption is
+explained twice (a well-known toolkit divides per word type and counts it once).
+
+Expected counts are additive over captures, see :mod:`motiondb.words.explanation`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from motiondb.records import Association, FloatArray, IntArray
+
+Pair = tuple[IntArray, IntArray]
+"""Symbols (l,) and words (m,) of one capture."""
+
+
+@dataclass(frozen=True, eq=False)
+class PairTable:
+    """All pairs laid end to end, and where each finds its alignment table.
+
+    Attributes
+    ----------
+    sources : array, positions of NULL and symbols: NULL is 0, symbol s is s + 1.
+    source_starts : array (pairs + 1,), pair p has sources[source_starts[p]:source_starts[p + 1]].
+    words, word_starts : the same for the words.
+    shapes : the (l, m) that occur, sorted; table_starts : array (shapes,), where the table of each
+        begins in the flat array of alignment probabilities; n_cells : length of that array.
+    tables : array (pairs,), where the table of each pair begins.
+    """
+
+    sources: IntArray
+    source_starts: IntArray
+    words: IntArray
+    word_starts: IntArray
+    shapes: tuple[tuple[int, int], ...]
+    table_starts: IntArray
+    n_cells: int
+    tables: IntArray
+
+
+def fit_association(
+    pairs: Sequence[Pair],
+    n_symbols: int,
+    vocabulary: Sequence[str],
+    *,
+    model1_iterations: int = 10,
+    model2_iterations: int = 20,
+    tolerance: float = 1e-5,
+) -> Association:
+    """Learn t and a from captures with words.
+
+    Parameters
+    ----------
+    pairs : symbols (l,) and word numbers (m,) of every described capture; empty ones are allowed.
+    n_symbols : number of motion symbols.
+    vocabulary : the words, in the order of their numbers.
+    model1_iterations, model2_iterations : EM steps at most.
+    tolerance : a model stops when the log-likelihood per word grows by less.
+
+    Raises
+    ------
+    ValueError : where a symbol or word number is out of range.
+
+    >>> pairs = [(np.array([0]), np.array([0])), (np.array([0, 1]), np.array([0, 1]))]
+    >>> fit_association(pairs, 2, ["walk", "sit"]).translation[2].round(2)
+    array([0., 1.])
+    """
+    _check_pairs(pairs, n_symbols, len(vocabulary))
+    table = lay_out(pairs)
+    t, a = uniform_start(table, n_symbols, len(vocabulary))
+    trace: list[float] = []
+    for iterations, learn_a in ((model1_iterations, False), (model2_iterations, True)):
+        t, a, rising = _run_em(table, t, a, iterations, tolerance, learn_a)
+        trace.extend(rising)
+    counts = np.zeros(len(vocabulary), dtype=np.int64)
+    for _, words in pairs:
+        counts[np.unique(words)] += 1
+    return Association(
+        words=tuple(vocabulary),
+        counts=counts,
+        translation=np.ascontiguousarray(t.T),
+        alignment=_tables_by_shape(table, a),
+        log_likelihoods=np.array(trace),
+    )
+
+
+def lay_out(pairs: Sequence[Pair]) -> PairTable:
+    """Lay pairs end to end, leaving out those without words."""
+    kept = [(np.asarray(s, np.int64), np.asarray(w, np.int64)) for s, w in pairs if len(w)]
+    lengths = np.array([len(s) + 1 for s, _ in kept], dtype=np.int64)
+    widths = np.array([len(w) for _, w in kept], dtype=np.int64)
+    shapes = sorted({(len(s), len(w)) for s, w in kept})
+    sizes = np.array([(length + 1) * width for length, width in shapes], dtype=np.int64)
+    starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    number = {shape: k for k, shape in enumerate(shapes)}
+    empty = np.zeros(0, dtype=np.int64)
+    return PairTable(
+        sources=np.concatenate([empty, *(np.append(0, s + 1) for s, _ in kept)]),
+        source_starts=np.append(0, np.cumsum(lengths)),
+        words=np.concatenate([empty, *(w for _, w in kept)]),
+        word_starts=np.append(0, np.cumsum(widths)),
+        shapes=tuple(shapes),
+        table_starts=starts[:-1],
+        n_cells=int(starts[-1]),
+        tables=np.array([starts[number[len(s), len(w)]] for s, w in kept], dtype=np.int64),
+    )
+
+
+def uniform_start(table: PairTable, n_symbols: int, n_words: int) -> tuple[FloatArray, FloatArray]:
+    """Where Model 1 begins: every word as likely under every symbol, every position as likely.
+
+    Returns
+    -------
+    t : array (words, symbols + 1), zero in columns of symbols that never stand beside words.
+    a : array (n_cells,), 1 / (l + 1).
+    """
+    t = np.zeros((n_words, n_symbols + 1))
+    t[:, np.unique(table.sources)] = 1.0 / max(n_words, 1)
+    a = np.empty(table.n_cells)
+    for (length, width), start in zip(table.shapes, table.table_starts):
+        a[start : start + width * (length + 1)] = 1.0 / (length + 1)
+    return t, a
+
+
+def em_step(
+    table: PairTable, t: FloatArray, a: FloatArray, *, learn_a: bool
+) -> tuple[FloatArray, FloatArray, float]:
+    """One step of EM.
+
+    Parameters
+    ----------
+    t : array (words, symbols + 1), columns sum to 1 or 0.
+    a : array (n_cells,), the alignment tables.
+    learn_a : whether a moves too (Model 2).
+
+    Returns
+    -------
+    The new t, the new a, and the log-likelihood under the *old* ones.
+    """
+    t_counts, a_counts = np.zeros_like(t), np.zeros_like(a)
+    log_likelihood = expected_counts(
+        table.sources, table.source_starts, table.words, table.word_starts, table.tables,
+        t, a, t_counts, a_counts,
+    )  # fmt: skip
+    totals = t_counts.sum(axis=0)
+    t = np.where(totals > 0, t_counts / np.where(totals > 0, totals, 1.0), t)
+    return t, _normalise_tables(table, a_counts) if learn_a else a, log_likelihood
+
+
+def _run_em(
+    table: PairTable, t: FloatArray, a: FloatArray, iterations: int, tolerance: float, learn_a: bool
+) -> tuple[FloatArray, FloatArray, list[float]]:
+    """EM until it stands still; the trace holds the log-likelihood after every step."""
+    trace: list[float] = []
+    before = None
+    for _ in range(iterations):
+        new_t, new_a, value = em_step(table, t, a, learn_a=learn_a)
+        if before is not None:
+            trace.append(value)
+            if value - before <= tolerance * len(table.words):
+                return t, a, trace
+        t, a, before = new_t, new_a, value
+    if iterations:
+        trace.append(em_step(table, t, a, learn_a=False)[2])
+    return t, a, trace
+
+
+@njit(cache=True)
+def expected_counts(
+    sources: IntArray,
+    source_starts: IntArray,
+    words: IntArray,
+    word_starts: IntArray,
+    tables: IntArray,
+    t: FloatArray,
+    a: FloatArray,
+    t_counts: FloatArray,
+    a_counts: FloatArray,
+) -> float:
+    """Add the expected counts of all pairs to ``t_counts`` and ``a_counts``; the E-step.
+
+    Shapes as in :class:`PairTable` and :func:`em_step`. Returns the log-likelihood.
+    """
+    log_likelihood = 0.0
+    longest = 0
+    for p in range(len(tables)):
+        longest = max(longest, source_starts[p + 1] - source_starts[p])
+    joint = np.empty(longest)
+    for p in range(len(tables)):
+        first = source_starts[p]
+        n = source_starts[p + 1] - first
+        cell = tables[p]
+        for j in range(word_starts[p], word_starts[p + 1]):
+            t_row = t[words[j]]
+            total = 0.0
+            for i in range(n):
+                joint[i] = t_row[sources[first + i]] * a[cell + i]
+                total += joint[i]
+            if total > 0.0:
+                log_likelihood += np.log(total)
+                count_row = t_counts[words[j]]
+                for i in range(n):
+                    share = joint[i] / total
+                    count_row[sources[first + i]] += share
+                    a_counts[cell + i] += share
+            else:
+                log_likelihood = -np.inf
+            cell += n
+    return log_likelihood
+
+
+def _normalise_tables(table: PairTable, a_counts: FloatArray) -> FloatArray:
+    a = np.empty_like(a_counts)
+    for (length, width), start in zip(table.shapes, table.table_starts):
+        cells = slice(start, start + width * (length + 1))
+        rows = a_counts[cells].reshape(width, length + 1)
+        a[cells] = (rows / rows.sum(axis=1, keepdims=True)).ravel()
+    return a
+
+
+def _tables_by_shape(table: PairTable, a: FloatArray) -> dict[tuple[int, int], FloatArray]:
+    return {
+        (length, width): a[start : start + width * (length + 1)].reshape(width, length + 1).copy()
+        for (length, width), start in zip(table.shapes, table.table_starts.tolist())
+    }
+
+
+def _check_pairs(pairs: Sequence[Pair], n_symbols: int, n_words: int) -> None:
+    for number, (symbols, words) in enumerate(pairs):
+        for what, values, limit in (("symbol", symbols, n_symbols), ("word", words, n_words)):
+            values = np.asarray(values)
+            bad = values[(values < 0) | (values >= limit)]
+            if len(bad):
+                raise ValueError(
+                    f"pair {number}: expected {what} numbers from 0 to {limit - 1}, "
+                    f"found {bad[0]}. Number them as the {what}s were learned."
+                )

@@ -1,0 +1,116 @@
+"""One word for all forms of a word: walks, walking, walked and walker are all "walk".
+
+Three steps, the first that answers wins: a short table of forms that motion captions use and
+dictionaries treat otherwise (backwards, shot, sitting as a noun); regular endings of common motion
+verbs (which also joins a noun of the doer with its verb: dancer, dance); the dictionary of
+simplemma. The dictionary takes some 0.2 s to load, so it is loaded when a word first needs it.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+_VERBS = """
+balance ballet bend block bounce bow box break breakdance catch circle clap climb crawl crouch
+dance dangle dash descend dip dive dodge drag dribble drink drive drop duck fall feint fight fish
+flap flip fold gallop grab guard hang hit hold hop hug hurdle jab jerk jog juggle jump kick kneel
+laugh lean leap lift limp lower lunge march mop nod pass pick pivot point pose pull punch push
+raise reach rest roll rotate run salute scratch screen screw shake shoot shrug shuffle sit skate
+skip slide slip sneak spin sprint squat stagger stamp stand start step stomp stop stretch stroke
+stroll strike stumble sweep swim swing throw tilt tiptoe toss touch trip trot turn twirl twist
+unscrew vault veer walk wash wave wipe zigzag
+"""
+VERBS = frozenset(_VERBS.split())
+"""Motion verbs whose regular forms are recognised without the dictionary."""
+
+FORMS = {
+    "arching": "arch",
+    "backwards": "backward",
+    "backflips": "backflip",
+    "bent": "bend",
+    "brought": "bring",
+    "downward": "down",
+    "downwards": "down",
+    "forwards": "forward",
+    "jetes": "jete",
+    "laid": "lie",
+    "lateral": "sideways",
+    "laterally": "sideways",
+    "leftward": "left",
+    "leftwards": "left",
+    "lying": "lie",
+    "ran": "run",
+    "rightward": "right",
+    "rightwards": "right",
+    "sat": "sit",
+    "shot": "shoot",
+    "shots": "shoot",
+    "sideway": "sideways",
+    "sidewards": "sideways",
+    "sideward": "sideways",
+    "stood": "stand",
+    "swung": "swing",
+    "upward": "up",
+    "upwards": "up",
+}
+
+_FIXED = """
+left right forward backward up down over under around through out off into across behind above
+below straight back front side sideways both upper lower inside outside away near far high low
+"""
+FIXED = frozenset(_FIXED.split())
+"""Words kept as written: as lemmas a dictionary would make leave of left, and low of lower."""
+
+
+@lru_cache(maxsize=20_000)
+def lemma(word: str) -> str:
+    """The form under which a word is filed.
+
+    Parameters
+    ----------
+    word : one word; case does not matter.
+
+    >>> [lemma(word) for word in ("Walks", "running", "dancer", "boxing", "left", "backwards")]
+    ['walk', 'run', 'dance', 'box', 'left', 'backward']
+    """
+    word = word.lower()
+    if word in FORMS:
+        return FORMS[word]
+    if word in FIXED or word in VERBS or not word.isalpha():
+        return word
+    for stem in _stems(word):
+        if stem in VERBS:
+            return stem
+    return _dictionary_lemma(word)
+
+
+def _stems(word: str) -> list[str]:
+    """What may stand before a regular ending, with a doubled letter undone and a silent e put back.
+
+    >>> _stems("running")
+    ['runn', 'run', 'runne']
+    """
+    stems = []
+    for ending in ("ings", "ing", "ers", "er", "es", "ed", "s", "d"):
+        if word.endswith(ending) and len(word) > len(ending) + 2:
+            stem = word[: -len(ending)]
+            stems.append(stem)
+            if ending in ("s", "d"):
+                continue
+            if stem[-1] == stem[-2]:
+                stems.append(stem[:-1])
+            stems.append(stem + "e")
+            break
+    if word.endswith("es"):
+        stems.append(word[:-1])
+    if word.endswith("ies") or word.endswith("ied"):
+        stems.append(word[:-3] + "y")
+    return stems
+
+
+def _dictionary_lemma(word: str) -> str:
+    """The lemma in simplemma's English dictionary, or the word itself."""
+    from simplemma import lemmatize
+
+    found = lemmatize(word, lang="en").lower()
+    return FORMS.get(found, found)

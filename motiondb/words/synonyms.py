@@ -1,0 +1,80 @@
+"""A user's own table of words that mean the same: ``word = canonical word``, a line each.
+
+A tab may stand in place of ``=``; blank lines and what follows ``#`` are skipped. A canonical word
+may itself have an entry: chains are followed to their end.
+"""
+
+from __future__ import annotations
+
+import re
+
+from motiondb.errors import SheetError
+from motiondb.words.lemmas import lemma
+
+
+def parse_synonyms(text: str, source: str = "synonyms") -> dict[str, str]:
+    """Read a table of synonyms.
+
+    Parameters
+    ----------
+    text : the table, as in the module's docstring.
+    source : what to call the table in messages, such as its file name.
+
+    Returns
+    -------
+    From each lemma to its canonical lemma, chains resolved.
+
+    Raises
+    ------
+    SheetError : naming every faulty line at once.
+
+    >>> parse_synonyms("jog = run\\nstroll\\twalk  # slowly")
+    {'jog': 'run', 'stroll': 'walk'}
+    """
+    table: dict[str, str] = {}
+    lines: dict[str, int] = {}
+    faults: list[str] = []
+    for number, raw in enumerate(text.lstrip("\ufeff").splitlines(), start=1):
+        line = raw.split("#", 1)[0].strip()
+        if not line:
+            continue
+        pair = _pair(line)
+        if pair is None:
+            faults.append(
+                f"{source}:{number}: expected 'word = canonical word', found {line!r}. "
+                "Write one word on each side of '=' or of a tab."
+            )
+        elif table.get(pair[0], pair[1]) != pair[1]:
+            faults.append(
+                f"{source}:{number}: expected one canonical word for {pair[0]!r}, found "
+                f"{pair[1]!r} beside {table[pair[0]]!r} of line {lines[pair[0]]}. Leave one out."
+            )
+        elif pair[0] != pair[1]:
+            table[pair[0]], lines[pair[0]] = pair[1], number
+    faults += [
+        f"{source}:{lines[word]}: expected synonyms that end in a word, found a circle through "
+        f"{word!r}. Leave one of its lines out."
+        for word in table
+        if _follow(word, table) is None
+    ]
+    if faults:
+        raise SheetError("\n".join(faults))
+    return {word: _follow(word, table) or word for word in table}
+
+
+def _pair(line: str) -> tuple[str, str] | None:
+    sides = [side.strip() for side in re.split(r"=|\t+", line)]
+    if len(sides) != 2 or not all(re.fullmatch(r"[^\W\d_]+", side) for side in sides):
+        return None
+    return lemma(sides[0]), lemma(sides[1])
+
+
+def _follow(word: str, table: dict[str, str]) -> str | None:
+    """The end of the chain that starts at a word, or None where it runs in a circle."""
+    seen = {word}
+    while word in table:
+        word = table[word]
+        if word in seen:
+            return None
+        seen.add(word)
+    return word

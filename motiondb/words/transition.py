@@ -1,0 +1,88 @@
+"""Which symbol follows which: a bigram with begin and end, plain and by clusters.
+
+Row 0 of every matrix is the begin of a capture, row s + 1 symbol s; column 0 is its end, column
+s + 1 symbol s. The paper's eq. 5 has no first term and its eq. 6 divides by *all* occurrences, so
+that its rows sum to less than 1; with begin and end every row sums to 1. A row without counts (a
+symbol that no capture holds) ends for certain.
+
+By clusters, P(symbol' | symbol) = P(cluster' | cluster) P(symbol' | cluster'); begin and end are
+clusters of their own. (The paper's eq. 9 stops at the first factor, which is no distribution over
+symbols.) A pair of symbols is possible exactly where its pair of clusters was seen, and with one
+symbol per cluster this is the plain bigram.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from motiondb.records import FloatArray, IntArray
+
+UNSEEN = 0.5
+"""Count that a symbol starts with inside its cluster, so that none is impossible."""
+
+
+def count_transitions(sequences: Iterable[IntArray], n_symbols: int) -> FloatArray:
+    """How often each symbol follows each: array (symbols + 1, symbols + 1).
+
+    Additive over captures: a capture is removed by subtracting its counts. Empty ones add nothing.
+
+    >>> count_transitions([np.array([0, 0, 1])], 2)
+    array([[0., 1., 0.],
+           [0., 1., 1.],
+           [1., 0., 0.]])
+    """
+    counts = np.zeros((n_symbols + 1, n_symbols + 1))
+    for sequence in sequences:
+        if len(sequence):
+            nodes = np.concatenate([[0], np.asarray(sequence, dtype=np.int64) + 1, [0]])
+            np.add.at(counts, (nodes[:-1], nodes[1:]), 1.0)
+    return counts
+
+
+def log_bigram(counts: FloatArray) -> FloatArray:
+    """log P(column | row) of the plain bigram, array (symbols + 1, symbols + 1); -inf where unseen.
+
+    counts : array (symbols + 1, symbols + 1), see :func:`count_transitions`.
+    """
+    return _log(_rows_to_one(counts))
+
+
+def log_clustered_bigram(counts: FloatArray, clusters: IntArray) -> FloatArray:
+    """log P(column | row) of the clustered bigram, array (symbols + 1, symbols + 1).
+
+    Parameters
+    ----------
+    counts : array (symbols + 1, symbols + 1), see :func:`count_transitions`.
+    clusters : array (symbols,), the cluster of each symbol, any non-negative numbers.
+
+    >>> walk_to_sit = count_transitions([np.array([0, 2]), np.array([1])], 3)
+    >>> np.exp(log_clustered_bigram(walk_to_sit, np.array([0, 0, 1])))[2].round(2)
+    array([0.5, 0. , 0. , 0.5])
+    """
+    node = np.append(0, np.unique(np.asarray(clusters), return_inverse=True)[1].ravel() + 1)
+    n_clusters = int(node.max()) + 1
+    between = np.zeros((n_clusters, n_clusters))
+    np.add.at(between, (node[:, None], node[None, :]), counts)
+    weights = counts.sum(axis=0) + UNSEEN
+    within = weights / np.bincount(node, weights, n_clusters)[node]
+    return _log(_rows_to_one(between)[node[:, None], node[None, :]] * within[None, :])
+
+
+def sequence_log_probability(log_transitions: FloatArray, symbols: IntArray) -> float:
+    """log P(symbols), from begin to end, nats."""
+    nodes = np.concatenate([[0], np.asarray(symbols, dtype=np.int64) + 1, [0]])
+    return float(log_transitions[nodes[:-1], nodes[1:]].sum())
+
+
+def _rows_to_one(counts: FloatArray) -> FloatArray:
+    totals = counts.sum(axis=1, keepdims=True)
+    probabilities = counts / np.where(totals > 0, totals, 1.0)
+    probabilities[totals[:, 0] <= 0, 0] = 1.0
+    return probabilities
+
+
+def _log(probabilities: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore"):
+        return np.log(probabilities)
