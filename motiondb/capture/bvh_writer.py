@@ -2,8 +2,9 @@
 
 Joints come out depth first. A joint keeps the channels of ``Skeleton.channels`` where these can
 say its motion; otherwise it gets position channels or the rotations Z, Y, X as it needs. A leaf
-without an end site gets one at distance 0, as the format asks. Angles are unwrapped in time, so
-that programs that interpolate do not spin. Resolution: 1e-6 degrees and 1e-8 m.
+without an end site gets one at distance 0, as the format asks. Of the ways to say a rotation the
+one nearest to the frame before is written, so that programs that interpolate do not spin.
+Resolution: 1e-6 degrees and 1e-8 m.
 """
 
 from __future__ import annotations
@@ -115,7 +116,7 @@ def _channels(
         positions = tuple(name for name in declared if name.endswith("position"))
         declared = (*positions, *default[-3:])
         angles = rotation.to_euler(clip.local_rotations[:, joint], DEFAULT_ORDER)
-    angles = np.unwrap(angles, axis=0, period=360.0)
+    angles = _smooth(angles)
     columns, turn = [], 0
     for name in declared:
         if name.endswith("position"):
@@ -124,6 +125,27 @@ def _channels(
             columns.append(angles[:, turn])
             turn += 1
     return declared, np.array(columns).reshape(len(columns), clip.n_frames).T
+
+
+def _smooth(angles: FloatArray) -> FloatArray:
+    """The same rotations by angles (frames, n), degrees, that change least from frame to frame.
+
+    (a, b, c) and (a + 180, 180 - b, c + 180) are one rotation. That change of form preserves
+    distances, so a frame takes the other form than its predecessor exactly where the pair of
+    computed angles is farther apart than with one of them changed.
+    """
+    if angles.shape[1] == 3:
+        other = angles * [1.0, -1.0, 1.0] + 180.0
+        stay = np.abs(_half_turn(angles[1:] - angles[:-1])).max(axis=1)
+        change = np.abs(_half_turn(other[1:] - angles[:-1])).max(axis=1)
+        changed = np.cumsum(np.append(False, change < stay)) % 2 == 1
+        angles = np.where(changed[:, None], other, angles)
+    return np.asarray(np.unwrap(angles, axis=0, period=360.0))
+
+
+def _half_turn(degrees: FloatArray) -> FloatArray:
+    """The same angles from -180 to 180 degrees."""
+    return (degrees + 180.0) % 360.0 - 180.0
 
 
 def _rotation_names(channels: tuple[str, ...]) -> tuple[str, ...]:
