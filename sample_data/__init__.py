@@ -1,0 +1,1 @@
+"""The captures that motiondb makes itself, and the program that makes them."""

@@ -1,0 +1,198 @@
+"""The committed captures and their truth: consistent, human, and reproducible to the byte."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motiondb.capture import read_capture
+from motiondb.pose import body, kinematics, retarget
+from motiondb.records import Clip
+
+FOLDER = Path(__file__).resolve().parents[2] / "sample_data"
+COMMON = [
+    "walk", "run", "jump", "kick", "punch", "wave", "bow", "sit_down", "stand_up", "pick_up", "dance",
+    "turn_left", "turn_right",
+]  # fmt: skip
+BASKETBALL = [
+    "dribble", "pass", "catch", "shoot", "layup", "feint", "fake_shot", "pivot_left", "pivot_right",
+    "screen", "guard", "block", "hold", "push", "idle",
+]  # fmt: skip
+
+
+def sheet(name: str) -> list[dict[str, str]]:
+    with (FOLDER / f"{name}.tsv").open(encoding="utf-8", newline="") as lines:
+        return list(csv.DictReader(lines, delimiter="\t"))
+
+
+def rows_by_file(name: str) -> dict[str, list[dict[str, str]]]:
+    rows: dict[str, list[dict[str, str]]] = defaultdict(list)
+    for row in sheet(name):
+        rows[row["file"]].append(row)
+    return rows
+
+
+@pytest.fixture(scope="module")
+def clips() -> dict[str, Clip]:
+    paths = sorted((FOLDER / "captures").rglob("*.bvh"))
+    return {p.relative_to(FOLDER / "captures").as_posix(): read_capture(p) for p in paths}
+
+
+def test_sheets_and_files_name_the_same_captures(clips: dict[str, Clip]) -> None:
+    assert len(clips) >= 92
+    for name in ("captions", "segments"):
+        assert {row["file"] for row in sheet(name)} == set(clips)
+    assert {row["file"] for row in sheet("events")} <= set(clips)
+    assert {row["synthetic"] for row in sheet("captions")} == {"yes"}
+    assert {row["licence"] for row in sheet("captions")} == {"CC0-1.0"}
+    assert all(row["words"].strip() for row in sheet("captions"))
+
+
+def test_segments_tile_every_capture_and_events_lie_inside(clips: dict[str, Clip]) -> None:
+    for file, rows in rows_by_file("segments").items():
+        starts = [int(row["start_frame"]) for row in rows]
+        ends = [int(row["end_frame"]) for row in rows]
+        assert starts == [0, *ends[:-1]], file
+        assert ends[-1] == clips[file].n_frames, file
+        assert all(start < end for start, end in zip(starts, ends)), file
+        assert [float(row["start_s"]) for row in rows] == pytest.approx(
+            [start / 30 for start in starts], abs=1e-3
+        )
+    for row in sheet("events"):
+        assert 0 <= int(row["frame"]) < clips[row["file"]].n_frames
+        assert row["joint"] in body.INDEX
+
+
+def test_timed_captions_lie_on_segments_of_their_action() -> None:
+    segments = rows_by_file("segments")
+    timed = [row for row in sheet("captions") if row["start"]]
+    assert len(timed) > 80
+    for row in timed:
+        spans = {(s["start_s"], s["end_s"]): s["label"] for s in segments[row["file"]]}
+        label = spans[row["start"], row["end"]]
+        assert label == row["action"] or label.startswith(f"{row['action']}_")
+
+
+def test_every_action_has_its_performers_and_takes() -> None:
+    takes: dict[str, set[str]] = defaultdict(set)
+    for row in sheet("segments"):
+        action = "dance" if row["label"].startswith("dance_") else row["label"]
+        takes[action].add(row["file"])
+    for action in COMMON:
+        assert len(takes[action]) >= 3, action
+        assert len({file.split("/")[0] for file in takes[action]}) >= 3, action
+    for action in BASKETBALL:
+        assert len({file.split("/")[0] for file in takes[action]}) >= 2, action
+
+
+def test_long_takes_last_20_to_60_seconds(clips: dict[str, Clip]) -> None:
+    long = {file: clip.duration for file, clip in clips.items() if "/long_" in file}
+    assert len(long) >= 12
+    assert min(long.values()) >= 20
+    assert max(long.values()) <= 60
+
+
+def test_takes_from_grammars_are_their_sentences() -> None:
+    segments = rows_by_file("segments")
+    grammars = json.loads((FOLDER / "grammars.json").read_text(encoding="utf-8"))
+    assert sum(len(grammar["takes"]) for grammar in grammars.values()) >= 3
+    for grammar in grammars.values():
+        for take in grammar["takes"]:
+            said = [word for sentence in take["sentences"] for word in sentence["words"]]
+            shown = [row["label"] for row in segments[take["file"]]][1:]
+            assert shown[: len(said)] == said
+            assert shown[len(said) :] in ([], ["idle"])
+            for sentence in take["sentences"]:
+                assert derived(sentence["tree"], grammar["rules"]) == sentence["words"]
+
+
+def derived(tree: list, rules: dict[str, list[list[str]]]) -> list[str]:
+    """The words under a tree, every node of which must be a rule of the grammar."""
+    symbol, children = tree
+    assert [c if isinstance(c, str) else c[0] for c in children] in rules[symbol]
+    words: list[str] = []
+    for child in children:
+        words += [child] if isinstance(child, str) else derived(child, rules)
+    return words
+
+
+def test_the_body_is_a_body(clips: dict[str, Clip]) -> None:
+    """Speeds within human limits, nothing below the ground, one skeleton a performer."""
+    bones: dict[str, np.ndarray] = {}
+    for file, clip in clips.items():
+        assert clip.joint_positions is None
+        assert clip.fps == pytest.approx(30.0, abs=1e-3)
+        offsets = bones.setdefault(file.split("/")[0], clip.skeleton.offsets)
+        np.testing.assert_array_equal(offsets, clip.skeleton.offsets)
+        positions, _ = kinematics.clip_positions(clip)
+        assert positions[..., 1].min() > 0.01, file
+        speeds = np.linalg.norm(np.diff(positions, axis=0), axis=-1) * clip.fps
+        assert speeds.max() < 12.0, file
+        feet = [
+            n for n, name in enumerate(clip.skeleton.names) if name.endswith(("Toe", "ToeBase"))
+        ]
+        assert positions[:, feet, 1].min(axis=1)[0] < 0.05, file
+
+
+def test_planted_feet_stay_where_they_are(clips: dict[str, Clip]) -> None:
+    """From a strike (and 4 frames to put the sole down) to the next lifting, toes stand still."""
+    events = rows_by_file("events")
+    for file, clip in clips.items():
+        positions, _ = kinematics.clip_positions(clip)
+        for side, name in (("l", "Left"), ("r", "Right")):
+            toe = next(
+                n
+                for n, joint in enumerate(clip.skeleton.names)
+                if joint in (f"{name}Toe", f"{name}ToeBase")
+            )
+            planted = np.ones(clip.n_frames, dtype=bool)
+            off = 0
+            for row in events[file]:
+                if row["joint"] == f"{side}_ankle" and row["event"] in ("foot_off", "take_off"):
+                    off = int(row["frame"])
+                if row["joint"] == f"{side}_ankle" and row["event"] == "foot_strike":
+                    planted[max(0, off - 2) : int(row["frame"]) + 4] = False
+            flat = np.diff(positions[:, toe][:, [0, 2]], axis=0)
+            speed = np.linalg.norm(flat, axis=-1) * clip.fps
+            assert speed[planted[1:] & planted[:-1]].max(initial=0.0) < 0.02, (file, side)
+            heights = positions[planted, toe, 1]
+            assert np.ptp(heights) < 0.012, (file, side)
+
+
+def test_captures_fit_the_canonical_body(clips: dict[str, Clip]) -> None:
+    lengths = {}
+    for file in ("ana/walk_1.bvh", "chidi/run_1.bvh", "goran/layup_1.bvh", "dora/wave_1.bvh"):
+        if file in clips:
+            motion = retarget.to_motion(clips[file])
+            assert motion.notes == ()
+            assert motion.n_frames == clips[file].n_frames
+            lengths[file.split("/")[0]] = round(motion.leg_length, 3)
+    assert lengths == {"ana": 0.8, "chidi": 0.88, "dora": 0.76}
+
+
+def test_the_same_seed_gives_the_committed_bytes(tmp_path: Path) -> None:
+    from sample_data.make import make
+
+    some = ["ana/walk_1.bvh", "chidi/layup_1.bvh", "dora/long_dance_1.bvh", "emil/pick_up_1.bvh"]
+    make(tmp_path, seed=1, only=some)
+    for file in some:
+        assert (tmp_path / "captures" / file).read_bytes() == (
+            FOLDER / "captures" / file
+        ).read_bytes()
+    for name in ("captions", "segments", "events"):
+        made = (tmp_path / f"{name}.tsv").read_text(encoding="utf-8").splitlines()
+        committed = (FOLDER / f"{name}.tsv").read_text(encoding="utf-8").splitlines()
+        assert made == [committed[0]] + [line for line in committed if line.split("\t")[0] in some]
+
+
+def test_another_seed_gives_other_motion(tmp_path: Path) -> None:
+    from sample_data.make import make
+
+    make(tmp_path, seed=2, only=["ana/bow_1.bvh"])
+    other = (tmp_path / "captures/ana/bow_1.bvh").read_text()
+    assert other != (FOLDER / "captures/ana/bow_1.bvh").read_text()
