@@ -21,7 +21,9 @@ from motiondb.records import Float32Array, FloatArray, MotionSymbols
 from motiondb.symbols.hmm_kernels import NEVER, LogSymbols
 
 BLOCK_VALUES = 1_500_000
-"""Log densities held at once (6 MB)."""
+"""Log densities held at once (6 MB), unless one segment is longer than that for a few symbols."""
+SIMD_WIDTH = 8
+"""Symbols are taken in multiples of this."""
 _SINGLE_PRECISION_LIMIT = 2e4  # sum_d m^2 / v up to which single precision errs by some 1e-3 nats
 
 
@@ -93,30 +95,30 @@ def log_density_blocks(
     Yields
     ------
     first : number of the block's first symbol.
-    log_densities : array (frames, symbols of the block, states), valid until the next block.
+    log_densities : array (frames, states, symbols of the block), valid until the next block.
     """
     n_symbols, n_padded, _ = symbols.means.shape
-    width = max(1, BLOCK_VALUES // max(1, len(frames) * n_padded))
+    width = BLOCK_VALUES // max(1, len(frames) * n_padded)
+    width = max(width // SIMD_WIDTH, 1) * SIMD_WIDTH
     weights, constants, centre = _weights(symbols)
     centred = (frames - centre).astype(weights.dtype)
     terms = np.concatenate([np.square(centred), centred], axis=1)
     for first in range(0, n_symbols, width):
-        columns = slice(first * n_padded, min(first + width, n_symbols) * n_padded)
-        block = terms @ weights[:, columns]
-        block += constants[columns]
-        shaped = block.reshape(len(frames), -1, n_padded)
+        some = slice(first, first + width)
+        block = terms @ weights[:, :, some].reshape(len(weights), -1)
+        block += constants[:, some].reshape(-1)
+        shaped = block.reshape(len(frames), n_padded, -1)
         yield first, np.asarray(shaped, dtype=np.float32)
 
 
 def _weights(symbols: MotionSymbols) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Weights (2 * dimensions, symbols * states), constants (symbols * states,), centre."""
-    n_dims = symbols.means.shape[2]
+    """Weights (2 * dimensions, states, symbols), constants (states, symbols), centre."""
     real = np.arange(symbols.means.shape[1]) < symbols.n_states[:, None]
     centre = symbols.means[real].mean(axis=0)
-    means = np.where(real[..., None], symbols.means - centre, 0.0).reshape(-1, n_dims)
-    covars = symbols.covars.reshape(-1, n_dims)
-    spread = (means**2 / covars).sum(axis=1)
-    constants = -0.5 * (spread + np.log(2 * np.pi * covars).sum(axis=1))
-    weights = np.concatenate([-0.5 / covars, means / covars], axis=1).T
+    means = np.where(real[..., None], symbols.means - centre, 0.0).transpose(2, 1, 0)
+    covars = symbols.covars.transpose(2, 1, 0)
+    spread = (means**2 / covars).sum(axis=0)
+    constants = -0.5 * (spread + np.log(2 * np.pi * covars).sum(axis=0))
+    weights = np.concatenate([-0.5 / covars, means / covars])
     dtype = np.float32 if spread.max() < _SINGLE_PRECISION_LIMIT else np.float64
     return np.ascontiguousarray(weights, dtype=dtype), constants.astype(dtype), centre

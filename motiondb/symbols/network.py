@@ -85,7 +85,7 @@ def _pass_tokens(
     step = max(1, BLOCK_VALUES // (n_symbols * n_padded))
     for low in range(0, n_frames, step):
         blocks = [block for _, block in log_density_blocks(symbols, frames[low : low + step])]
-        densities = blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
+        densities = blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=2)
         state, records = (tokens, begun, entry, leaving), (entered, before)
         _advance(densities, low, prepared, switch_cost, moves, state, records)
     return entered, before, int(np.argmax(leaving))
@@ -110,7 +110,7 @@ def _advance(
         for s in range(n_symbols):
             last = symbols.n_states[s] - 1
             _advance_symbol(
-                densities[number, s],
+                densities[number, :, s],
                 symbols.log_stay[s],
                 symbols.log_leave[s],
                 (tokens[s, : last + 1], begun[s]),
