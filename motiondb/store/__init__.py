@@ -1,1 +1,104 @@
+"""The store: one DuckDB file. The only part of motiondb that knows DuckDB.
 
+Open it with :func:`open_store`; functions ``load_...`` and ``save_...`` take the open store first.
+The tables are told in ``motiondb.schema``'s ``schema.sql``.
+"""
+
+from motiondb.store.annotations import (
+    load_captions,
+    load_synonyms,
+    save_captions,
+    save_synonyms,
+    save_tags,
+)
+from motiondb.store.cache import MotionPool, cached_arrays, load_motion_pool
+from motiondb.store.catalogue import (
+    load_capture,
+    load_captures,
+    load_digests,
+    load_motion,
+    remove_capture,
+    save_capture,
+)
+from motiondb.store.check import check_store
+from motiondb.store.compact import compact, count_rows
+from motiondb.store.connection import Store, open_store, transaction
+from motiondb.store.generated import (
+    Provenance,
+    SourceCapture,
+    load_provenance,
+    save_provenance,
+    to_provenance,
+)
+from motiondb.store.learned import (
+    LearningSize,
+    clear_learning,
+    is_learned,
+    learning_is_current,
+    load_association,
+    load_learning,
+    load_learning_size,
+    load_parameters,
+    load_segments,
+    load_space,
+    load_symbols,
+    load_transition_counts,
+    save_learning,
+)
+from motiondb.store.relations import load_relations, save_relations
+from motiondb.store.runs import finish_run, load_runs, start_run
+from motiondb.store.sources import Source, digest, load_source, pack_source
+from motiondb.store.where import Condition, matches, parse_where
+
+__all__ = [
+    "Condition",
+    "LearningSize",
+    "MotionPool",
+    "Provenance",
+    "Source",
+    "SourceCapture",
+    "Store",
+    "cached_arrays",
+    "check_store",
+    "clear_learning",
+    "compact",
+    "count_rows",
+    "digest",
+    "finish_run",
+    "is_learned",
+    "learning_is_current",
+    "load_association",
+    "load_captions",
+    "load_capture",
+    "load_captures",
+    "load_digests",
+    "load_learning",
+    "load_learning_size",
+    "load_motion",
+    "load_motion_pool",
+    "load_parameters",
+    "load_provenance",
+    "load_relations",
+    "load_runs",
+    "load_segments",
+    "load_source",
+    "load_space",
+    "load_symbols",
+    "load_synonyms",
+    "load_transition_counts",
+    "matches",
+    "open_store",
+    "pack_source",
+    "parse_where",
+    "remove_capture",
+    "save_captions",
+    "save_capture",
+    "save_learning",
+    "save_provenance",
+    "save_relations",
+    "save_synonyms",
+    "save_tags",
+    "start_run",
+    "to_provenance",
+    "transaction",
+]

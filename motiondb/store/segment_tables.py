@@ -1,0 +1,58 @@
+"""Tables of the segments and of what every symbol says of them."""
+
+from __future__ import annotations
+
+import duckdb
+import numpy as np
+
+from motiondb.records import SegmentTable
+from motiondb.store.columns import fetch, from_rows, insert, to_rows
+
+TABLES = ("segment", "segment_score")
+
+
+def insert_segments(
+    connection: duckdb.DuckDBPyConnection, segments: SegmentTable, run_id: int
+) -> None:
+    """Write the segments in their order."""
+    ordinals = np.arange(len(segments.starts))
+    runs = np.full(len(ordinals), run_id)
+    insert(
+        connection,
+        "segment",
+        capture_id=segments.capture_ids,
+        ordinal=ordinals,
+        start_frame=segments.starts,
+        end_frame=segments.ends,
+        symbol_id=segments.symbols,
+        log_likelihood=segments.log_likelihoods,
+        background=segments.backgrounds,
+        run_id=runs,
+    )
+    scores = to_rows(segments.scores)
+    insert(connection, "segment_score", ordinal=ordinals, scores=scores, run_id=runs)
+
+
+def select_segments(
+    connection: duckdb.DuckDBPyConnection, n_symbols: int, scores: bool = True
+) -> SegmentTable:
+    """Read the segments; without ``scores`` their array has no columns."""
+    rows = fetch(
+        connection,
+        "SELECT capture_id, start_frame, end_frame, symbol_id, log_likelihood, background "
+        "FROM segment ORDER BY ordinal",
+    )
+    n = len(rows["capture_id"])
+    table = np.zeros((n, 0), dtype=np.float32)
+    if scores:
+        column = fetch(connection, "SELECT scores FROM segment_score ORDER BY ordinal")["scores"]
+        table = from_rows(column, (n_symbols,), np.float32)
+    return SegmentTable(
+        rows["capture_id"],
+        rows["start_frame"],
+        rows["end_frame"],
+        rows["symbol_id"],
+        rows["log_likelihood"],
+        rows["background"],
+        table,
+    )
