@@ -265,6 +265,13 @@ def _layup_flight(take: Take, off: float, feet: tuple[str, str], sign: float) ->
         take.event(land, "foot_strike", f"{side}_ankle", "ground")
     take.event(lift, "foot_off", f"{knee}_ankle", "ground")
     take.event(off, "take_off", f"{plant}_ankle", "ground")
+    _layup_hands(take, off, land, feet)
+
+
+def _layup_hands(take: Take, off: float, land: float, feet: tuple[str, str]) -> None:
+    """The ball goes up with both hands, and leaves the one over the raised knee."""
+    plant, knee = feet
+    duration = land - off
     gone, up = off + 0.48 * duration, (0.5, -0.2, 0.7)
     both(take, off, 0.24, 0.44)
     take.hand(knee, gone, (-0.02, 0.92, 0.34), up, flex=15.0)

@@ -56,6 +56,7 @@ def twirl(take: Take, side: str) -> None:
 def clap(take: Take) -> None:
     """Two claps before the chest, the knees bending to the beat."""
     start, bar = take.begin(), take.beat(BAR)
+    inward = -(take.person.shoulders - 0.045) / take.person.arm
     for i, time in enumerate((start + 0.32 * bar, start + 0.72 * bar)):
         take.pelvis(time, dx=0.02 * (-1) ** i, dh=-0.09)
         take.key(time, tilt=5.0, lean=4.0, twist=6.0 * (-1) ** i, nod=6.0)
@@ -63,7 +64,7 @@ def clap(take: Take) -> None:
         take.pelvis(opened, dh=-0.02)
         for side in "lr":
             take.hand(side, opened, (0.18, -0.18, 0.52), (0.8, -0.6, -0.2))
-            take.hand(side, time, (-0.33, -0.12, 0.56), (0.8, -0.6, -0.2))
+            take.hand(side, time, (inward, -0.12, 0.60), (0.8, -0.6, -0.2))
         take.event(time, "contact", "l_wrist", "r_wrist")
     take.relax(start + bar)
     take.end("dance_clap", start + bar)
@@ -73,8 +74,11 @@ def sway(take: Take) -> None:
     """Hips and raised arms from side to side, twice."""
     start, bar = take.begin(), 2.0 * take.beat(BAR)
     sign = 1.0 if take.random.randint(2) else -1.0
+    for time in (start + 0.11 * bar, start + 0.89 * bar):
+        for side in "lr":
+            take.hand(side, time, (0.42, -0.30, 0.50), (0.9, -0.4, -0.1))
     for i in range(4):
-        time, way = start + (0.16 + 0.22 * i) * bar, sign * (-1) ** i
+        time, way = start + (0.21 + 0.19 * i) * bar, sign * (-1) ** i
         take.pelvis(time, dx=0.085 * way * take.vigour, dh=-0.04)
         take.key(time, roll=7.0 * way, side=11.0 * way, look=-10.0 * way)
         for side in "lr":
@@ -82,8 +86,8 @@ def sway(take: Take) -> None:
             take.hand(side, time, (out, 0.58, 0.36), (0.9, -0.3, 0.1))
         free = "r" if way > 0 else "l"
         take.key(time, **{f"{free}heel": 22.0, f"{free}bend": 20.0})
-        take.key(time - 0.11 * bar, **{f"{free}heel": 0.0, f"{free}bend": 0.0})
-        take.key(time + 0.11 * bar, **{f"{free}heel": 0.0, f"{free}bend": 0.0})
+        take.key(time - 0.095 * bar, **{f"{free}heel": 0.0, f"{free}bend": 0.0})
+        take.key(time + 0.095 * bar, **{f"{free}heel": 0.0, f"{free}bend": 0.0})
     take.relax(start + bar)
     take.end("dance_sway", start + bar)
 

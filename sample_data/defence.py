@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from sample_data.footwork import shuffle
 from sample_data.gestures import flight
-from sample_data.locomotion import other_side, shuffle
+from sample_data.locomotion import other_side
 from sample_data.score import HOLD, STAND, Posture, Take, hands
 
 DEFEND: Posture = (

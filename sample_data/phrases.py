@@ -75,6 +75,8 @@ def short_captions(performer: str, labels: list[str], random: np.random.RandomSt
 
 def long_captions(performer: str, labels: list[str], random: np.random.RandomState) -> list[str]:
     """Two captions of a long capture: the actions as a list of keywords, and as sentences."""
+    if len(labels) > 12:  # nobody lists so many: each kind once
+        labels = list(dict.fromkeys(labels))
     listed = ", ".join(_keyword(label, random) for label in labels)
     sentences = []
     for first in range(0, len(labels), 4):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sample_data import basketball, dancing, defence, fighting, gestures, locomotion
+from sample_data import basketball, dancing, defence, fighting, footwork, gestures, locomotion
 from sample_data.score import Take
 
 Move = tuple[str, dict[str, object]]
@@ -50,8 +50,8 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "idle": gestures.idle,
     "walk": locomotion.walk,
     "run": locomotion.run,
-    "turn_left": lambda take, angle=90.0: locomotion.turn(take, angle),
-    "turn_right": lambda take, angle=90.0: locomotion.turn(take, -angle),
+    "turn_left": lambda take, angle=90.0: footwork.turn(take, angle),
+    "turn_right": lambda take, angle=90.0: footwork.turn(take, -angle),
     "curve_left": lambda take, steps=6, angle=100.0: locomotion.walk(
         take, steps, angle, "turn_left"
     ),
@@ -85,8 +85,8 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "layup": basketball.layup,
     "feint": _feint,
     "fake_shot": basketball.fake_shot,
-    "pivot_left": lambda take, angle=90.0: locomotion.pivot(take, angle),
-    "pivot_right": lambda take, angle=90.0: locomotion.pivot(take, -angle),
+    "pivot_left": lambda take, angle=90.0: footwork.pivot(take, angle),
+    "pivot_right": lambda take, angle=90.0: footwork.pivot(take, -angle),
     "block": defence.block,
     "screen": defence.screen,
     "guard": defence.guard,

@@ -121,9 +121,9 @@ def _lowered_pelvis(
         highest = ankle[:, 1] + np.sqrt(((0.991 * length) ** 2 - flat).clip(0.04 * length**2))
         planted = channels[f"{side}y"] < 0.02
         excess = np.maximum(excess, np.where(planted, hip[:, 1] - highest, 0.0))
-    widened = np.max([_shift(excess, n) for n in range(-4, 5)], axis=0)
-    hann = np.hanning(11)[1:-1]
-    padded = np.pad(widened, 4, mode="edge")
+    widened = np.max([_shift(excess, n) for n in range(-2, 3)], axis=0)
+    hann = np.hanning(7)[1:-1]
+    padded = np.pad(widened, 2, mode="edge")
     pelvis[:, 1] -= np.convolve(padded, hann / hann.sum(), mode="valid")
     return pelvis
 

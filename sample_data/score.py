@@ -195,7 +195,9 @@ class Take:
         height : of the swing, metres; roll : heel up before lifting, toes up at landing, degrees.
         """
         swing, names = land - lift, ("x", "z", "yaw")
-        before = max(lift - 0.35 * swing, max(self.keys[f"{side}heel"]))
+        landed = max(self.keys[f"{side}y"])
+        before = max(lift - 0.32, landed + 0.05, max(self.keys[f"{side}heel"]))
+        before = min(before, lift - 0.02)
         up, down = roll
         for name, value in zip(names, to):
             self.key(lift + 0.08 * swing, **{side + name: self.last(side + name)})

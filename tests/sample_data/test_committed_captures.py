@@ -16,8 +16,8 @@ from motiondb.records import Clip
 
 FOLDER = Path(__file__).resolve().parents[2] / "sample_data"
 COMMON = [
-    "walk", "run", "jump", "kick", "punch", "wave", "bow", "sit_down", "stand_up", "pick_up", "dance",
-    "turn_left", "turn_right",
+    "walk", "run", "jump", "kick", "punch", "wave", "bow", "sit_down", "stand_up", "pick_up",
+    "dance", "turn_left", "turn_right",
 ]  # fmt: skip
 BASKETBALL = [
     "dribble", "pass", "catch", "shoot", "layup", "feint", "fake_shot", "pivot_left", "pivot_right",

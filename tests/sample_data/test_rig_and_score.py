@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import doctest
+from types import ModuleType
+
 import numpy as np
 import pytest
 
 from motiondb.pose import kinematics, rotation
-from sample_data import rig
+from sample_data import grammars, performers, repertoire, rig
 from sample_data.grammars import GRAMMARS, derive
 from sample_data.performers import INDEX, PERFORMERS, ROLES, Performer, skeleton, spelled
 from sample_data.phrases import PHRASES, short_captions
@@ -120,6 +123,23 @@ def test_every_terminal_is_an_action_with_words() -> None:
         symbols = {s for choices in rules.values() for choice in choices for s in choice}
         assert symbols - set(rules) <= set(ACTIONS) & set(PHRASES)
     assert {coarse(move) for c in captures() for move, _ in c.moves} <= set(PHRASES)
+
+
+@pytest.mark.parametrize("module", [grammars, performers, repertoire], ids=lambda m: m.__name__)
+def test_the_examples_in_the_docstrings_run(module: ModuleType) -> None:
+    failed, tried = doctest.testmod(module)
+    assert tried > 0
+    assert failed == 0
+
+
+def test_hands_clap_before_the_chest() -> None:
+    take = Take(PERFORMERS["goran"], "clap", 1)
+    ACTIONS["dance_clap"](take)
+    frame = round(take.events[0][0] * 30)
+    clip = take.clip()
+    positions, _ = kinematics.clip_positions(clip)
+    apart = positions[frame, INDEX["l_wrist"]] - positions[frame, INDEX["r_wrist"]]
+    assert 0.03 < np.linalg.norm(apart) < 0.20
 
 
 def test_captions_are_a_sentence_and_keywords() -> None:
