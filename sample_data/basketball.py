@@ -235,11 +235,9 @@ def _layup_flight(take: Take, off: float, feet: tuple[str, str], sign: float) ->
     for i in range(7):
         share = i / 6
         take.place = here + (0.10 + 0.90 * share) * (there - here)
-        take.pelvis(
-            off + share * duration, dh=0.03 * (1 - share) + 4 * height * share * (1 - share)
-        )
-        rise = 4 * height * share * (1 - share) * scale
-        take.key(off + share * duration, **{f"{plant}y": rise * 0.92})
+        time, rise = off + share * duration, 4 * height * share * (1 - share)
+        take.pelvis(time, dh=0.03 * (1 - share) + rise)
+        take.key(time, **{f"{plant}y": 0.92 * rise * scale})
     lift = off - 0.30
     take.key(lift, **{f"{knee}y": 0.0})
     for name, value in zip(("x", "z", "yaw"), take.stance(knee, 0.05)):
@@ -255,12 +253,8 @@ def _layup_flight(take: Take, off: float, feet: tuple[str, str], sign: float) ->
         take.key(off, **{plant + name: take.last(plant + name)})
         take.key(land, **{plant + name: value})
     for side, first in ((plant, off), (knee, lift)):
-        for time, heel in (
-            (first - 0.16, 0.0),
-            (first, 36.0),
-            (land - 0.03, 16.0),
-            (land + 0.08, 0.0),
-        ):
+        times = (first - 0.16, first, land - 0.03, land + 0.08)
+        for time, heel in zip(times, (0.0, 36.0, 16.0, 0.0)):
             take.key(time, **{f"{side}heel": heel, f"{side}bend": 0.7 * heel})
         take.event(land, "foot_strike", f"{side}_ankle", "ground")
     take.event(lift, "foot_off", f"{knee}_ankle", "ground")

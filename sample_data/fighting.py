@@ -89,7 +89,8 @@ def punch(take: Take, side: str, height: float = 0.0) -> None:
     for time in (struck, struck + 0.07):
         take.pelvis(time, dh=-0.08, dz=0.11)
         take.key(time, twist=-24.0 * sign, yaw=take.place[2] - 14.0 * sign, lean=10.0, tilt=8.0)
-        take.hand(side, time, (-0.26, height - 0.02, 0.93), (0.8, -0.6, -0.2))
+        # outward in the chest's frame is ahead in the world: the chest has turned
+        take.hand(side, time, (0.40, height - 0.02, 0.87), (0.6, -0.8, -0.2))
         take.hand(other, time, (-0.12, -0.12, 0.34))
     take.event(struck, "contact", f"{side}_wrist", "target")
     take.posture(back, READY)

@@ -7,6 +7,9 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from motiondb.pose import kinematics, rotation
 from sample_data import grammars, performers, repertoire, rig
@@ -34,6 +37,19 @@ def test_out_of_reach_the_limb_points_at_the_target() -> None:
     first, _, angle = rig.two_bones(start, target, np.array([[0.0, 0.0, 1.0]]), 0.5, 0.5)
     assert first[0, 1] < -0.99
     assert angle[0] == pytest.approx(2 * np.arccos(rig.REACH), abs=1e-9)
+
+
+@given(arrays(float, 3, elements=st.floats(-0.55, 0.55)), st.floats(0.0, 6.28))
+def test_two_bones_end_on_any_target_within_reach(target: np.ndarray, way: float) -> None:
+    """The lower bone leaves the upper one by the angle, away from the pole."""
+    upper, lower = 0.5, 0.45
+    assume(0.2 < np.linalg.norm(target) < 0.94)
+    pole = np.array([[np.cos(way), 0.3, np.sin(way)]])
+    assume(np.linalg.norm(np.cross(pole[0], target)) > 0.05)
+    first, bent, angle = rig.two_bones(np.zeros((1, 3)), target[None], pole, upper, lower)
+    second = np.cos(angle) * first - np.sin(angle) * bent
+    np.testing.assert_allclose(upper * first + lower * second, target[None], atol=1e-9)
+    assert np.sum(bent * pole) > 0 or np.sum(first * pole) > 0
 
 
 @pytest.mark.parametrize("person", PERFORMERS.values(), ids=lambda person: person.name)
