@@ -12,6 +12,7 @@ from pathlib import Path
 
 from motiondb.errors import SheetError
 from motiondb.fetch.cmu_pages import Trial
+from motiondb.fetch.transfer import disk_fault
 
 COLUMNS = ("file", "skeleton", "performer", "fps", "licence", "words")
 _HEADER = "\t".join(COLUMNS)
@@ -60,8 +61,11 @@ def write_rows(sheet: Path, rows: Iterable[str], trials: Iterable[Trial]) -> Non
     rows += [row for row in map(caption_row, trials) if _file(row) not in known]
     draft = sheet.with_name(sheet.name + ".part")
     text = "\n".join([_HEADER, *sorted(rows, key=_file)]) + "\n"
-    draft.write_text(text, encoding="utf-8", newline="\n")
-    draft.replace(sheet)
+    try:
+        draft.write_text(text, encoding="utf-8", newline="\n")
+        draft.replace(sheet)
+    except OSError as error:
+        raise disk_fault(sheet, error) from None
 
 
 def _file(row: str) -> str:

@@ -124,7 +124,7 @@ def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise _disk_fault(folder, error) from None
+        raise disk_fault(folder, error) from None
 
 
 def _insist(url: str, ask: Callable[[], T], progress: Callable[[], int], patience: Patience) -> T:
@@ -195,7 +195,7 @@ def _copy(
                 file.write(chunk)
                 file.flush()
             except OSError as error:
-                raise _disk_fault(part, error) from None
+                raise disk_fault(part, error) from None
             have += len(chunk)
             if on_bytes is not None:
                 on_bytes(have, total)
@@ -216,7 +216,7 @@ def _open_part(part: Path, mode: str) -> BinaryIO:
     try:
         return cast(BinaryIO, part.open(mode))
     except OSError as error:
-        raise _disk_fault(part, error) from None
+        raise disk_fault(part, error) from None
 
 
 def _starts_at(answer: http.client.HTTPResponse, have: int) -> bool:
@@ -232,7 +232,8 @@ def _refusal(url: str, error: urllib.error.HTTPError) -> RefusedError:
     )
 
 
-def _disk_fault(path: Path, error: OSError) -> UnreachableError:
+def disk_fault(path: Path, error: OSError) -> UnreachableError:
+    """What to say when a file or folder cannot be written."""
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return UnreachableError(
             f"{path}: expected room on the disk, found it full. "

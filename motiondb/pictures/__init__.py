@@ -1,1 +1,16 @@
+"""Pictures of motions, symbols and answers: still ones as PNG, moving ones as GIF."""
 
+from motiondb.pictures.animation import draw_animation
+from motiondb.pictures.hits import draw_comparison, draw_hits
+from motiondb.pictures.space import draw_symbol_space
+from motiondb.pictures.strip import draw_strip
+from motiondb.pictures.timelines import Timeline
+
+__all__ = [
+    "Timeline",
+    "draw_animation",
+    "draw_comparison",
+    "draw_hits",
+    "draw_strip",
+    "draw_symbol_space",
+]

@@ -1,0 +1,182 @@
+"""Rows of stick figures side by side: the answers to a search, or motions to compare."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motiondb.errors import MotionDBError
+from motiondb.pictures import style
+from motiondb.pictures.stick import View, draw_figure, view_motion
+from motiondb.records import MOTION_FPS, Match, Motion
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_WIDTH, _LEFT, _RIGHT = 11.0, 2.9, 0.2
+_ROW, _TITLE, _FOOT = 1.35, 0.5, 0.1
+"""Inches."""
+
+
+def draw_hits(
+    hits: Sequence[tuple[Match, Motion]],
+    path: str | Path,
+    *,
+    title: str = "",
+    query: tuple[str, Motion] | None = None,
+    n_figures: int = 7,
+) -> Path:
+    """Write a search's answer as PNG, a row a hit; return its path.
+
+    Parameters
+    ----------
+    hits : every match with the motion of the whole capture that it lies in.
+    query : name and motion of an example, drawn above the hits.
+
+    Raises
+    ------
+    MotionDBError
+        for no hits, an interval outside its capture, or an unwritable path.
+    """
+    return style.save_png(hits_figure(hits, title, query, n_figures), path)
+
+
+def draw_comparison(
+    rows: Sequence[tuple[str, Motion]], path: str | Path, *, title: str = "", n_figures: int = 7
+) -> Path:
+    """Write labelled motions as rows of stick figures, as PNG; return its path.
+
+    Parameters
+    ----------
+    rows : (label, motion); the label's first line is set bold.
+
+    Raises
+    ------
+    MotionDBError
+        for no rows, a motion without frames, or an unwritable path.
+    """
+    return style.save_png(comparison_figure(rows, title, n_figures), path)
+
+
+def hits_figure(
+    hits: Sequence[tuple[Match, Motion]],
+    title: str = "",
+    query: tuple[str, Motion] | None = None,
+    n_figures: int = 7,
+) -> Figure:
+    """The answer as a figure: axes a row, the example's first."""
+    if not hits:
+        raise MotionDBError("hits: expected at least 1 hit, found 0. Search for something else.")
+    rows = [] if query is None else [(f"{query[0]}\nexample", query[1])]
+    rows += [(hit_label(match), cut_motion(motion, match)) for match, motion in hits]
+    starts = [0.0] * (len(rows) - len(hits)) + [max(0.0, match.start) for match, _ in hits]
+    return comparison_figure(rows, title, n_figures, starts)
+
+
+def comparison_figure(
+    rows: Sequence[tuple[str, Motion]],
+    title: str = "",
+    n_figures: int = 7,
+    starts: Sequence[float] = (),
+) -> Figure:
+    """Labelled motions as a figure, axes a row, all at one scale; times count from ``starts``."""
+    from matplotlib.figure import Figure as MplFigure
+
+    if not rows:
+        raise MotionDBError("comparison: expected at least 1 motion, found 0. Name one.")
+    if n_figures < 1:
+        raise MotionDBError(
+            f"comparison: expected at least 1 figure in a row, found {n_figures}. Ask for more."
+        )
+    views = [view_motion(motion) for _, motion in rows]
+    high = max(1.5, *(view.top for view in views)) + 0.2
+    first = _TITLE if title else 0.15
+    height = first + len(rows) * _ROW + _FOOT
+    with style.drawing():
+        figure = MplFigure(figsize=(_WIDTH, height), facecolor="white")
+        if title:
+            y = 1.0 - 0.26 / height
+            figure.text(0.2 / _WIDTH, y, title, fontsize=11, fontweight="bold", va="center")
+        for number, ((label, _), view) in enumerate(zip(rows, views)):
+            place = (height - first - (number + 1) * _ROW, height, high)
+            start = starts[number] if starts else 0.0
+            _draw_row(figure, label, view, place, n_figures, start)
+    return figure
+
+
+def _draw_row(
+    figure: Figure,
+    label: str,
+    view: View,
+    place: tuple[float, float, float],
+    n_figures: int,
+    start: float,
+) -> None:
+    """One row; ``place`` is its lower edge and the page's height, inches, and its own, metres."""
+    low, height, metres_high = place
+    inner = _WIDTH - _LEFT - _RIGHT
+    axes = figure.add_axes(
+        (_LEFT / _WIDTH, (low + 0.12) / height, inner / _WIDTH, (_ROW - 0.12) / height),
+        label=label.partition("\n")[0],
+    )
+    metres_wide = metres_high * inner / (_ROW - 0.12)
+    axes.set_xlim(0.0, metres_wide)
+    axes.set_ylim(-0.3, metres_high - 0.3)
+    axes.set_axis_off()
+    axes.axhline(0.0, color=style.GROUND, lw=0.8, zorder=0)
+    n_figures = min(n_figures, view.n_frames)
+    frames = np.linspace(0, view.n_frames - 1, n_figures).round().astype(int)
+    for number, frame in enumerate(frames):
+        x = (number + 0.5) * metres_wide / n_figures
+        draw_figure(axes, view, int(frame), x, line_width=1.9)
+        time = f"{start + frame / MOTION_FPS:.1f} s"
+        axes.text(x, -0.17, time, ha="center", va="center", fontsize=6.5, color=style.FAINT)
+    name, _, rest = label.partition("\n")
+    x, middle = 0.2 / _WIDTH, (low + 0.55 * _ROW) / height
+    figure.text(x, middle, name, fontsize=9, fontweight="bold", va="bottom")
+    below = middle - 0.05 / height
+    figure.text(x, below, rest, fontsize=8, va="top", linespacing=1.4, color=style.INK)
+
+
+def hit_label(match: Match) -> str:
+    """Rank and capture, then times, score and words.
+
+    >>> print(hit_label(Match(1, "16/16_35", 0.5, 2.25, 0.8123, ("run", "jog"))))
+    1  16/16_35
+    0.5 – 2.2 s,  score 0.812
+    run, jog
+    """
+    times = f"{match.start:.1f} – {match.end:.1f} s,  score {match.score:.3g}"
+    words = _shorten(", ".join(match.words) or match.reason, 42)
+    return f"{match.rank}  {match.capture}\n{times}\n{words}".rstrip()
+
+
+def cut_motion(motion: Motion, match: Match) -> Motion:
+    """The frames of a capture's motion that a match covers; at least one.
+
+    Raises
+    ------
+    MotionDBError
+        when the interval begins behind the end of the motion.
+    """
+    start = max(0, round(match.start * MOTION_FPS))
+    end = min(motion.n_frames, max(start + 1, round(match.end * MOTION_FPS)))
+    if start >= end:
+        raise MotionDBError(
+            f"{match.capture}: expected an interval within its "
+            f"{motion.n_frames / MOTION_FPS:.2f} s, found one from {match.start:.2f} s on. "
+            "Learn again, so that search and captures belong together."
+        )
+    return replace(
+        motion,
+        local_rotations=motion.local_rotations[start:end],
+        root_positions=motion.root_positions[start:end],
+    )
+
+
+def _shorten(text: str, length: int) -> str:
+    return text if len(text) <= length else text[: length - 1] + "…"

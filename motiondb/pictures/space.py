@@ -1,0 +1,213 @@
+"""The symbol space: symbols as points, clusters as colours, shapes and ellipses of 1 and 2 sigma.
+
+The first two dimensions are drawn large and labelled with words; where there is a third, two small
+panels show it against the first and the second, with numbers only. Panels have one scale both ways,
+so that distances on the page are distances in the space. Dimensions beyond the third are not drawn;
+in a space of one dimension the height of the ellipses means nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motiondb.errors import MotionDBError
+from motiondb.pictures import style
+from motiondb.pictures.labels import place_labels
+from motiondb.records import FloatArray, SymbolSpace
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SIDE, _LEFT, _FOOT = 8.2, 0.75, 1.15
+"""Inches: the large panel, the room left of a panel and below."""
+_MAX_LEGEND = 24
+
+
+def draw_symbol_space(
+    space: SymbolSpace, labels: Sequence[str], path: str | Path, *, title: str = "Symbol space"
+) -> Path:
+    """Write the symbol space as PNG; return its path.
+
+    Parameters
+    ----------
+    labels : for every symbol its top word, or "".
+
+    Raises
+    ------
+    MotionDBError
+        for a space without symbols, labels of another number, or an unwritable path.
+    """
+    return style.save_png(space_figure(space, labels, title), path)
+
+
+def space_figure(
+    space: SymbolSpace, labels: Sequence[str] = (), title: str = "Symbol space"
+) -> Figure:
+    """The symbol space as a figure: the large panel first, then the small ones."""
+    from matplotlib.figure import Figure as MplFigure
+
+    n_symbols, n_dimensions = space.coordinates.shape
+    if n_symbols == 0:
+        raise MotionDBError("symbol space: expected at least 1 symbol, found 0. Run learn first.")
+    labels = list(labels) or [""] * n_symbols
+    if len(labels) != n_symbols:
+        raise MotionDBError(
+            f"symbol space: expected {n_symbols} labels, one a symbol, found {len(labels)}. "
+            "Learn again, so that words and symbols belong together."
+        )
+    pairs = [(0, 1)] if n_dimensions < 3 else [(0, 1), (0, 2), (1, 2)]
+    tall = _SIDE if n_dimensions > 1 else _SIDE / 3.0
+    side = (_SIDE - 0.75) / 2.0
+    width = _LEFT + _SIDE + (_LEFT + side if len(pairs) > 1 else 0.0) + 0.25
+    height = _FOOT + tall + 0.55
+    with style.drawing():
+        figure = MplFigure(figsize=(width, height), dpi=style.DOTS_PER_INCH, facecolor="white")
+        figure.text(
+            _LEFT / width, 1.0 - 0.3 / height, title, fontsize=11, fontweight="bold", va="top"
+        )
+        for number, pair in enumerate(pairs):
+            box = (_LEFT, _FOOT, _SIDE, tall)
+            if number > 0:
+                box = (2.0 * _LEFT + _SIDE, _FOOT + (2 - number) * (side + 0.75), side, side)
+            axes = figure.add_axes(
+                (box[0] / width, box[1] / height, box[2] / width, box[3] / height),
+                label=f"dimensions {pair[0] + 1} and {pair[1] + 1}",
+            )
+            _draw_panel(axes, space, pair, labels if number == 0 else None)
+        _draw_legend(figure, space, _LEFT / width)
+    return figure
+
+
+def _draw_panel(
+    axes: Axes, space: SymbolSpace, pair: tuple[int, int], labels: Sequence[str] | None
+) -> None:
+    points = _columns(space.coordinates, pair)
+    spread = np.sqrt(_columns(np.diagonal(space.covars, axis1=1, axis2=2), pair))
+    means = _columns(space.means, pair)
+    if space.coordinates.shape[1] <= pair[1]:
+        axes.yaxis.set_visible(False)
+        axes.spines["left"].set_visible(False)
+    _frame(axes, np.concatenate([points, means - 2.0 * spread, means + 2.0 * spread]))
+    axes.set_xlabel(f"dimension {pair[0] + 1}  (nats per frame)", color=style.FAINT)
+    axes.set_ylabel(f"dimension {pair[1] + 1}", color=style.FAINT)
+    for cluster in range(len(space.weights)):
+        chosen = space.clusters == cluster
+        colour, marker = cluster_look(cluster)
+        _draw_ellipses(axes, means[cluster], _block(space.covars[cluster], pair), colour)
+        axes.scatter(
+            points[chosen, 0],
+            points[chosen, 1],
+            s=46 if labels is not None else 20,
+            color=colour,
+            marker=marker,
+            edgecolor="white",
+            linewidth=0.7,
+            zorder=4,
+        )
+    texts = [
+        f"{n} {labels[n]}".strip() if labels is not None else str(n) for n in range(len(points))
+    ]
+    _write_labels(axes, points, texts, 7.5 if labels is not None else 5.5)
+
+
+def cluster_look(cluster: int) -> tuple[str, str]:
+    """Colour and shape of a cluster; the shape moves on where the colours begin again."""
+    n_colours = len(style.STRONG)
+    shape = (cluster + cluster // n_colours) % len(style.MARKERS)
+    return style.STRONG[cluster % n_colours], style.MARKERS[shape]
+
+
+def _columns(rows: FloatArray, pair: tuple[int, int]) -> FloatArray:
+    """Two columns of (rows, dimensions); a second dimension that is not there is 0."""
+    if rows.shape[1] > pair[1]:
+        return rows[:, list(pair)]
+    return np.stack([rows[:, 0], np.zeros(len(rows))], axis=1)
+
+
+def _block(covar: FloatArray, pair: tuple[int, int]) -> FloatArray:
+    """The covariance of two dimensions: a marginal of the Gaussian."""
+    if len(covar) > pair[1]:
+        return covar[np.ix_(pair, pair)]
+    return np.diag([covar[0, 0], covar[0, 0] / 16.0])
+
+
+def _frame(axes: Axes, points: FloatArray) -> None:
+    """A window round the points, one scale both ways, without more lines than needed."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    box = axes.get_window_extent()
+    tall = box.height / box.width
+    reach = 0.54 * max(float(high[0] - low[0]), float(high[1] - low[1]) / tall, 1e-6)
+    middle = (low + high) / 2.0
+    axes.set_xlim(middle[0] - reach, middle[0] + reach)
+    axes.set_ylim(middle[1] - tall * reach, middle[1] + tall * reach)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=7, length=2.5)
+
+
+def _draw_ellipses(axes: Axes, mean: FloatArray, covar: FloatArray, colour: str) -> None:
+    """The 1 and 2 sigma ellipses of a Gaussian in the plane."""
+    from matplotlib.patches import Ellipse
+
+    variances, directions = np.linalg.eigh(covar)
+    sizes = 2.0 * np.sqrt(np.maximum(variances, 0.0))
+    angle = float(np.rad2deg(np.arctan2(directions[1, 1], directions[0, 1])))
+    for sigma, alpha in ((2.0, 0.07), (1.0, 0.12)):
+        axes.add_patch(
+            Ellipse(
+                (float(mean[0]), float(mean[1])),
+                float(sigma * sizes[1]),
+                float(sigma * sizes[0]),
+                angle=angle,
+                facecolor=(colour, alpha),
+                edgecolor=(colour, 0.55),
+                linewidth=0.8,
+                zorder=1,
+                gid="ellipse",
+            )
+        )
+
+
+def _write_labels(axes: Axes, points: FloatArray, texts: Sequence[str], size: float) -> None:
+    """Write every label beside its point, with a thin line where it stands off."""
+    to_pixels = axes.transData
+    pixels = to_pixels.transform(points)
+    scale = axes.figure.dpi / 72.0
+    sizes = np.array([(0.60 * size * scale * len(t) + 2, 1.25 * size * scale) for t in texts])
+    low, high = axes.transAxes.transform([(0.0, 0.0), (1.0, 1.0)])
+    gap = 4.2 * scale if size > 7.0 else 2.8 * scale
+    middles = place_labels(pixels, sizes, gap, low, high)
+    places = to_pixels.inverted().transform(middles)
+    for point, place, text, offset in zip(
+        points, places, texts, np.abs(middles - pixels) - sizes / 2
+    ):
+        if offset.max() > 2.0 * gap:
+            axes.plot(*zip(point, place), color=style.FAINT, lw=0.5, zorder=2)
+        axes.text(
+            place[0], place[1], text, fontsize=size, ha="center", va="center", zorder=5, gid="label"
+        )
+
+
+def _draw_legend(figure: Figure, space: SymbolSpace, left: float) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = []
+    for cluster in range(min(len(space.weights), _MAX_LEGEND)):
+        colour, marker = cluster_look(cluster)
+        label = f"cluster {cluster}: {int(np.sum(space.clusters == cluster))}"
+        handles.append(Line2D([], [], color=colour, marker=marker, ls="", ms=5, label=label))
+    figure.legend(
+        handles=handles,
+        loc="lower left",
+        bbox_to_anchor=(left - 0.01, 0.0),
+        borderaxespad=0.3,
+        ncols=8,
+        frameon=False,
+        fontsize=7.5,
+        handletextpad=0.1,
+        columnspacing=1.2,
+    )

@@ -1,0 +1,185 @@
+"""Stick figures: a motion seen from a steady camera, and a figure of it drawn on axes.
+
+The camera stands at an azimuth a (0: on +z, where a figure in rest pose looks) and 10 degrees above
+the horizon, far away (no perspective), so that proportions are true. With c = (sin a, 0, cos a)
+towards the camera and e the elevation, a point p is drawn at x = p . (cos a, 0, -sin a) and
+y = p_y cos e - (p . c) sin e. Every frame is seen from over its own spot on the ground: where the
+root goes is told by the place of the figure in the picture, not by the view.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motiondb.errors import MotionDBError
+from motiondb.pictures import style
+from motiondb.pose import body, kinematics, rotation
+from motiondb.records import FloatArray, IntArray, Motion
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ELEVATION = np.deg2rad(10.0)
+HEAD_RADIUS = 0.105
+"""Metres."""
+
+_N_JOINTS = len(body.JOINTS)
+_END_PARENTS: IntArray = np.array([joint for joint, _ in body.END_SITES])
+_END_OFFSETS: FloatArray = np.array([offset for _, offset in body.END_SITES])
+_HEAD = body.INDEX["head"]
+_HEAD_END = _N_JOINTS + [joint for joint, _ in body.END_SITES].index(_HEAD)
+_PARENTS: IntArray = np.concatenate([body.PARENTS, _END_PARENTS])
+_NAMES = (*body.JOINTS, *(body.JOINTS[joint] for joint in _END_PARENTS))
+BONES: tuple[tuple[int, int], ...] = tuple(
+    (int(parent), child)
+    for child, parent in enumerate(_PARENTS)
+    if parent >= 0 and child not in (_HEAD_END, _HEAD)
+)
+"""(from, to) of every line of a figure; the head is a disc."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A motion as seen.
+
+    Attributes
+    ----------
+    points : array (frames, joints and end sites, 2), metres, right and up, origin on the ground
+        under the pelvis.
+    depths : array (frames, joints and end sites), metres towards the camera.
+    track : array (frames, 2), metres, the pelvis over the ground: right, towards the camera.
+    """
+
+    points: FloatArray
+    depths: FloatArray
+    track: FloatArray
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.points)
+
+    @property
+    def width(self) -> float:
+        """Metres that a figure takes, from left to right: its 90th percentile over frames."""
+        x = self.points[..., 0]
+        return float(np.quantile(x.max(axis=1) - x.min(axis=1), 0.9)) + 0.1
+
+    @property
+    def top(self) -> float:
+        """Metres to the highest point of any frame."""
+        return float(self.points[..., 1].max()) + HEAD_RADIUS
+
+
+def check_motion(motion: Motion, where: str = "picture") -> None:
+    """Refuse a motion without frames, or with values that cannot be drawn.
+
+    Raises
+    ------
+    MotionDBError
+        saying so.
+    """
+    if motion.n_frames == 0:
+        raise MotionDBError(
+            f"{where}: expected a motion of at least 1 frame, found 0. Choose a longer interval."
+        )
+    if not (np.isfinite(motion.local_rotations).all() and np.isfinite(motion.root_positions).all()):
+        raise MotionDBError(
+            f"{where}: expected finite rotations and positions, found NaN or infinity. "
+            "Add the capture again."
+        )
+
+
+def view_motion(motion: Motion, azimuth: float | None = None) -> View:
+    """See a motion from an azimuth (radians), or from the three-quarter one that shows it best."""
+    check_motion(motion)
+    places = world_points(motion)
+    azimuth = best_azimuth(places) if azimuth is None else azimuth
+    right = np.array([np.cos(azimuth), 0.0, -np.sin(azimuth)])
+    towards = np.array([np.sin(azimuth), 0.0, np.cos(azimuth)])
+    ground = places[:, :1] * np.array([1.0, 0.0, 1.0])
+    local = places - ground
+    near = local @ towards
+    points = np.stack(
+        [local @ right, local[..., 1] * np.cos(ELEVATION) - near * np.sin(ELEVATION)], axis=-1
+    )
+    depths = near * np.cos(ELEVATION) + local[..., 1] * np.sin(ELEVATION)
+    track = np.stack([ground[:, 0] @ right, ground[:, 0] @ towards], axis=-1)
+    return View(points, depths, track)
+
+
+def world_points(motion: Motion) -> FloatArray:
+    """Joints, then end sites, of every frame: array (frames, 26, 3), metres."""
+    positions, rotations = kinematics.forward(
+        body.PARENTS,
+        body.OFFSETS,
+        motion.local_rotations.astype(np.float64),
+        motion.root_positions.astype(np.float64),
+    )
+    shape = (len(positions), len(_END_PARENTS), 3)
+    offsets = rotation.rotate(rotations[:, _END_PARENTS], np.broadcast_to(_END_OFFSETS, shape))
+    return np.concatenate([positions, positions[:, _END_PARENTS] + offsets], axis=1)
+
+
+def best_azimuth(places: FloatArray) -> float:
+    """The three-quarter view of world points (frames, 26, 3) that spreads the figure most, radians.
+
+    Of 35 and 55 degrees to either side of where the body mostly faces, the one with the largest
+    extent across the picture; the side of the left shoulder where two are equal.
+    """
+    across = places[:, body.INDEX["l_hip"]] - places[:, body.INDEX["r_hip"]]
+    facing = np.arctan2((-across[:, 2]).sum(), across[:, 0].sum())
+    local = places - places[:, :1]
+    turns = np.deg2rad([35.0, -35.0, 55.0, -55.0])
+    azimuths = facing + turns
+    spread = [np.std(local @ np.array([np.cos(a), 0.0, -np.sin(a)])) for a in azimuths]
+    return float(azimuths[int(np.argmax(np.round(spread, 6)))])
+
+
+def bone_colour(child: int) -> str:
+    """Colour of the line that ends at a joint or end site, by side."""
+    name = _NAMES[child]
+    return {"l_": style.LEFT, "r_": style.RIGHT}.get(name[:2], style.TRUNK)
+
+
+def head_centre(points: FloatArray) -> FloatArray:
+    """Middle of the head: array (..., 26, 2) -> (..., 2)."""
+    return (points[..., _HEAD, :] + points[..., _HEAD_END, :]) / 2.0
+
+
+def draw_figure(axes: Axes, view: View, frame: int, x: float, line_width: float = 2.2) -> None:
+    """Draw one frame on axes in metres, its spot on the ground at (x, 0), far limbs first."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patches import Circle, Ellipse
+
+    points = view.points[frame] + np.array([x, 0.0])
+    depth = view.depths[frame]
+    order = sorted(BONES, key=lambda bone: float(depth[bone[0]] + depth[bone[1]]))
+    axes.add_patch(
+        Ellipse((x, 0.0), 0.62, 0.62 * np.sin(ELEVATION), color=style.SHADOW, lw=0, zorder=1)
+    )
+    lines = LineCollection(
+        [points[list(bone)] for bone in order],
+        colors=[bone_colour(child) for _, child in order],
+        linewidths=line_width,
+        capstyle="round",
+        joinstyle="round",
+        zorder=3,
+        gid="figure",
+        clip_on=False,
+    )
+    axes.add_collection(lines, autolim=False)
+    axes.add_patch(
+        Circle(
+            tuple(head_centre(points)),
+            HEAD_RADIUS,
+            facecolor="white",
+            edgecolor=style.TRUNK,
+            linewidth=line_width * 0.8,
+            zorder=3.5,
+            clip_on=False,
+        )
+    )

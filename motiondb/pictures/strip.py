@@ -1,0 +1,191 @@
+"""A capture on a page: stick figures over time, its symbols and words on timelines below.
+
+Every figure stands over its own time, so its place across the page is when, not where. Captures
+that would crowd one row are broken into rows of equal length, all at one scale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import accumulate
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motiondb.errors import MotionDBError
+from motiondb.pictures import style
+from motiondb.pictures.stick import View, draw_figure, view_motion
+from motiondb.pictures.timelines import Timeline, cut_timeline, draw_timeline, n_lanes
+from motiondb.records import MOTION_FPS, Motion
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_WIDTH, _LEFT, _RIGHT = 12.0, 0.75, 0.25
+_FIGURES, _LANE, _AXIS, _GAP, _TITLE = 1.55, 0.21, 0.34, 0.12, 0.45
+"""Inches."""
+_SECONDS_PER_ROW = 12.0
+_MAX_ROWS = 10
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Rows of ``seconds`` each, every one with its part of the timelines."""
+
+    seconds: float
+    duration: float
+    n_figures: int
+    metres_high: float
+    rows: tuple[tuple[Timeline, ...], ...]
+
+    @property
+    def tops(self) -> tuple[float, ...]:
+        """Inches from the top of the page to each row, then to the page's foot."""
+        heights = [
+            _FIGURES + _LANE * sum(map(n_lanes, timelines)) + _AXIS + _GAP
+            for timelines in self.rows
+        ]
+        return tuple(accumulate([_TITLE, *heights]))
+
+    @property
+    def height(self) -> float:
+        """Height of the page, inches."""
+        return self.tops[-1]
+
+    @property
+    def inner(self) -> float:
+        """Width of a row's axes, inches."""
+        return _WIDTH - _LEFT - _RIGHT
+
+    @property
+    def metres_wide(self) -> float:
+        """Metres across a row: one scale both ways."""
+        return self.metres_high * self.inner / _FIGURES
+
+
+def draw_strip(
+    motion: Motion,
+    path: str | Path,
+    *,
+    title: str = "",
+    timelines: Sequence[Timeline] = (),
+    n_figures: int | None = None,
+    seconds_per_row: float | None = None,
+) -> Path:
+    """Write a strip of stick figures with timelines under it, as PNG; return its path.
+
+    Parameters
+    ----------
+    timelines : drawn from top to bottom; their spans in seconds of the motion.
+    n_figures : figures in a row; None: as many as stand side by side.
+    seconds_per_row : None: up to 12 s a row, more where that would give over 10 rows;
+        whole seconds where there are several rows.
+
+    Raises
+    ------
+    MotionDBError
+        for a motion without frames, a number that is not positive, or an unwritable path.
+    """
+    return style.save_png(strip_figure(motion, title, timelines, n_figures, seconds_per_row), path)
+
+
+def strip_figure(
+    motion: Motion,
+    title: str = "",
+    timelines: Sequence[Timeline] = (),
+    n_figures: int | None = None,
+    seconds_per_row: float | None = None,
+) -> Figure:
+    """The strip as a figure: per row the axes of the figures, then one for each timeline."""
+    from matplotlib.figure import Figure as MplFigure
+
+    view = view_motion(motion)
+    layout = _layout(view, timelines, n_figures, seconds_per_row)
+    with style.drawing():
+        figure = MplFigure(figsize=(_WIDTH, layout.height), facecolor="white")
+        if title:
+            y = 1.0 - 0.24 / layout.height
+            figure.text(_LEFT / _WIDTH, y, title, fontsize=11, va="center", fontweight="bold")
+        for row in range(len(layout.rows)):
+            _draw_row(figure, view, layout, row)
+    return figure
+
+
+def _layout(
+    view: View,
+    timelines: Sequence[Timeline],
+    n_figures: int | None,
+    seconds_per_row: float | None,
+) -> _Layout:
+    duration = view.n_frames / MOTION_FPS
+    if n_figures is not None and n_figures < 1:
+        raise MotionDBError(
+            f"strip: expected at least 1 figure in a row, found {n_figures}. Ask for more."
+        )
+    if seconds_per_row is not None and not seconds_per_row > 0.0:
+        raise MotionDBError(
+            f"strip: expected a row of more than 0 s, found {seconds_per_row}. Ask for more."
+        )
+    wanted = seconds_per_row or max(_SECONDS_PER_ROW, duration / _MAX_ROWS)
+    n_rows = max(1, int(np.ceil(duration / wanted - 1e-9)))
+    if n_rows == 1:
+        seconds = duration
+    else:
+        seconds = seconds_per_row or float(np.ceil(duration / n_rows))
+    starts = [row * seconds for row in range(n_rows)]
+    rows = tuple(
+        tuple(cut_timeline(timeline, start, start + seconds) for timeline in timelines)
+        for start in starts
+    )
+    layout = _Layout(seconds, duration, n_figures or 1, max(view.top, 1.5) + 0.2, rows)
+    if n_figures is None:
+        room = int(np.clip(layout.metres_wide / (0.95 * view.width), 3, 24))
+        layout = replace(layout, n_figures=min(room, max(1, round(seconds * MOTION_FPS))))
+    return layout
+
+
+def _draw_row(figure: Figure, view: View, layout: _Layout, row: int) -> None:
+    """One row: figures, timelines, scale of seconds."""
+    start = row * layout.seconds
+    end = start + layout.seconds
+    stop = min(end, layout.duration)
+    low = layout.height - layout.tops[row]
+
+    def add_axes(name: str, high: float) -> Axes:
+        nonlocal low
+        low -= high
+        box = (_LEFT / _WIDTH, low / layout.height, layout.inner / _WIDTH, high / layout.height)
+        return figure.add_axes(box, label=f"{name} {row}")
+
+    axes = add_axes("figures", _FIGURES)
+    axes.set_xlim(0.0, layout.metres_wide)
+    axes.set_ylim(-0.2, layout.metres_high - 0.2)
+    axes.set_axis_off()
+    reach = (stop - start) / layout.seconds * layout.metres_wide
+    axes.plot([0.0, reach], [0.0, 0.0], color=style.GROUND, lw=0.8, zorder=0)
+    for number in range(layout.n_figures):
+        part = (number + 0.5) / layout.n_figures
+        frame = int((start + part * layout.seconds) * MOTION_FPS)
+        if frame < view.n_frames:
+            draw_figure(axes, view, frame, part * layout.metres_wide)
+    for timeline in layout.rows[row]:
+        axes = add_axes(timeline.name, _LANE * n_lanes(timeline))
+        draw_timeline(axes, timeline, start, end, layout.seconds / layout.inner)
+    _draw_ruler(add_axes("time", 0.04), start, end, stop)
+
+
+def _draw_ruler(axes: Axes, start: float, end: float, stop: float) -> None:
+    """A scale of seconds from ``start`` to ``stop`` on axes that reach to ``end``."""
+    from matplotlib.ticker import MaxNLocator
+
+    axes.set_xlim(start, end)
+    axes.set_yticks([])
+    axes.spines[["left", "right", "top"]].set_visible(False)
+    axes.spines["bottom"].set_bounds(start, stop)
+    ticks = MaxNLocator(nbins=12, steps=[1, 2, 5, 10]).tick_values(start, end)
+    kept = [float(tick) for tick in ticks if start - 1e-6 <= tick <= stop + 1e-6]
+    axes.set_xticks(kept, [f"{tick:g} s" for tick in kept])
+    axes.tick_params(axis="x", length=3, pad=2, labelsize=7.5)

@@ -1,0 +1,130 @@
+"""One look for all pictures: colours that colour-blind readers tell apart, type, and saving.
+
+Left limbs are blue and right limbs vermilion (Okabe and Ito's pair), the trunk is dark grey.
+Symbols and words take muted tints (after Paul Tol) that dark type stays readable on; as there are
+more symbols than tints, the number written in each bar says which it is. Pictures are drawn on
+figures of their own, never through pyplot, and get their name only when they are complete.
+"""
+
+from __future__ import annotations
+
+import os
+import warnings
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from motiondb.errors import MotionDBError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LEFT, RIGHT, TRUNK = "#0072B2", "#D55E00", "#3C4048"
+INK, FAINT, GROUND, GRID, SHADOW = "#24272D", "#8A9099", "#B9BEC6", "#D5D8DE", "#E6E8EC"
+DOTS_PER_INCH = 110
+
+TINTS: tuple[str, ...] = (
+    "#88CCEE",
+    "#DDCC77",
+    "#CC99BB",
+    "#99CC88",
+    "#EE9988",
+    "#77BBAA",
+    "#BBBBDD",
+    "#E5BB99",
+    "#BBCC55",
+    "#88AADD",
+    "#EEAABB",
+    "#C5C9D0",
+)
+"""Fills of bars; all light enough for dark type."""
+
+STRONG: tuple[str, ...] = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#AA3377",
+    "#B8860B",
+    "#332288",
+    "#56B4E9",
+    "#882255",
+    "#117733",
+    "#7A7A7A",
+)
+"""Colours of points and outlines."""
+
+MARKERS = "osD^vPXph*"
+"""Shapes of points, so that clusters differ without colour too."""
+
+_RC: Any = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 8.0,
+    "text.color": INK,
+    "text.parse_math": False,
+    "axes.edgecolor": GROUND,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.8,
+    "xtick.color": FAINT,
+    "ytick.color": FAINT,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+}
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """The house's settings while a picture is made, and quiet about letters a font lacks."""
+    from matplotlib import rc_context
+
+    with rc_context(_RC), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        yield
+
+
+def tint(key: int | str) -> str:
+    """The fill that belongs to a symbol number or a word, the same in every picture.
+
+    >>> tint(0) == tint(12), tint(0) == tint(1), tint("walk") == tint("walk")
+    (True, False, True)
+    """
+    number = key if isinstance(key, int) else zlib.crc32(key.encode())
+    return TINTS[number % len(TINTS)]
+
+
+def save_png(figure: Figure, path: str | Path) -> Path:
+    """Write a figure as PNG, whole or not at all; the same figure gives the same bytes.
+
+    Raises
+    ------
+    MotionDBError
+        when the folder is missing or cannot be written.
+    """
+    path = Path(path)
+    with whole_file(path) as draft, drawing():
+        figure.savefig(draft, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
+    return path
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """A name to write to, renamed to ``path`` when the block ends well, removed when not.
+
+    Raises
+    ------
+    MotionDBError
+        when the file cannot be written.
+    """
+    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        yield draft
+        draft.replace(path)
+    except OSError as error:
+        raise MotionDBError(
+            f"{path}: expected a file that can be written, found: {error.strerror or error}. "
+            "Check the folder and the room on its disk."
+        ) from None
+    finally:
+        draft.unlink(missing_ok=True)
