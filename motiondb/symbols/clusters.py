@@ -1,0 +1,110 @@
+"""Clusters of symbols: a Gaussian mixture in the symbol space, its size chosen by BIC.
+
+BIC = -2 log L + parameters ln(points); the mixture with the lowest wins, among equals the smallest.
+Every point belongs to the one component that is most probable for it; components to which no point
+belongs are left out. Clusters are numbered along the first axis of the space.
+
+Source: McLachlan and Peel, Finite Mixture Models, 2000; Schwarz, 1978.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from motiondb.errors import MotionDBError
+from motiondb.records import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from sklearn.mixture import GaussianMixture
+
+MAX_CLUSTERS = 20
+_POINTS_A_CLUSTER = 3  # fewer points than this on average say nothing of a covariance
+_PATIENCE = 4  # sizes in a row that do not lower the BIC before larger ones are left untried
+_RELATIVE_FLOOR = 1e-2  # least variance, in the mean variance of the coordinates
+
+
+class Clusters(NamedTuple):
+    """clusters (points,), weights (clusters,), means (clusters, dimensions), covars (..., d, d)."""
+
+    clusters: IntArray
+    weights: FloatArray
+    means: FloatArray
+    covars: FloatArray
+
+
+def find_clusters(
+    coordinates: FloatArray, rng: np.random.Generator, *, n_clusters: int | None = None
+) -> Clusters:
+    """Cluster points by a Gaussian mixture with full covariances.
+
+    Parameters
+    ----------
+    coordinates : array (points, dimensions).
+    n_clusters : None: chosen by BIC, at most a third of the points and at most 20. A given number
+        is an upper bound where points coincide or components stay empty.
+
+    Raises
+    ------
+    MotionDBError
+        when there is no point, or a number of clusters that the points cannot fill.
+    """
+    n_points = len(coordinates)
+    if n_points == 0 or not 1 <= (n_clusters or 1) <= n_points:
+        raise MotionDBError(
+            f"clusters: expected 1 to {n_points} clusters for {n_points} symbols, found "
+            f"{n_clusters or 'no symbols'}. Learn symbols first, or ask for fewer clusters."
+        )
+    distinct = len(np.unique(coordinates.round(9), axis=0))
+    most = min(max(1, n_points // _POINTS_A_CLUSTER), MAX_CLUSTERS, distinct)
+    sizes = range(1, most + 1) if n_clusters is None else [min(n_clusters, distinct)]
+    floor = max(_RELATIVE_FLOOR * float(np.mean(np.var(coordinates, axis=0))), 1e-9)
+    seed = int(rng.integers(2**31))
+    if distinct == 1:
+        n_dims = coordinates.shape[1]
+        spread = floor * np.eye(n_dims)[None]
+        labels = np.zeros(n_points, dtype=np.int64)
+        return Clusters(labels, np.ones(1), coordinates[:1].copy(), spread)
+    best, lowest, fruitless = None, np.inf, 0
+    for size in sizes:
+        mixture = _fit_mixture(coordinates, size, floor, seed)
+        bic = float(mixture.bic(coordinates))
+        fruitless += 1
+        if best is None or bic < lowest:
+            best, lowest, fruitless = mixture, bic, 0
+        if fruitless == _PATIENCE:
+            break
+    assert best is not None
+    return _in_order(best, coordinates)
+
+
+def _fit_mixture(coordinates: FloatArray, size: int, floor: float, seed: int) -> GaussianMixture:
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.mixture import GaussianMixture
+
+    mixture = GaussianMixture(
+        size,
+        reg_covar=floor,
+        n_init=5,
+        max_iter=300,
+        init_params="k-means++",
+        random_state=seed,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # BIC judges what was reached
+        return mixture.fit(coordinates)
+
+
+def _in_order(mixture: GaussianMixture, coordinates: FloatArray) -> Clusters:
+    """Components that own a point, along the first axis, with weights that sum to 1."""
+    labels = mixture.predict(coordinates)
+    alive = np.unique(labels)
+    alive = alive[np.lexsort(mixture.means_[alive].T[::-1])]
+    number = np.empty(len(mixture.weights_), dtype=np.int64)
+    number[alive] = np.arange(len(alive))
+    weights = mixture.weights_[alive]
+    return Clusters(
+        number[labels], weights / weights.sum(), mixture.means_[alive], mixture.covariances_[alive]
+    )
