@@ -96,8 +96,7 @@ def _read(data: bytes, path: object) -> _Recording:
             path,
             "expected the package ezc3d to read C3D, found none. pip install motiondb[c3d]",
         ) from error
-    if data[1:2] != b"\x50":
-        raise CaptureError(path, "expected a C3D file, found something else. Export it again.")
+    _check_size(data, path)
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, "copy.c3d")
         copy.write_bytes(data)
@@ -116,6 +115,29 @@ def _read(data: bytes, path: object) -> _Recording:
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
     tracks = _named(labels, np.moveaxis(points[:3], 0, -1), path)
     return _Recording(tracks, fps, str(units[0]) if units else "mm")
+
+
+def _check_size(data: bytes, path: object) -> None:
+    """Refuse what is no C3D file, or is shorter than its header says (ezc3d would never return).
+
+    The header holds 16-bit words: 2 the points, 3 the analog values a frame, 4 and 5 the first and
+    the last frame, 9 the block (of 512 bytes) where the data begin; words 7 and 8 are the scale,
+    negative when the data are floats. Byte 4 of the parameters names the byte order.
+    """
+    if data[1:2] != b"\x50" or len(data) < 512:
+        raise CaptureError(path, "expected a C3D file, found something else. Export it again.")
+    processor = data[(data[0] - 1) * 512 :][3:4]
+    order = ">" if processor == b"\x56" else "<"
+    words = np.frombuffer(data[:20], f"{order}u2").astype(int)
+    high = data[15] if order == "<" else data[12]
+    frame = (4 * words[1] + words[2]) * (4 if high >= 128 else 2)
+    expected = (words[8] - 1) * 512 + (words[4] - words[3] + 1) * frame
+    if len(data) < expected:
+        raise CaptureError(
+            path,
+            f"expected {expected} bytes as the header says, found {len(data)}. "
+            "The file is cut short: export it again.",
+        )
 
 
 def _named(labels: list[str], points: FloatArray, path: object) -> dict[str, FloatArray]:

@@ -26,7 +26,7 @@ _ARRAY, _ELEMENTS = 34962, 34963
 _WIDTH = 0.12
 """Half width of an octahedron, as a share of the bone's length."""
 _FACES = (
-    (0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1), (5, 2, 1), (5, 3, 2), (5, 4, 3), (5, 1, 4),
+    (0, 2, 1), (0, 3, 2), (0, 4, 3), (0, 1, 4), (5, 1, 2), (5, 2, 3), (5, 3, 4), (5, 4, 1),
 )  # fmt: skip
 
 
@@ -148,7 +148,7 @@ def _nodes(clip: Clip) -> list[dict[str, object]]:
 
 
 def _slides(clip: Clip) -> NDArray[np.bool_]:
-    """Joints (below the root) that move by more than 2 cm in their parent's frame: no bone there."""
+    """Joints (below the root) that move more than 2 cm in their parent's frame: no bone there."""
     if clip.joint_positions is None:
         return np.zeros(len(clip.skeleton.names), dtype=bool)
     return np.asarray(np.ptp(clip.joint_positions, axis=0).max(axis=-1) > 0.02)
