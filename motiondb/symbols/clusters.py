@@ -52,10 +52,12 @@ def find_clusters(
         when there is no point, or a number of clusters that the points cannot fill.
     """
     n_points = len(coordinates)
-    if n_points == 0 or not 1 <= (n_clusters or 1) <= n_points:
+    if n_points == 0:
+        raise MotionDBError("clusters: expected at least one symbol, found none. Learn first.")
+    if n_clusters is not None and not 1 <= n_clusters <= n_points:
         raise MotionDBError(
-            f"clusters: expected 1 to {n_points} clusters for {n_points} symbols, found "
-            f"{n_clusters or 'no symbols'}. Learn symbols first, or ask for fewer clusters."
+            f"clusters: expected a number from 1 to {n_points} (the symbols), found {n_clusters}. "
+            "Ask for fewer clusters, or leave the number to motiondb."
         )
     distinct = len(np.unique(coordinates.round(9), axis=0))
     most = min(max(1, n_points // _POINTS_A_CLUSTER), MAX_CLUSTERS, distinct)

@@ -1,0 +1,72 @@
+"""Clusters of symbols: as many as there are, one for every symbol."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.errors import MotionDBError
+from motiondb.records import FloatArray
+from motiondb.symbols.clusters import find_clusters
+
+
+def blobs(seed: int, centres: FloatArray, n_each: int) -> FloatArray:
+    rng = np.random.default_rng(seed)
+    return np.repeat(centres, n_each, axis=0) + rng.normal(0, 0.4, (len(centres) * n_each, 2))
+
+
+CENTRES = np.array([[-6.0, 0.0], [0.0, 5.0], [4.0, -4.0], [9.0, 3.0]])
+
+
+@pytest.mark.parametrize("n_blobs", [1, 2, 4])
+def test_bic_finds_the_number(n_blobs: int) -> None:
+    points = blobs(1, CENTRES[:n_blobs], 15)
+    found = find_clusters(points, np.random.default_rng(1))
+    np.testing.assert_array_equal(found.clusters, np.repeat(np.arange(n_blobs), 15))
+    np.testing.assert_allclose(found.means, CENTRES[:n_blobs], atol=0.4)
+    np.testing.assert_allclose(found.weights, 1 / n_blobs, atol=0.01)
+    assert found.covars.shape == (n_blobs, 2, 2)
+
+
+def test_a_given_number_overrides() -> None:
+    points = blobs(2, CENTRES, 10)
+    found = find_clusters(points, np.random.default_rng(2), n_clusters=2)
+    assert len(found.weights) == 2
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 10**6), st.integers(1, 12), st.integers(1, 3))
+def test_every_point_belongs_to_one_cluster_and_no_cluster_is_empty(
+    seed: int, n_points: int, n_dims: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.integers(-2, 3, (n_points, n_dims)).astype(float)  # with many that coincide
+    found = find_clusters(points, rng)
+    assert found.clusters.shape == (n_points,)
+    np.testing.assert_array_equal(np.unique(found.clusters), np.arange(len(found.weights)))
+    assert found.weights.sum() == pytest.approx(1.0)
+    assert np.all(np.diff(found.means[:, 0]) >= 0)
+    assert np.all(np.linalg.eigvalsh(found.covars) > 0)
+
+
+def test_the_same_seed_gives_the_same_clusters() -> None:
+    points = np.random.default_rng(3).normal(0, 1, (40, 2))
+    first, second = (find_clusters(points, np.random.default_rng(4)) for _ in range(2))
+    for a, b in zip(first, second):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_error_texts() -> None:
+    with pytest.raises(MotionDBError) as caught:
+        find_clusters(np.zeros((3, 2)), np.random.default_rng(0), n_clusters=4)
+    assert str(caught.value) == (
+        "clusters: expected 1 to 3 clusters for 3 symbols, found 4. "
+        "Learn symbols first, or ask for fewer clusters."
+    )
+    with pytest.raises(MotionDBError) as caught:
+        find_clusters(np.zeros((0, 2)), np.random.default_rng(0))
+    assert str(caught.value).startswith(
+        "clusters: expected 1 to 0 clusters for 0 symbols, found no"
+    )
