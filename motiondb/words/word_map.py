@@ -3,9 +3,13 @@
 Notation: v the score vector of an interval of motion (see ``search.score_vectors``), y_w = 1 where
 word w was written about it. The association is z_w = v . u_w + c_w, ridge regression from v to
 y - mean(y): additive over symbols and over segments, so that the reason of every score can be
-read off. Predictions for captures whose performer (or group) was left out are turned to
-probabilities by one logistic map, P(w) = sigmoid(a z_w / sd_w + b logit(prior_w) + c), the same for
-all words, so that rare words are not calibrated on two examples.
+read off. Held-out predictions are turned to
+probabilities by one logistic map for all words, so that rare words are not calibrated on two
+examples: P(w) = sigmoid(a z_w / sd_w + b logit(prior_w) + c), sd_w = sqrt(prior_w (1 - prior_w)).
+It is fitted on predictions with the whole group (performer) left out and on predictions with other
+captures of the group still there, half and half, because both kinds of question are asked. Only
+words that two groups or more were described with take part: of a word that one performer alone has,
+the others cannot know anything.
 
 Source: the choice measured in the first experiments; Platt (1999) for the logistic map.
 """
@@ -63,9 +67,14 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
     held_out = {ridge: _left_out(vectors, target, groups, ridge) for ridge in RIDGES}
     ridge = min(RIDGES, key=lambda r: float(np.sum((held_out[r] - target) ** 2)))
     weights, offsets = _ridge(vectors, target, ridge)
-    centred = held_out[ridge] - target.mean(axis=0)
-    spreads = np.maximum(centred.std(axis=0), 1e-3 + 0.1 * np.median(centred.std(axis=0)))
-    calibration = _calibrate(centred / spreads, priors, target)
+    spreads = np.sqrt(priors * (1.0 - priors))
+    shared = np.stack([target[groups == g].any(axis=0) for g in np.unique(groups)]).sum(axis=0) > 1
+    if not shared.any():
+        shared[:] = True
+    known_group = _left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
+    both = np.concatenate([held_out[ridge], known_group])[:, shared] - target.mean(axis=0)[shared]
+    twice = np.concatenate([target, target])[:, shared]
+    calibration = _calibrate(both / spreads[shared], priors[shared], twice)
     return WordMap(weights, offsets - target.mean(axis=0), priors, spreads, calibration)
 
 

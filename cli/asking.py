@@ -1,0 +1,181 @@
+"""search, like, describe, generate: questions and answers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    From,
+    Json,
+    Limit,
+    Png,
+    Seed,
+    To,
+    Where,
+    database,
+    print_json,
+    print_table,
+    progress,
+)
+
+if TYPE_CHECKING:
+    from motiondb.database import MotionDB
+    from motiondb.records import Match
+
+Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Put the commands into the app."""
+    app.command()(search)
+    app.command()(like)
+    app.command()(describe)
+    app.command()(generate)
+
+
+def search(
+    words: Annotated[str, typer.Argument(help='What to look for, such as "walk, turn left".')],
+    where: Where = "",
+    limit: Limit = 10,
+    by_symbols: Annotated[
+        bool, typer.Option("--by-symbols", help="Decode to symbols and align these (the paper's way).")
+    ] = False,
+    png: Png = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Find the intervals that show what the words ask for, in their order."""
+    with database(db) as base:
+        answer = base.search(words, where, limit, by_symbols)
+        if png:
+            _draw(base, answer.matches, png, words)
+    for word, near in answer.unknown.items():
+        hint = f"; the nearest known: {', '.join(near)}" if near else ""
+        typer.echo(f"unknown word {word!r} left out{hint}", err=True)
+    _print_matches(answer.matches, json, reasons=True)
+
+
+def like(
+    example: Example,
+    start: From = None,
+    end: To = None,
+    where: Where = "",
+    limit: Limit = 10,
+    png: Png = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Find the intervals that move like an example."""
+    with database(db) as base:
+        matches = base.like(example, start, end, where, limit)
+        if png:
+            _draw(base, matches, png, f"like {example}", base.motion(example, start, end))
+    _print_matches(matches, json)
+
+
+def _print_matches(matches: tuple[Match, ...], json: bool, reasons: bool = False) -> None:
+    if json:
+        print_json(
+            [
+                {
+                    "rank": m.rank, "capture": m.capture, "start": m.start, "end": m.end,
+                    "score": m.score, "words": list(m.words),
+                }
+                for m in matches
+            ]
+        )  # fmt: skip
+        return
+    if not matches:
+        typer.echo("nothing in this database matches")
+        return
+    print_table(
+        "",
+        ["rank", "capture", "start", "end", "score", "words"] + (["found"] if reasons else []),
+        [
+            [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}",
+             " ".join(m.words)] + ([m.reason] if reasons else [])
+            for m in matches
+        ],
+    )  # fmt: skip
+
+
+def _draw(base: MotionDB, matches: tuple[Match, ...], png: Path, title: str, query=None) -> None:  # type: ignore[no-untyped-def]
+    from motiondb import pictures
+
+    hits = [(m, base.motion(m.capture)) for m in matches[:8]]
+    example = ("query", query) if query is not None else None
+    pictures.draw_hits(hits, png, title=title, query=example)
+
+
+def describe(
+    example: Example,
+    start: From = None,
+    end: To = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Say what words describe a motion, with times and probabilities."""
+    with database(db) as base:
+        answer = base.describe(example, start, end)
+    if json:
+        print_json(
+            [
+                {
+                    "start": d.start, "end": d.end,
+                    "words": [{"word": w, "probability": p} for w, p in d.words],
+                }
+                for d in answer
+            ]
+        )  # fmt: skip
+        return
+    rows = [
+        [f"{d.start:.2f}", f"{d.end:.2f}", "  ".join(f"{w} {p:.2f}" for w, p in d.words)]
+        for d in answer
+    ]
+    print_table("", ["start", "end", "words"], rows)
+
+
+def generate(
+    words: Annotated[str, typer.Argument(help='A sentence, such as "a person walks then kicks".')],
+    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
+    seed: Seed = 0,
+    method: Annotated[
+        str, typer.Option("--method", help="stitched, trajectory or montecarlo.")
+    ] = "stitched",
+    save: Annotated[str | None, typer.Option("--save", help="Keep it as a capture, by this name.")] = None,
+    png: Png = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Make a motion that shows what a sentence says; its sources go into a file beside it."""
+    from motiondb.database import generated_files
+
+    with database(db, writing=save is not None) as base, progress(not json) as tell:
+        tell("generating", 0.0, 1.0)
+        made = base.generate(words, seed, method)
+        facts = generated_files.write(made, words, seed, method, output)
+        if save:
+            base.save_generated(save, words, made, seed)
+            facts["capture"] = save
+        if png:
+            from motiondb import pictures
+
+            timeline = pictures.Timeline("sources", generated_files.source_spans(made))
+            pictures.draw_strip(made.motion, png, title=words, timelines=[timeline])
+    for word, near in made.unknown.items():
+        hint = f"; the nearest known: {', '.join(near)}" if near else ""
+        typer.echo(f"unknown word {word!r} left out{hint}", err=True)
+    if json:
+        print_json(facts)
+        return
+    typer.echo(f"{facts['seconds']:.2f} s of motion written to {output} ({method}, seed {seed})")
+    typer.echo(f"symbols:    {' '.join(map(str, made.symbols))}")
+    typer.echo(f"recognised: {' '.join(map(str, made.recognised))}")
+    for source in facts["sources"]:
+        typer.echo(f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}")
+    typer.echo(f"every frame's origin: {facts['provenance']}")

@@ -1,0 +1,229 @@
+"""add, list, show, export, remove, fetch: captures in and out."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    From,
+    Json,
+    Png,
+    To,
+    Where,
+    database,
+    print_json,
+    print_table,
+    progress,
+)
+
+Unit = Annotated[
+    str | None, typer.Option("--unit", help="Length unit of the files: m, cm, mm, inch, or metres.")
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Put the commands into the app."""
+    app.command()(add)
+    app.command("list")(list_captures)
+    app.command()(show)
+    app.command()(export)
+    app.command()(remove)
+    fetching = typer.Typer(help="Download captures from public databases.", no_args_is_help=True)
+    fetching.command("cmu")(fetch_cmu)
+    app.add_typer(fetching, name="fetch")
+
+
+def add(
+    folder: Annotated[Path, typer.Argument(help="A folder of captures, or one file.")],
+    words: Annotated[Path | None, typer.Option("--words", help="A sheet (TSV or CSV).")] = None,
+    unit: Unit = None,
+    fps: Annotated[float | None, typer.Option("--fps", help="Frame rate, over the files'.")] = None,
+    joint_map: Annotated[
+        Path | None, typer.Option("--joint-map", help="Lines `role = joint` for other skeletons.")
+    ] = None,
+    skip_bad_frames: Annotated[
+        bool, typer.Option("--skip-bad-frames", help="Leave bad frames out, keep the file.")
+    ] = False,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that read files.")] = 2,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Add captures, with the words of a sheet; broken files are listed and left out (exit 1)."""
+    from motiondb.capture import unit_from_name
+    from motiondb.database.cataloguing import AddSettings, read_joint_map
+
+    settings = AddSettings(
+        unit=unit_from_name(unit) if unit else None,
+        fps=fps,
+        skip_bad_frames=skip_bad_frames,
+        joint_map=read_joint_map(joint_map) if joint_map else {},
+        jobs=jobs,
+    )
+    with database(db, writing=True) as base, progress(not json) as tell:
+        report = base.add(folder, words, settings, tell)
+        total = len(base.captures())
+    if json:
+        print_json(asdict(report) | {"captures": total})
+    else:
+        typer.echo(
+            f"{len(report.added)} captures added ({report.seconds:.0f} s of motion), "
+            f"{len(report.known)} already there, {len(report.problems)} problems; "
+            f"{total} captures in {db}."
+        )
+        for relation in report.relations:
+            typer.echo(f"  {_relation(relation)}")
+        for note in report.notes:
+            typer.echo(f"  note: {note}")
+    for problem in report.problems:
+        typer.echo(f"  {problem}", err=True)
+    if report.problems:
+        raise typer.Exit(1)
+
+
+def _relation(relation: object) -> str:
+    from motiondb.records import Relation
+
+    assert isinstance(relation, Relation)
+    what = {"same": "is the same motion as", "mirror": "is a mirror image of", "cut": "is a cut of"}
+    return (
+        f"{relation.capture} {what[relation.kind]} {relation.other} "
+        f"({relation.start:.2f}-{relation.end:.2f} s)"
+    )
+
+
+def list_captures(
+    where: Where = "",
+    limit: Annotated[int | None, typer.Option("--limit", min=1, help="How many at most.")] = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """List the captures of the database."""
+    from motiondb import store
+
+    with database(db) as base:
+        infos = base.captures(where)
+        captions = store.load_captions(base.store)
+    shown = infos[:limit]
+    if json:
+        print_json([
+            asdict(i) | {"words": [asdict(c) for c in captions.get(i.capture_id, ())]} for i in shown
+        ])  # fmt: skip
+        return
+    rows = [
+        [
+            i.name, f"{i.duration:.2f}", f"{i.fps:g}", i.format, i.tags.get("performer", ""),
+            "; ".join(c.words for c in captions.get(i.capture_id, ()))[:70],
+        ]
+        for i in shown
+    ]  # fmt: skip
+    print_table("", ["capture", "seconds", "fps", "format", "performer", "words"], rows)
+    typer.echo(f"{len(infos)} captures" + (f", {len(shown)} shown" if len(shown) < len(infos) else ""))
+
+
+def show(
+    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+    png: Png = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Show one capture: what is known of it, its symbols and words; --png draws it."""
+    from motiondb.database.showing import describe_capture, draw_capture
+
+    with database(db) as base:
+        facts = describe_capture(base, name)
+        if png:
+            draw_capture(base, name, png)
+    if json:
+        print_json(facts | ({"png": str(png)} if png else {}))
+        return
+    for key, value in facts.items():
+        if key == "segments":
+            typer.echo("segments:     " + " ".join(
+                f"{s['symbol']}[{s['start']:.1f}-{s['end']:.1f}]" for s in value
+            ))  # fmt: skip
+        elif isinstance(value, list):
+            for item in value:
+                typer.echo(f"{key + ':':13} {item if isinstance(item, str) else _flat(item)}")
+        elif value not in ("", None, {}):
+            typer.echo(f"{key + ':':13} {_flat(value) if isinstance(value, dict) else value}")
+    if png:
+        typer.echo(f"picture:      {png}")
+
+
+def _flat(value: dict[str, object]) -> str:
+    return ", ".join(f"{k} {v}" for k, v in value.items() if v is not None)
+
+
+def export(
+    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
+    start: From = None,
+    end: To = None,
+    canonical: Annotated[
+        bool, typer.Option("--canonical", help="On the canonical body at 30 frames a second.")
+    ] = False,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Write a capture to a file; its own format gives back the very bytes that were added."""
+    with database(db) as base:
+        path = base.export(name, output, start, end, canonical)
+    if json:
+        print_json({"capture": name, "output": str(path)})
+    else:
+        typer.echo(f"{name} written to {path}")
+
+
+def remove(
+    names: Annotated[list[str], typer.Argument(metavar="CAPTURE...", help="Names of captures.")],
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Take captures out of the database, all of those named or none."""
+    with database(db, writing=True) as base:
+        gone = base.remove(names)
+    if json:
+        print_json({"removed": gone})
+    else:
+        typer.echo(f"removed {', '.join(gone)}")
+
+
+def fetch_cmu(
+    subjects: Annotated[str, typer.Option("--subjects", help="Numbers, such as 14,16.")],
+    folder: Annotated[Path, typer.Option("--dir", help="Where the files go.")] = Path("cmu"),
+    yes: Annotated[bool, typer.Option("--yes", help="Accept the terms without being asked.")] = False,
+    only_fetch: Annotated[bool, typer.Option("--only-fetch", help="Do not add them.")] = False,
+    base_url: Annotated[str | None, typer.Option("--base-url", help="Another site.")] = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Download captures and words of the CMU Graphics Lab database, and add them."""
+    from motiondb.fetch.cmu import CMU_TERMS, CMU_URL, fetch_cmu as fetch
+
+    typer.echo(CMU_TERMS, err=True)
+    if not yes and not typer.confirm("Do you accept these terms?", err=True):
+        raise typer.Exit(2)
+    wanted = [s.strip() for s in subjects.split(",") if s.strip()]
+    with progress(not json) as tell:
+        report = fetch(
+            wanted, folder, base_url=base_url or CMU_URL, accept_terms=True,
+            on_progress=lambda p: tell("fetching", p.number, p.n_files),
+        )  # fmt: skip
+    if json:
+        print_json(asdict(report))
+    else:
+        typer.echo(
+            f"{len(report.fetched)} files fetched into {folder}, {len(report.skipped)} there already"
+        )
+    for file, reason in report.refused:
+        typer.echo(f"  {file}: {reason}", err=True)
+    if not only_fetch and report.sheet.exists():
+        add(folder, report.sheet, db=db, json=json)
+    if report.refused:
+        raise typer.Exit(1)

@@ -1,0 +1,74 @@
+"""check, info, compact: keeping the database sound."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+import typer
+
+from motiondb.cli.options import DEFAULT_DB, Db, Json, database, print_json
+
+
+def register(app: typer.Typer) -> None:
+    """Put the commands into the app."""
+    app.command()(check)
+    app.command()(info)
+    app.command()(compact)
+
+
+def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
+    """Look for faults in the database; exit 1 if there are any."""
+    with database(db) as base:
+        faults = base.check()
+    if json:
+        print_json({"faults": faults})
+    elif not faults:
+        typer.echo(f"{db} is sound")
+    for fault in faults:
+        typer.echo(f"  {fault}", err=True)
+    if faults:
+        raise typer.Exit(1)
+
+
+def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
+    """Say what is in the database and how it came about."""
+    from motiondb import store
+
+    with database(db) as base:
+        captures = base.captures()
+        facts = {
+            "database": str(db),
+            "bytes": db.stat().st_size,
+            "captures": len(captures),
+            "generated": sum(c.kind == "generated" for c in captures),
+            "seconds": round(sum(c.duration for c in captures), 2),
+            "performers": len({c.tags["performer"] for c in captures if "performer" in c.tags}),
+            "captures with words": len(store.load_captions(base.store)),
+            "copies": len(base.relations()),
+            "learned": store.is_learned(base.store),
+        }
+        if facts["learned"]:
+            size = store.load_learning_size(base.store)
+            facts |= {"symbols": size.n_symbols, "clusters": size.n_clusters, "words": size.n_words}
+            facts["current"] = store.learning_is_current(base.store)
+        runs = [asdict(run) for run in store.load_runs(base.store)]
+    if json:
+        print_json(facts | {"runs": runs})
+        return
+    for key, value in facts.items():
+        typer.echo(f"{key + ':':22} {value}")
+    for run in runs[-10:]:
+        typer.echo(f"run {run['run_id']:<4} {run['kind']:10} {run['started']} motiondb {run['version']}")
+    if facts["learned"] and not facts["current"]:
+        typer.echo("Captures changed since it learned: run motiondb learn to bring it up to date.")
+
+
+def compact(db: Db = DEFAULT_DB, json: Json = False) -> None:
+    """Rewrite the database file without the space that removed rows left."""
+    from motiondb import store
+
+    before, after = store.compact(db)
+    if json:
+        print_json({"before": before, "after": after})
+    else:
+        typer.echo(f"{before / 1e6:.1f} MB before, {after / 1e6:.1f} MB after")

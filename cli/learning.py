@@ -1,0 +1,88 @@
+"""learn and symbols: what the captures are made of."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    Json,
+    Png,
+    Seed,
+    database,
+    print_json,
+    print_table,
+    progress,
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Put the commands into the app."""
+    app.command()(learn)
+    app.command()(symbols)
+
+
+def learn(
+    n_symbols: Annotated[
+        int | None, typer.Option("--symbols", min=1, help="Number of symbols; default: the data's.")
+    ] = None,
+    seed: Seed = 0,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Learn motion symbols, their space, and their words from everything in the database."""
+    from motiondb.database.learning import LearnSettings
+
+    with database(db, writing=True) as base, progress(not json) as tell:
+        learning = base.learn(
+            LearnSettings(n_symbols=n_symbols, seed=seed), lambda what, share: tell(what, share, 1.0)
+        )
+    table = learning.segments
+    facts = {
+        "captures": len(set(table.capture_ids.tolist())),
+        "segments": len(table.symbols),
+        "symbols": learning.symbols.n_symbols,
+        "clusters": len(learning.space.weights),
+        "dimensions": learning.space.coordinates.shape[1],
+        "words": len(learning.association.words),
+        "run": learning.run_id,
+    }
+    if json:
+        print_json(facts)
+        return
+    typer.echo(
+        f"{facts['captures']} captures, {facts['segments']} segments, {facts['symbols']} symbols in "
+        f"{facts['clusters']} clusters ({facts['dimensions']} dimensions), {facts['words']} words."
+    )
+    if not facts["words"]:
+        typer.echo("No words yet: `like` works, `search` needs words (motiondb words set).")
+
+
+def symbols(png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
+    """List the motion symbols with their clusters and words; --png draws their space."""
+    from motiondb.database.showing import draw_symbols, symbol_rows
+
+    with database(db) as base:
+        rows = symbol_rows(base)
+        if png:
+            draw_symbols(base, png)
+    if json:
+        print_json(rows)
+        return
+    print_table(
+        "",
+        ["symbol", "cluster", "count", "captures", "seconds", "words"],
+        [
+            [
+                str(r["symbol"]), str(r["cluster"]), str(r["count"]), str(r["captures"]),
+                f"{r['seconds']:.2f}",
+                " ".join(f"{w['word']} {w['probability']:.2f}" for w in r["words"]),
+            ]
+            for r in rows
+        ],
+    )  # fmt: skip
+    if png:
+        typer.echo(f"picture: {png}")

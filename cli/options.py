@@ -1,0 +1,85 @@
+"""Options that several commands share, and how commands open the database and end."""
+
+from __future__ import annotations
+
+import json as jsonlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from motiondb.database import MotionDB
+
+Db = Annotated[
+    Path, typer.Option("--db", envvar="MOTIONDB", help="The database file.", show_default=True)
+]
+Json = Annotated[bool, typer.Option("--json", help="Answer in JSON, for programs.")]
+Where = Annotated[
+    str, typer.Option("--where", help="Only captures like this, such as 'performer=14 and fps>60'.")
+]
+Limit = Annotated[int, typer.Option("--limit", min=1, help="How many answers at most.")]
+From = Annotated[float | None, typer.Option("--from", min=0.0, help="Start, seconds.")]
+To = Annotated[float | None, typer.Option("--to", min=0.0, help="End, seconds.")]
+Png = Annotated[Path | None, typer.Option("--png", help="Draw a picture into this file.")]
+Seed = Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same result.")]
+DEFAULT_DB = Path("motions.duckdb")
+
+
+@contextmanager
+def database(path: Path, *, writing: bool = False) -> Iterator[MotionDB]:
+    """The open database; only asking does not need the file to itself."""
+    import motiondb
+
+    with motiondb.open(path, read_only=not writing) as db:
+        yield db
+
+
+def print_json(value: Any) -> None:
+    """JSON on standard output, floats as they are."""
+    typer.echo(jsonlib.dumps(value, indent=2, ensure_ascii=False, default=str))
+
+
+def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
+    """A table as wide as it needs to be; plain where the output is no terminal."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title or None, title_justify="left", box=None, pad_edge=False)
+    for column in columns:
+        right = column.lstrip("-") in ("rank", "start", "end", "score", "seconds", "fps", "count")
+        table.add_column(column, justify="right" if right else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=160)
+    console.print(table, markup=False)
+
+
+@contextmanager
+def progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
+    """A progress bar on standard error: call with what, how many done, how many there are."""
+    if not enabled:
+        yield lambda _what, _done, _total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description:22}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
+    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as bar:
+        tasks: dict[str, Any] = {}
+
+        def tell(what: str, done: float, total: float) -> None:
+            for name, task in tasks.items():
+                if name != what:
+                    bar.update(task, completed=1.0)
+            if what not in tasks:
+                tasks[what] = bar.add_task(what, total=1.0)
+            bar.update(tasks[what], completed=done / max(total, 1e-9))
+
+        yield tell
+        for task in tasks.values():
+            bar.update(task, completed=1.0)

@@ -1,0 +1,108 @@
+"""words: the vocabulary, and what people write about captures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    From,
+    Json,
+    To,
+    database,
+    print_json,
+    print_table,
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Put the commands into the app."""
+    group = typer.Typer(help="The vocabulary, and the words of captures.", invoke_without_command=True)
+    group.callback()(words)
+    group.command("set")(set_words)
+    group.command("import")(import_words)
+    group.command("synonyms")(set_synonyms)
+    app.add_typer(group, name="words")
+
+
+def words(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> None:
+    """List the words the database knows, with the symbols that speak for them."""
+    if context.invoked_subcommand is not None:
+        return
+    with database(db) as base:
+        association = base.learned.association
+    t = association.translation[1:]
+    rows = []
+    for number in sorted(range(len(association.words)), key=lambda w: -association.counts[w]):
+        column = t[:, number]
+        best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > 0.01]
+        rows.append(
+            {
+                "word": association.words[number],
+                "count": int(association.counts[number]),
+                "symbols": [{"symbol": s, "probability": float(column[s])} for s in best],
+            }
+        )
+    if json:
+        print_json(rows)
+        return
+    table = [
+        [r["word"], str(r["count"]), "  ".join(f"{s['symbol']}: {s['probability']:.2f}" for s in r["symbols"])]
+        for r in rows
+    ]
+    print_table("", ["word", "count", "symbols t(word | symbol)"], table)
+
+
+def set_words(
+    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+    text: Annotated[str, typer.Argument(metavar="WORDS", help="What it shows.")],
+    start: From = None,
+    end: To = None,
+    keep: Annotated[bool, typer.Option("--keep", help="Keep the words that are there.")] = False,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Write down what a capture, or a part of it, shows."""
+    with database(db, writing=True) as base:
+        base.set_words(name, text, start, end, keep)
+        captions = base.captions(name)
+    if json:
+        print_json({"capture": name, "words": [c.words for c in captions]})
+    else:
+        typer.echo(f"{name}: {'; '.join(c.words for c in captions)} (learn again to use new words)")
+
+
+def import_words(
+    sheet: Annotated[Path, typer.Argument(help="A sheet (TSV or CSV).")],
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Replace words and tags of captures by those of a sheet; unknown rows are listed (exit 1)."""
+    with database(db, writing=True) as base:
+        count, problems = base.import_words(sheet)
+    if json:
+        print_json({"captures": count, "problems": problems})
+    else:
+        typer.echo(f"words of {count} captures replaced, {len(problems)} rows without a capture")
+    for problem in problems:
+        typer.echo(f"  {problem}", err=True)
+    if problems:
+        raise typer.Exit(1)
+
+
+def set_synonyms(
+    file: Annotated[Path, typer.Argument(help="Lines `word = canonical`.")],
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Keep a file of synonyms for words and questions."""
+    with database(db, writing=True) as base:
+        table = base.set_synonyms(file)
+    if json:
+        print_json(dict(table))
+    else:
+        typer.echo(f"{len(table)} synonyms kept (learn again to use them on captions)")

@@ -1,0 +1,266 @@
+"""Motion from a sentence: words to symbols, symbols to a trajectory, real segments along it.
+
+Methods: ``stitched`` (real segments that follow the trajectory, seams blended, feet held),
+``trajectory`` (the most probable smooth trajectory itself) and ``montecarlo`` (every frame drawn by
+itself, as paper A prints it).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb import store
+from motiondb.database.answering import Learned, decode, recognise
+from motiondb.errors import QueryError
+from motiondb.generate import contact, generation_model, series, stitching, trajectory
+from motiondb.pose import pose_vectors, rotation
+from motiondb.pose.features import FEATURE_STEP
+from motiondb.records import FloatArray, IntArray, Motion, MotionSymbols
+from motiondb.symbols import hmm
+from motiondb.words import decoding, vocabulary
+
+METHODS = ("stitched", "trajectory", "montecarlo")
+MEMBERS = 60
+"""Segments per symbol that take part: the likeliest ones."""
+WORD_WEIGHT = 3.0
+JOIN_WEIGHT = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Generated:
+    """A motion and how it came about.
+
+    Attributes
+    ----------
+    motion : on the canonical body. symbols : the decoded sequence; positions : per symbol the
+        number of its action. decodings : per action. recognised : symbols found again in it.
+    provenance : per frame. unknown : words not understood, with the nearest known ones.
+    """
+
+    motion: Motion
+    symbols: tuple[int, ...]
+    positions: tuple[int, ...]
+    actions: tuple[tuple[str, ...], ...]
+    decodings: tuple[decoding.Decoding, ...]
+    recognised: tuple[int, ...]
+    provenance: store.Provenance
+    unknown: Mapping[str, tuple[str, ...]]
+
+
+def generate(
+    learned: Learned, text: str, seed: int, method: str = "stitched"
+) -> Generated:
+    """Make a motion that shows what a sentence says.
+
+    Raises
+    ------
+    QueryError
+        for an unknown method, no known word, or words that no symbols can show.
+    """
+    if method not in METHODS:
+        raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
+    query = vocabulary.parse_query(text, learned.association.words, learned.synonyms)
+    actions = [action for action in query.actions if action]
+    rng = np.random.default_rng(seed)
+    symbols, positions, decodings = _decode_actions(learned, actions)
+    model = _Model(learned, symbols)
+    if method == "stitched":
+        motion, captures, frames, edits = _stitched(learned, model, symbols, positions, actions, rng)
+    else:
+        motion = _from_model(model, symbols, rng, method)
+        captures = np.full(motion.n_frames, -1)
+        frames = np.zeros(motion.n_frames)
+        edits = (method,) * motion.n_frames
+    found = recognise(learned, motion)[3]
+    return Generated(
+        motion, tuple(int(s) for s in symbols), tuple(positions), tuple(actions),
+        tuple(decodings), tuple(int(s) for s in found),
+        store.to_provenance(learned.database, captures, frames, edits=edits), query.unknown,
+    )  # fmt: skip
+
+
+def _decode_actions(
+    learned: Learned, actions: Sequence[Sequence[str]]
+) -> tuple[IntArray, list[int], list[decoding.Decoding]]:
+    """Symbols of all actions, one after another; each decoding starts where the one before ended."""
+    symbols: list[int] = []
+    positions: list[int] = []
+    decodings = []
+    for number, action in enumerate(actions):
+        before = symbols[-1] if symbols else None
+        decoded = decode(learned, action, after=before, last=number == len(actions) - 1)
+        if decoded is None:
+            raise QueryError(
+                f"generate: expected symbols for {' '.join(action)!r}, found none that the words "
+                "ever stood beside. Add captures with these words and learn again."
+            )
+        symbols += decoded.symbols
+        positions += [number] * len(decoded.symbols)
+        decodings.append(decoded)
+    return np.array(symbols), positions, decodings
+
+
+class _Model:
+    """The used symbols' segments and finer HMMs; kept together because all methods need both."""
+
+    def __init__(self, learned: Learned, sequence: IntArray) -> None:
+        self.used = np.unique(sequence)
+        self.number = {int(s): n for n, s in enumerate(self.used)}
+        self.members = [_members(learned, int(s)) for s in self.used]
+        ids = {int(learned.segments.capture_ids[i]) for rows in self.members for i in rows}
+        motions = {c: store.load_motion(learned.database, c) for c in sorted(ids)}
+        self.paths = {c: pose_vectors.to_path(m) for c, m in motions.items()}
+        self.leg_lengths = {c: m.leg_length for c, m in motions.items()}
+        local = np.concatenate([turned for _, turned in self.paths.values()])
+        self.means = pose_vectors.mean_rotations(local)
+        self.vectors = {c: _vectors(self.paths[c], self.means) for c in self.paths}
+        self.symbols = self._fine(learned)
+
+    def segment(self, learned: Learned, row: int) -> tuple[int, int, int]:
+        """Capture and frames of a row of the segment table."""
+        table = learned.segments
+        return int(table.capture_ids[row]), int(table.starts[row]), int(table.ends[row])
+
+    def _fine(self, learned: Learned) -> MotionSymbols:
+        segments, states = [], []
+        for s, rows in zip(self.used, self.members):
+            vectors, paths = [], []
+            for row in rows:
+                capture, start, end = self.segment(learned, row)
+                features = learned.features(capture)[start // FEATURE_STEP : -(-end // FEATURE_STEP)]
+                path = hmm.viterbi(learned.symbols, int(s), features)
+                vectors.append(self.vectors[capture][start:end])
+                paths.append(np.repeat(path, FEATURE_STEP)[: end - start])
+            segments.append(vectors)
+            states.append(paths)
+        return generation_model.generation_symbols(
+            segments, states, int(learned.symbols.n_states.max())
+        )
+
+    def series(self, sequence: IntArray) -> series.Series:
+        """The finer HMMs of a symbol sequence, joined."""
+        return series.join_series(self.symbols, np.array([self.number[int(s)] for s in sequence]))
+
+
+def _members(learned: Learned, symbol: int) -> IntArray:
+    """Rows of the likeliest segments of a symbol."""
+    rows = np.flatnonzero(learned.segments.symbols == symbol)
+    if len(rows) == 0:
+        raise QueryError(f"symbol {symbol}: expected segments in the database, found none. Learn again.")
+    order = np.argsort(-learned.segments.log_likelihoods[rows], kind="stable")
+    return np.sort(rows[order[:MEMBERS]])
+
+
+def _vectors(path: tuple[FloatArray, FloatArray], means: FloatArray) -> FloatArray:
+    turning = pose_vectors.TURNING
+    relative = rotation.multiply(rotation.conjugate(means)[turning], path[1][:, turning])
+    return np.concatenate([path[0], rotation.log(relative).reshape(len(path[0]), -1)], axis=1)
+
+
+def _trajectory(model: _Model, sequence: IntArray) -> tuple[FloatArray, IntArray]:
+    """The most probable trajectory (frames, D) and per frame its position in the sequence."""
+    joined = model.series(sequence)
+    states = np.repeat(np.arange(len(joined.self_loops)), series.expected_durations(joined))
+    means, covars = joined.means[states], joined.covars[states]
+    values = trajectory.most_probable(means, covars)
+    n_dims = values.shape[1]
+    values = trajectory.widen(values, means[:, :n_dims], covars[:, :n_dims])
+    return values, joined.positions[states]
+
+
+def _from_model(
+    model: _Model, sequence: IntArray, rng: np.random.Generator, method: str
+) -> Motion:
+    if method == "trajectory":
+        values, _ = _trajectory(model, sequence)
+    else:
+        joined = model.series(sequence)
+        states = series.sample_states(joined, rng)
+        n_dims = joined.means.shape[1] // 3
+        values = series.sample_outputs(joined, states, rng)[:, :n_dims]
+    leg_length = float(np.median(list(model.leg_lengths.values())))
+    motion = pose_vectors.from_vectors(values, model.means, leg_length=leg_length)
+    return contact.lock_feet(motion) if method == "trajectory" else motion
+
+
+def _stitched(
+    learned: Learned,
+    model: _Model,
+    sequence: IntArray,
+    positions: Sequence[int],
+    actions: Sequence[Sequence[str]],
+    rng: np.random.Generator,
+) -> tuple[Motion, IntArray, FloatArray, tuple[str, ...]]:
+    values, owner = _trajectory(model, sequence)
+    scale = np.concatenate([v for v in model.vectors.values()]).std(axis=0) + 1e-6
+    number = {word: n for n, word in enumerate(learned.association.words)}
+    candidates = []
+    for k, symbol in enumerate(sequence):
+        rows = model.members[model.number[int(symbol)]]
+        words = [number[w] for w in actions[positions[k]]]
+        candidates.append(_candidates(learned, model, rows, values[owner == k], words, scale, rng))
+    chosen = stitching.choose(candidates, JOIN_WEIGHT)
+    pieces = [
+        stitching.Piece(int(c.captures[i]), int(c.starts[i]), int(c.ends[i]))
+        for c, i in zip(candidates, chosen)
+    ]
+    stitched = stitching.stitch(pieces, model.paths)
+    lengths = [model.leg_lengths[piece.capture] for piece in pieces]
+    motion = pose_vectors.from_path(
+        stitched.path, stitched.rotations, leg_length=float(np.median(lengths))
+    )
+    motion = contact.lock_feet(motion)
+    edits = tuple("foot lock" if s == 1 else f"blend {s:.2f}, foot lock" for s in stitched.shares)
+    return motion, stitched.captures, stitched.frames.astype(float), edits
+
+
+def _candidates(
+    learned: Learned,
+    model: _Model,
+    rows: IntArray,
+    part: FloatArray,
+    words: Sequence[int],
+    scale: FloatArray,
+    rng: np.random.Generator,
+) -> stitching.Candidates:
+    """Real segments for one position, with their costs; the seed breaks ties between likes."""
+    places = np.array([model.segment(learned, row) for row in rows])
+    targets, entries, continuations = [], [], []
+    for row, (capture, start, end) in zip(rows, places):
+        vectors = model.vectors[int(capture)]
+        targets.append(_distance(vectors[start:end], part, scale) + _unsaid(learned, row, words))
+        entries.append(_edge(vectors, int(start), scale))
+        continuations.append(_edge(vectors, int(end), scale))
+    noise = rng.uniform(0.0, 0.3, size=len(rows))
+    return stitching.Candidates(
+        places[:, 0], places[:, 1], places[:, 2],
+        np.array(entries), np.array(continuations), np.array(targets) + noise,
+    )  # fmt: skip
+
+
+def _distance(segment: FloatArray, part: FloatArray, scale: FloatArray) -> float:
+    """Mean squared difference over twelve moments of both, in spreads."""
+    moments = np.linspace(0.0, 1.0, 12)
+    a = segment[np.round(moments * (len(segment) - 1)).astype(int)]
+    b = part[np.round(moments * (len(part) - 1)).astype(int)]
+    return float(np.mean(((a - b) / scale) ** 2))
+
+
+def _unsaid(learned: Learned, row: int, words: Sequence[int]) -> float:
+    """How little the words are said of a segment's surroundings: log(1 + exp(-log-odds)) a word."""
+    capture = int(learned.segments.capture_ids[row])
+    odds = learned.takes[capture].windows[row - learned.rows[capture].start, list(words)]
+    return WORD_WEIGHT * float(np.mean(np.logaddexp(0.0, -odds)))
+
+
+def _edge(vectors: FloatArray, frame: int, scale: FloatArray) -> FloatArray:
+    """Pose and velocity at a frame, in spreads: what must fit at a seam."""
+    frame = min(frame, len(vectors) - 1)
+    before = vectors[max(frame - 1, 0)]
+    pose = vectors[frame] / scale
+    speed = (vectors[frame] - before)[4:] / scale[4:] * 5.0
+    return np.concatenate([pose, speed]) / np.sqrt(len(pose))
+

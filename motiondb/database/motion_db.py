@@ -1,0 +1,330 @@
+"""The verbs: a thin class over the store and the modules that compute."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+
+from motiondb import capture, store
+from motiondb.capture.sheet import read_sheet
+from motiondb.database import answering, cataloguing, generating, learning
+from motiondb.errors import MotionDBError, QueryError
+from motiondb.pose import retarget
+from motiondb.records import (
+    MOTION_FPS,
+    Caption,
+    CaptureInfo,
+    Clip,
+    Learning,
+    Match,
+    Motion,
+    Relation,
+)
+from motiondb.words.synonyms import parse_synonyms
+
+
+class MotionDB:
+    """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
+
+    Parameters
+    ----------
+    path : the DuckDB file; made when it is not there and ``read_only`` is False.
+    """
+
+    def __init__(self, path: str | Path, *, read_only: bool = False) -> None:
+        self.store = store.open_store(path, read_only=read_only, create=not read_only)
+        self._learned: answering.Learned | None = None
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self.store.close()
+
+    def __enter__(self) -> MotionDB:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def learned(self) -> answering.Learned:
+        """What questions need, loaded at the first one.
+
+        Raises
+        ------
+        NotLearnedError : the database has not learned.
+        """
+        if self._learned is None:
+            self._learned = answering.load_learned(self.store)
+        return self._learned
+
+    def add(
+        self,
+        folder: str | Path,
+        words: str | Path | None = None,
+        settings: cataloguing.AddSettings | None = None,
+        progress: cataloguing.Progress | None = None,
+    ) -> cataloguing.AddReport:
+        """Add a capture, or every capture below a folder; ``words`` is a sheet (TSV or CSV).
+
+        Broken files are left out and reported; what is already there by content stays as it is.
+        """
+        sheet = read_sheet(words) if words is not None else None
+        self._learned = None
+        return cataloguing.add_captures(
+            self.store, Path(folder), sheet, settings or cataloguing.AddSettings(), progress
+        )
+
+    def learn(
+        self,
+        settings: learning.LearnSettings | None = None,
+        progress: learning.Progress | None = None,
+    ) -> Learning:
+        """Derive symbols, their space and their words from all captures; replaces earlier ones."""
+        self._learned = None
+        return learning.learn(self.store, settings or learning.LearnSettings(), progress)
+
+    def search(
+        self, words: str, where: str = "", limit: int = 10, by_symbols: bool = False
+    ) -> answering.WordAnswer:
+        """Intervals that show what the words ask for, in their order, best first."""
+        return answering.search_words(self.learned, words, where, limit, by_symbols)
+
+    def like(
+        self,
+        example: str | Path | Motion,
+        start: float | None = None,
+        end: float | None = None,
+        where: str = "",
+        limit: int = 10,
+    ) -> tuple[Match, ...]:
+        """Intervals that move like an example: a file, a stored capture, or a motion (seconds)."""
+        motion = self.motion(example, start, end)
+        return answering.search_motion(self.learned, motion, where, limit)
+
+    def describe(
+        self, example: str | Path | Motion, start: float | None = None, end: float | None = None
+    ) -> tuple[answering.Description, ...]:
+        """The words of a motion over time, with probabilities."""
+        return answering.describe(self.learned, self.motion(example, start, end))
+
+    def generate(
+        self, words: str, seed: int = 0, method: str = "stitched"
+    ) -> generating.Generated:
+        """A motion that shows what a sentence says; the same seed gives the same motion."""
+        return generating.generate(self.learned, words, seed, method)
+
+    def save_generated(self, name: str, words: str, made: generating.Generated, seed: int) -> CaptureInfo:
+        """Keep a generated motion as a capture, with the origin of every frame."""
+        clip = retarget.to_clip(made.motion)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / f"{name.replace('/', '_')}.bvh"
+            capture.write_bvh(clip, file)
+            source = store.pack_source(file.name, file.read_bytes(), "bvh")
+        licences = "; ".join(sorted({s.licence for s in made.provenance.sources if s.licence}))
+        with store.transaction(self.store):
+            run_id = store.start_run(self.store, "generate", {"words": words}, seed)
+            info = CaptureInfo(
+                0, name, "", "bvh", "generated", MOTION_FPS, clip.n_frames, clip.duration, 0, 0.0,
+                "", run_id, {"licence": licences} if licences else {},
+            )  # fmt: skip
+            info = store.save_capture(self.store, info, made.motion, source, [Caption(words)])
+            store.save_provenance(self.store, info.capture_id, made.provenance)
+            store.finish_run(self.store, run_id)
+        self._learned = None
+        return info
+
+    def captures(self, where: str = "") -> list[CaptureInfo]:
+        """The catalogue, filtered by columns and tags, such as ``performer=14``."""
+        return store.load_captures(self.store, where)
+
+    def captions(self, name: str) -> tuple[Caption, ...]:
+        """What people wrote about a capture."""
+        number = store.load_capture(self.store, name).capture_id
+        return store.load_captions(self.store, number).get(number, ())
+
+    def relations(self, name: str | None = None) -> list[Relation]:
+        """Copies, mirror images and cuts, of one capture or of all."""
+        full = store.load_capture(self.store, name).name if name else None
+        return store.load_relations(self.store, full)
+
+    def motion(
+        self, example: str | Path | Motion, start: float | None = None, end: float | None = None
+    ) -> Motion:
+        """The canonical motion of a file, of a stored capture, or of a part of either (seconds)."""
+        if isinstance(example, Motion):
+            motion = example
+        elif Path(example).is_file():
+            motion = retarget.to_motion(capture.read_capture(example))
+        else:
+            info = store.load_capture(self.store, str(example))
+            motion = store.load_motion(self.store, info.capture_id)
+        return cut_motion(motion, start, end)
+
+    def clip(self, name: str) -> Clip:
+        """A stored capture on its own skeleton and at its own rate, as it was read when added."""
+        info = store.load_capture(self.store, name)
+        source = store.load_source(self.store, info.capture_id)
+        run = {r.run_id: r for r in store.load_runs(self.store)}[info.run_id]
+        unit = run.parameters.get("unit")
+        return capture.read_capture_bytes(
+            source.data,
+            source.format,
+            path=info.name,
+            skeleton=source.skeleton_data,
+            skeleton_path=source.skeleton_name or "",
+            fps=info.fps,
+            unit=float(str(unit)) if unit else None,
+            skip_bad_frames=bool(run.parameters.get("skip_bad_frames")),
+        )
+
+    def export(
+        self, name: str, path: str | Path, start: float | None = None, end: float | None = None,
+        canonical: bool = False,
+    ) -> Path:  # fmt: skip
+        """Write a capture as BVH or glTF, or, where the ending is its own, the very bytes added.
+
+        Parameters
+        ----------
+        start, end : seconds; a part is written anew. canonical : on the canonical body at 30 fps.
+        """
+        path = Path(path)
+        info = store.load_capture(self.store, name)
+        whole = start is None and end is None and not canonical
+        source = store.load_source(self.store, info.capture_id)
+        if whole and path.suffix.lower() == Path(source.file_name).suffix.lower():
+            return write_bytes(path, source.data)
+        if canonical:
+            motion = store.load_motion(self.store, info.capture_id)
+            return write_clip(retarget.to_clip(cut_motion(motion, start, end)), path)
+        return write_clip(cut_clip(self.clip(name), start, end), path)
+
+    def remove(self, names: Iterable[str]) -> list[str]:
+        """Take captures out, all or none."""
+        infos = [store.load_capture(self.store, name) for name in names]
+        with store.transaction(self.store):
+            for info in infos:
+                store.remove_capture(self.store, info.capture_id)
+        self._learned = None
+        return [info.name for info in infos]
+
+    def set_words(
+        self,
+        name: str,
+        words: str,
+        start: float | None = None,
+        end: float | None = None,
+        keep: bool = False,
+    ) -> None:
+        """Write down what a capture, or a part of it (seconds), shows.
+
+        ``keep`` adds to the words that are there instead of replacing them.
+        """
+        info = store.load_capture(self.store, name)
+        if (start or 0.0) >= info.duration or (start is not None and end is not None and end <= start):
+            raise QueryError(
+                f"{info.name}: expected an interval within 0 to {info.duration:.2f} s, found "
+                f"{start} to {end}. Times are seconds."
+            )
+        old = store.load_captions(self.store, info.capture_id).get(info.capture_id, ()) if keep else ()
+        with store.transaction(self.store):
+            store.save_captions(self.store, info.capture_id, [*old, Caption(words, start, end)])
+        self._learned = None
+
+    def import_words(self, sheet: str | Path) -> tuple[int, list[str]]:
+        """Replace words and tags by those of a sheet; number of captures, and unknown rows."""
+        read = read_sheet(sheet)
+        infos = {info.name: info for info in self.captures()}
+        with store.transaction(self.store):
+            for name, entry in read.entries.items():
+                if name in infos:
+                    number = infos[name].capture_id
+                    store.save_captions(self.store, number, entry.captions)
+                    store.save_tags(self.store, number, {**infos[name].tags, **entry.tags})
+        self._learned = None
+        return sum(name in infos for name in read.entries), read.unknown(infos)
+
+    def set_synonyms(self, path: str | Path) -> Mapping[str, str]:
+        """Keep a file of synonyms (lines ``word = canonical``) for words and questions."""
+        path = Path(path)
+        try:
+            table = parse_synonyms(path.read_text(encoding="utf-8"), str(path))
+        except (OSError, UnicodeDecodeError) as error:
+            raise MotionDBError(f"{path}: expected a readable file of synonyms, found {error}.") from None
+        with store.transaction(self.store):
+            store.save_synonyms(self.store, table)
+        self._learned = None
+        return table
+
+    def check(self) -> list[str]:
+        """Faults of the store, none in a sound one."""
+        return store.check_store(self.store, sources=True)
+
+
+def cut_motion(motion: Motion, start: float | None, end: float | None) -> Motion:
+    """The part of a motion from start to end (seconds)."""
+    if start is None and end is None:
+        return motion
+    low = round((start or 0.0) * MOTION_FPS)
+    high = motion.n_frames if end is None else min(round(end * MOTION_FPS), motion.n_frames)
+    if not 0 <= low < high:
+        raise QueryError(
+            f"expected an interval within 0 to {motion.n_frames / MOTION_FPS:.2f} s, found "
+            f"{start or 0:g} to {'the end' if end is None else f'{end:g}'}. Times are seconds."
+        )
+    return replace(
+        motion,
+        local_rotations=motion.local_rotations[low:high],
+        root_positions=motion.root_positions[low:high],
+    )
+
+
+def cut_clip(clip: Clip, start: float | None, end: float | None) -> Clip:
+    """The part of a clip from start to end (seconds)."""
+    low = round((start or 0.0) * clip.fps)
+    high = clip.n_frames if end is None else min(round(end * clip.fps), clip.n_frames)
+    if not 0 <= low < high:
+        raise QueryError(
+            f"expected an interval within 0 to {clip.duration:.2f} s, found {start or 0:g} to "
+            f"{'the end' if end is None else f'{end:g}'}. Times are seconds."
+        )
+    part = slice(low, high)
+    moved = clip.joint_positions
+    return replace(
+        clip,
+        local_rotations=clip.local_rotations[part],
+        root_positions=clip.root_positions[part],
+        joint_positions=None if moved is None else np.ascontiguousarray(moved[part]),
+    )
+
+
+def write_clip(clip: Clip, path: Path) -> Path:
+    """Write BVH, or glTF for endings .glb and .gltf."""
+    ending = path.suffix.lower()
+    if ending == ".bvh":
+        capture.write_bvh(clip, path)
+    elif ending in (".glb", ".gltf"):
+        capture.write_gltf(clip, path)
+    else:
+        raise QueryError(f"{path}: expected an ending .bvh, .glb or .gltf, found {ending or 'none'!r}.")
+    return path
+
+
+def write_bytes(path: Path, data: bytes) -> Path:
+    """Write a file as a whole or not at all."""
+    new = path.with_name(f"{path.name}.part")
+    try:
+        new.write_bytes(data)
+        new.replace(path)
+    except OSError as error:
+        raise MotionDBError(f"{path}: expected a file that can be written, found {error.strerror}.") from None
+    return path
