@@ -125,17 +125,18 @@ def world_points(motion: Motion) -> FloatArray:
 
 
 def best_azimuth(places: FloatArray) -> float:
-    """The three-quarter view of world points (frames, 26, 3) that spreads the figure most, radians.
+    """The three-quarter view of world points (frames, 26, 3) that shows most motion, radians.
 
-    Of 35 and 55 degrees to either side of where the body mostly faces, the one with the largest
-    extent across the picture; the side of the left shoulder where two are equal.
+    Of 35 and 55 degrees to either side of where the body mostly faces, the one in which joints move
+    most across the picture with respect to the pelvis; from the left and front where two are equal.
     """
     across = places[:, body.INDEX["l_hip"]] - places[:, body.INDEX["r_hip"]]
     facing = np.arctan2((-across[:, 2]).sum(), across[:, 0].sum())
     local = places - places[:, :1]
     turns = np.deg2rad([35.0, -35.0, 55.0, -55.0])
     azimuths = facing + turns
-    spread = [np.std(local @ np.array([np.cos(a), 0.0, -np.sin(a)])) for a in azimuths]
+    across_view = np.stack([np.cos(azimuths), np.zeros(4), -np.sin(azimuths)])
+    spread = np.std(local @ across_view, axis=0).mean(axis=0)
     return float(azimuths[int(np.argmax(np.round(spread, 6)))])
 
 
