@@ -14,7 +14,9 @@ made symmetric: proportions of an average adult, not data of the model.
 from __future__ import annotations
 
 import io
+import struct
 import zipfile
+import zlib
 
 import numpy as np
 
@@ -56,6 +58,11 @@ _ENDS = (
 )
 N_JOINTS = len(_TABLE)
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate")
+_UNREADABLE = (
+    ValueError, OSError, EOFError, KeyError, AttributeError, RuntimeError, NotImplementedError,
+    struct.error, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+"""What NumPy and zipfile raise for files that are none."""
 _Y_UP = rotation.from_axis_angle((1.0, 0.0, 0.0), -np.pi / 2)
 """Turns a world with z up into one with y up."""
 
@@ -152,7 +159,7 @@ def _load(data: bytes, path: object) -> dict[str, np.ndarray]:
             for name in file.files:
                 if name in ("poses", "trans", "root_orient", "pose_body", *_RATES):
                     arrays[name] = file[name]
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile, AttributeError, KeyError) as error:
+    except _UNREADABLE as error:
         raise CaptureError(
             path, "expected an npz file of plain arrays, found something else. Save it again."
         ) from error

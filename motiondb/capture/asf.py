@@ -224,7 +224,8 @@ def _read_children(raw: _Raw, line: int, words: list[str]) -> None:
     for child in words[1:]:
         if child in raw.parents or child == "root":
             raw.faults.append((line, f"expected one parent for {child!r}, found a second."))
-        raw.parents[child] = words[0]
+        else:
+            raw.parents[child] = words[0]
 
 
 def _numbers(raw: _Raw, line: int, words: list[str], count: int) -> tuple[float, ...]:

@@ -8,12 +8,9 @@ line; longer ones are refused by name. The up axis is the one along which the bo
 
 from __future__ import annotations
 
-import tempfile
-from dataclasses import dataclass
-from pathlib import Path
-
 import numpy as np
 
+from motiondb.capture.c3d_points import read_points
 from motiondb.capture.markers import ALIASES, REQUIRED, USED, joint_centres, missing_markers
 from motiondb.capture.units import UNITS
 from motiondb.errors import CaptureError
@@ -23,15 +20,6 @@ from motiondb.records import Clip, FloatArray, Skeleton
 
 LONGEST_GAP = 0.5
 """Longest gap of a marker that is filled, seconds."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Recording:
-    """Marker name -> array (frames, 3), file units, NaN where not seen; frames a second; unit."""
-
-    markers: dict[str, FloatArray]
-    fps: float
-    unit: str
 
 
 def read_c3d(
@@ -57,7 +45,8 @@ def read_c3d(
     CaptureError
         without the package ezc3d; for a file that it cannot read; for markers that are missing.
     """
-    recording = _read(data, path)
+    recording = read_points(data, path)
+    tracks = _named(recording.labels, recording.points, path)
     rate = recording.fps if fps is None else fps
     if not 1.0 <= rate <= 2000.0:
         raise CaptureError(
@@ -66,16 +55,16 @@ def read_c3d(
             "Give the right frame rate with --fps.",
         )
     scale = _unit(recording.unit, path) if unit is None else unit
-    missing = missing_markers(set(recording.markers))
+    missing = missing_markers(set(tracks))
     if missing:
-        found = ", ".join(sorted(recording.markers)) or "none of the set"
+        found = ", ".join(sorted(tracks)) or "none of the set"
         raise CaptureError(
             path,
             f"expected the markers of Plug-in Gait, found none named {'; '.join(missing)} "
             f"(of the set there are: {found}). Rename the markers, or export the solved skeleton "
             "as BVH.",
         )
-    markers, notes = _fill(recording.markers, rate, path, skip_bad_frames)
+    markers, notes = _fill(tracks, rate, path, skip_bad_frames)
     points = joint_centres(_y_up({name: track * scale for name, track in markers.items()}))
     return Clip(
         skeleton=_skeleton(points),
@@ -88,59 +77,7 @@ def read_c3d(
     )
 
 
-def _read(data: bytes, path: object) -> _Recording:
-    try:
-        import ezc3d
-    except ImportError as error:
-        raise CaptureError(
-            path,
-            "expected the package ezc3d to read C3D, found none. pip install motiondb[c3d]",
-        ) from error
-    _check_size(data, path)
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder, "copy.c3d")
-        copy.write_bytes(data)
-        try:
-            content = ezc3d.c3d(str(copy))
-            points = np.asarray(content["data"]["points"], dtype=float)
-            parameters = content["parameters"]["POINT"]
-            labels = [str(label) for label in parameters["LABELS"]["value"]]
-            fps = float(parameters["RATE"]["value"][0])
-            units = parameters["UNITS"]["value"] if "UNITS" in parameters else ["mm"]
-        except (OSError, RuntimeError, ValueError, KeyError, IndexError, TypeError) as error:
-            raise CaptureError(
-                path, f"expected a whole C3D file, found a fault: {error}. Export it again."
-            ) from error
-    if points.shape[-1] == 0:
-        raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
-    tracks = _named(labels, np.moveaxis(points[:3], 0, -1), path)
-    return _Recording(tracks, fps, str(units[0]) if units else "mm")
-
-
-def _check_size(data: bytes, path: object) -> None:
-    """Refuse what is no C3D file, or is shorter than its header says (ezc3d would never return).
-
-    The header holds 16-bit words: 2 the points, 3 the analog values a frame, 4 and 5 the first and
-    the last frame, 9 the block (of 512 bytes) where the data begin; words 7 and 8 are the scale,
-    negative when the data are floats. Byte 4 of the parameters names the byte order.
-    """
-    if data[1:2] != b"\x50" or len(data) < 512:
-        raise CaptureError(path, "expected a C3D file, found something else. Export it again.")
-    processor = data[(data[0] - 1) * 512 :][3:4]
-    order = ">" if processor == b"\x56" else "<"
-    words = np.frombuffer(data[:20], f"{order}u2").astype(int)
-    high = data[15] if order == "<" else data[12]
-    frame = (4 * words[1] + words[2]) * (4 if high >= 128 else 2)
-    expected = (words[8] - 1) * 512 + (words[4] - words[3] + 1) * frame
-    if len(data) < expected:
-        raise CaptureError(
-            path,
-            f"expected {expected} bytes as the header says, found {len(data)}. "
-            "The file is cut short: export it again.",
-        )
-
-
-def _named(labels: list[str], points: FloatArray, path: object) -> dict[str, FloatArray]:
+def _named(labels: tuple[str, ...], points: FloatArray, path: object) -> dict[str, FloatArray]:
     """Tracks of the used markers without their subject's prefix; points (markers, frames, 3)."""
     subjects: dict[str, dict[str, FloatArray]] = {}
     for label, track in zip(labels, points):

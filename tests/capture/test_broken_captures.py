@@ -314,6 +314,10 @@ BROKEN_ASF = {
         ASF.replace("root hip\n", "root hip shin\n"),
         "a.asf:21: expected one parent for 'shin', found a second.",
     ),
+    "a circle": (
+        ASF.replace("hip shin\n", "hip shin\n    shin root\n"),
+        "a.asf:22: expected one parent for 'root', found a second.",
+    ),
     "no numbers": (
         ASF.replace("direction 0 -1 0", "direction 0 down 0", 1).replace("length 7", "length", 1),
         "a.asf:6: expected 3 numbers after direction, found '0 down 0'.\n"

@@ -194,6 +194,19 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         )
 
 
+def test_a_damaged_file_cannot_stop_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data = bytearray(write(tmp_path, tracks()))
+    data[512:1600] = bytes(range(256)) * 4 + bytes(64)
+    monkeypatch.setattr("motiondb.capture.c3d_points.TIME_LIMIT", 2.0)
+    with pytest.raises(CaptureError) as caught:
+        read_c3d(bytes(data), "a.c3d")
+    assert str(caught.value) == (
+        "a.c3d: expected a whole C3D file, found a damaged one. Export it again."
+    )
+
+
 def test_without_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ezc3d", None)
     with pytest.raises(CaptureError) as caught:

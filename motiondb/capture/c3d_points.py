@@ -1,0 +1,120 @@
+"""Marker tracks out of a C3D file, by ezc3d in a process of its own.
+
+A damaged file can make ezc3d loop for ever or end its process; a child process with a time limit
+turns both into a message, and lets the other captures of a folder be read.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from motiondb.errors import CaptureError
+from motiondb.records import FloatArray
+
+TIME_LIMIT = 60.0
+"""Seconds that reading one file may take."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """What a file holds.
+
+    Attributes
+    ----------
+    labels : one a marker, as written.
+    points : array (markers, frames, 3), file units, NaN where a marker was not seen.
+    fps : frames per second.
+    unit : name of the length unit, such as "mm".
+    """
+
+    labels: tuple[str, ...]
+    points: FloatArray
+    fps: float
+    unit: str
+
+
+def read_points(data: bytes, path: object) -> Recording:
+    """The markers in the bytes of a C3D file.
+
+    Raises
+    ------
+    CaptureError
+        without the package ezc3d, and for a file that it cannot read.
+    """
+    if importlib.util.find_spec("ezc3d") is None:
+        raise CaptureError(
+            path,
+            "expected the package ezc3d to read C3D, found none. pip install motiondb[c3d]",
+        )
+    _check_size(data, path)
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = Path(folder, "copy.c3d"), Path(folder, "points.npz")
+        source.write_bytes(data)
+        command = [sys.executable, "-m", "motiondb.capture.c3d_points", str(source), str(target)]
+        try:
+            subprocess.run(command, capture_output=True, timeout=TIME_LIMIT, check=True)
+            with np.load(target) as file:
+                recording = Recording(
+                    labels=tuple(file["labels"].tolist()),
+                    points=file["points"],
+                    fps=float(file["fps"]),
+                    unit=str(file["unit"]),
+                )
+        except (subprocess.SubprocessError, OSError, ValueError, KeyError) as error:
+            raise CaptureError(
+                path, "expected a whole C3D file, found a damaged one. Export it again."
+            ) from error
+    if recording.points.shape[1] == 0:
+        raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
+    return recording
+
+
+def _check_size(data: bytes, path: object) -> None:
+    """Refuse what is no C3D file, or is shorter than its header says.
+
+    The header holds 16-bit words: 2 the points, 3 the analog values a frame, 4 and 5 the first and
+    the last frame, 9 the block (of 512 bytes) where the data begin; words 7 and 8 are the scale,
+    negative when the data are floats. Byte 4 of the parameters names the byte order.
+    """
+    if data[1:2] != b"\x50" or len(data) < 512:
+        raise CaptureError(path, "expected a C3D file, found something else. Export it again.")
+    processor = data[(data[0] - 1) * 512 :][3:4] if data[0] else b""
+    order = ">" if processor == b"\x56" else "<"
+    words = np.frombuffer(data[:20], f"{order}u2").astype(int)
+    high = data[15] if order == "<" else data[12]
+    frame = (4 * words[1] + words[2]) * (4 if high >= 128 else 2)
+    expected = (words[8] - 1) * 512 + (words[4] - words[3] + 1) * frame
+    if len(data) < expected:
+        raise CaptureError(
+            path,
+            f"expected {expected} bytes as the header says, found {len(data)}. "
+            "The file is cut short: export it again.",
+        )
+
+
+def convert(source: str, target: str) -> None:
+    """Read a C3D file with ezc3d and write its markers as npz; the work of the child process."""
+    import ezc3d
+
+    content = ezc3d.c3d(source)
+    parameters = content["parameters"]["POINT"]
+    points = np.asarray(content["data"]["points"], dtype=float)[:3]
+    units = parameters["UNITS"]["value"] if "UNITS" in parameters else ["mm"]
+    np.savez(
+        target,
+        labels=np.array([str(label) for label in parameters["LABELS"]["value"]], dtype=str),
+        points=np.moveaxis(points, 0, -1),
+        fps=float(parameters["RATE"]["value"][0]),
+        unit=str(units[0]) if len(units) else "mm",
+    )
+
+
+if __name__ == "__main__":
+    convert(sys.argv[1], sys.argv[2])
