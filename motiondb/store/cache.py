@@ -72,7 +72,7 @@ def cached_arrays(
     -------
     dict : name -> array; memory maps (read only) where they come from or went to files.
     """
-    if store.depth:
+    if store.in_transaction:
         return dict(build())  # within a transaction that may yet be undone
     folder = store.path.with_name(f"{store.path.name}.cache")
     stem = f"{kind}-{read_meta(store, 'motion_revision')}"

@@ -14,7 +14,7 @@ from motiondb.errors import MotionDBError
 from motiondb.store.columns import fetch, from_rows
 from motiondb.store.connection import Store
 from motiondb.store.learned import DERIVED_TABLES
-from motiondb.store.poses import POSE_SIZE
+from motiondb.store.poses import POSE_SIZE, unflatten_motion
 from motiondb.store.sources import load_source
 
 _TOLERANCE = 1e-4
@@ -170,7 +170,7 @@ def _bad_poses(store: Store) -> list[str]:
         poses = from_rows(
             fetch(store.connection, query, [number])["pose"], (POSE_SIZE,), np.float32
         )
-        lengths = np.linalg.norm(poses[:, 3:].reshape(len(poses), -1, 4), axis=2)
+        lengths = np.linalg.norm(unflatten_motion(poses).local_rotations, axis=2)
         good = np.isfinite(poses).all(axis=1) & (np.abs(lengths - 1) < 1e-3).all(axis=1)
         if not good.all():
             faults.append(

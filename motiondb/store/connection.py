@@ -39,7 +39,8 @@ class Store:
         self.path = path
         self.connection = connection
         self.read_only = read_only
-        self.depth = 0
+        self.in_transaction = False
+        self.changed: set[str] = set()
 
     def close(self) -> None:
         """Let go of the file; a second call does nothing."""
@@ -113,13 +114,15 @@ def transaction(store: Store) -> Iterator[duckdb.DuckDBPyConnection]:
             f"{store.path}: expected a database opened for writing, found one opened for reading."
             " Open it without read_only."
         )
-    if store.depth:
+    if store.in_transaction:
         yield store.connection
         return
     store.connection.execute("BEGIN")
-    store.depth = 1
+    store.in_transaction = True
     try:
         yield store.connection
+        for key in store.changed:
+            write_meta(store, key, uuid.uuid4().hex)
         store.connection.execute("COMMIT")
     except BaseException as error:
         with suppress(duckdb.Error):  # a failed COMMIT has already undone everything
@@ -131,7 +134,8 @@ def transaction(store: Store) -> Iterator[duckdb.DuckDBPyConnection]:
             ) from error
         raise
     finally:
-        store.depth = 0
+        store.in_transaction = False
+        store.changed.clear()
 
 
 def read_meta(store: Store, key: str) -> str:
@@ -152,9 +156,14 @@ def write_meta(store: Store, key: str, value: str) -> None:
 
 
 def touch(store: Store, *, motions: bool = False) -> None:
-    """Mark that what can be learnt from (and, if so, the motions) has changed."""
-    for key in ("content_revision", "motion_revision") if motions else ("content_revision",):
-        write_meta(store, key, uuid.uuid4().hex)
+    """Mark, when the transaction commits, that what can be learnt from has changed.
+
+    ``motions``: that motions have changed, too, so that arrays cached from them are stale.
+    """
+    with transaction(store):
+        store.changed |= (
+            {"content_revision", "motion_revision"} if motions else {"content_revision"}
+        )
 
 
 def _create(path: Path) -> None:

@@ -1,0 +1,224 @@
+from __future__ import annotations
+
+import zlib
+from dataclasses import replace
+from types import ModuleType
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb import store
+from motiondb.errors import QueryError, StoreError
+from motiondb.records import Caption, Relation
+from motiondb.store.poses import flatten_motion, unflatten_motion
+
+
+def test_what_goes_in_comes_out(database: store.Store, samples: ModuleType) -> None:
+    run_id = store.start_run(database, "add", {"folder": "captures"})
+    data, skeleton = b"bytes of the file\r\n\x00\xff", b"bytes of the skeleton"
+    source = store.pack_source("16_01.amc", data, "amc", "16.asf", skeleton)
+    captions = (Caption("walk, turn"), Caption("sit", 0.1, 0.3), Caption("a tail", 0.25))
+    saved = store.save_capture(
+        database, samples.info("16/16_01", run_id), samples.motion(3), source, captions
+    )
+    assert (saved.capture_id, saved.motion_frames, saved.leg_length) == (1, 12, 0.75)
+    assert saved.sha256 == store.digest(data + skeleton)
+    samples.assert_equal(store.load_capture(database, "16/16_01"), saved)
+    (listed,) = store.load_captures(database)
+    samples.assert_equal(listed, saved)
+    samples.assert_equal(store.load_motion(database, 1), samples.motion(3))
+    back = store.load_source(database, 1)
+    assert (back.data, back.skeleton_data) == (data, skeleton)
+    assert (back.file_name, back.skeleton_name, back.format) == ("16_01.amc", "16.asf", "amc")
+    assert store.load_captions(database) == {1: captions}
+    assert store.load_captions(database, 2) == {}
+    assert store.load_digests(database) == {saved.sha256: "16/16_01"}
+    assert store.check_store(database, sources=True) == []
+
+
+def test_a_motion_may_have_no_frames(database: store.Store, samples: ModuleType) -> None:
+    saved = samples.add(database, "empty", n_frames=0)
+    assert store.load_motion(database, saved.capture_id).local_rotations.shape == (0, 21, 4)
+    assert store.check_store(database) == []
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**31), st.integers(1, 5))
+def test_flattening_is_undone_exactly(seed: int, n_frames: int) -> None:
+    rng = np.random.default_rng(seed)
+    poses = rng.normal(size=(n_frames, 87)).astype(np.float32)
+    np.testing.assert_array_equal(flatten_motion(unflatten_motion(poses)), poses)
+    assert unflatten_motion(poses).local_rotations[0, 2, 1] == poses[0, 3 + 2 * 4 + 1]
+
+
+def test_a_motion_that_is_not_finite_is_refused(database: store.Store, samples: ModuleType) -> None:
+    motion = samples.motion()
+    motion.root_positions[4, 1] = np.nan
+    source = store.pack_source("a.bvh", b"a", "bvh")
+    with pytest.raises(StoreError) as error:
+        store.save_capture(database, samples.info("a", 1), motion, source)
+    assert str(error.value) == (
+        "a: expected finite numbers in the motion, found others in frame 4. "
+        "Nothing was saved; report the file."
+    )
+
+
+def test_a_name_or_content_that_is_known_is_refused(
+    database: store.Store, samples: ModuleType
+) -> None:
+    samples.add(database, "a/walk")
+    source = store.pack_source("new.bvh", b"HIERARCHY a/walk", "bvh")
+    info = samples.info("b/walk", 1)
+    with pytest.raises(StoreError) as error:
+        store.save_capture(database, info, samples.motion(), source)
+    assert str(error.value) == (
+        f"b/walk: expected a capture that is new to {database.path}, found this content under the "
+        "name a/walk. Remove that one first, or give this one another name."
+    )
+    with pytest.raises(StoreError, match="found another content under a/walk"):
+        store.save_capture(
+            database,
+            samples.info("a/walk", 1),
+            samples.motion(),
+            store.pack_source("x.bvh", b"other", "bvh"),
+        )
+    assert [info.name for info in store.load_captures(database)] == ["a/walk"]
+
+
+def test_removing_takes_everything_and_no_number_comes_back(
+    database: store.Store, samples: ModuleType
+) -> None:
+    infos = [samples.add(database, name) for name in ("a", "bb", "ccc")]
+    store.save_relations(database, [Relation("bb", "a", "mirror", 0.0, 0.4, 0.01)])
+    store.save_learning(database, samples.learning(infos, store.start_run(database, "learn")))
+    before = store.count_rows(database)
+    store.remove_capture(database, infos[1].capture_id)
+    assert [info.name for info in store.load_captures(database)] == ["a", "ccc"]
+    assert store.load_relations(database) == []
+    assert set(store.load_segments(database).capture_ids) == {1, 3}
+    assert store.load_segments(database).scores.shape == (4, 5)
+    after = store.count_rows(database)
+    assert before["motion_frame"] - after["motion_frame"] == 12
+    assert before["source"] - after["source"] == 1
+    assert store.check_store(database) == []
+    store.remove_capture(database, 3)
+    assert samples.add(database, "bb").capture_id == 4
+
+
+def test_removing_is_undone_as_a_whole(database: store.Store, samples: ModuleType) -> None:
+    samples.add(database, "a")
+    before = store.count_rows(database)
+
+    def remove_and_fail() -> None:
+        with store.transaction(database):
+            store.remove_capture(database, 1)
+            assert store.load_captures(database) == []
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        remove_and_fail()
+    assert store.count_rows(database) == before
+    assert store.check_store(database, sources=True) == []
+
+
+def test_names_are_found_by_their_end_or_suggested(
+    database: store.Store, samples: ModuleType
+) -> None:
+    for name in ("14/14_01", "14/14_02", "a/take", "b/take"):
+        samples.add(database, name)
+    assert store.load_capture(database, "14_02").name == "14/14_02"
+    with pytest.raises(QueryError) as error:
+        store.load_capture(database, "take")
+    assert str(error.value) == (
+        "'take': expected one capture, found 2: a/take, b/take. Give the whole name."
+    )
+    with pytest.raises(QueryError) as error:
+        store.load_capture(database, "14/14_01x")
+    assert str(error.value) == (
+        f"'14/14_01x': expected the name of a capture, found none in {database.path}. "
+        "Did you mean 14/14_01 or 14/14_02?"
+    )
+    with pytest.raises(QueryError, match=r"found none in .* motiondb list shows the names"):
+        store.load_capture(database, "zzz")
+
+
+def test_captures_are_filtered(database: store.Store, samples: ModuleType) -> None:
+    samples.add(database, "14/a", tags={"performer": "14", "style": "proud"})
+    samples.add(database, "06/bb", tags={"performer": "06"}, fps=60.0)
+
+    def names(where: str) -> list[str]:
+        return [info.name for info in store.load_captures(database, where)]
+
+    assert names("performer=6") == ["06/bb"]
+    assert names("style=proud and fps>100") == ["14/a"]
+    assert names("style!=proud") == ["06/bb"]
+    assert names("") == ["14/a", "06/bb"]
+    with pytest.raises(QueryError, match=r"Did you mean style\?"):
+        names("stile=proud")
+
+
+def test_tags_words_and_synonyms_are_replaced(database: store.Store, samples: ModuleType) -> None:
+    samples.add(database, "a")
+    store.save_tags(database, 1, {"performer": "9"})
+    store.save_captions(database, 1, [Caption("run"), Caption("jump", 1.0, 2.0)])
+    store.save_synonyms(database, {"dash": "run"})
+    store.save_synonyms(database, {"stroll": "walk"})
+    assert store.load_capture(database, "a").tags == {"performer": "9"}
+    assert store.load_captions(database, 1)[1] == (Caption("run"), Caption("jump", 1.0, 2.0))
+    assert store.load_synonyms(database) == {"stroll": "walk"}
+    store.save_tags(database, 1, {})
+    store.save_captions(database, 1, [])
+    assert store.load_capture(database, "a").tags == {}
+    assert store.load_captions(database) == {}
+    store.save_tags(database, 1, {"performer": "10"})
+    assert store.load_capture(database, "a").tags == {"performer": "10"}
+
+
+def test_relations_go_by_names(database: store.Store, samples: ModuleType) -> None:
+    for name in ("a", "bb", "ccc"):
+        samples.add(database, name)
+    relations = [
+        Relation("bb", "a", "same", 0.0, 0.4, 0.0),
+        Relation("ccc", "bb", "cut", 0.1, 0.2, 0.3),
+    ]
+    store.save_relations(database, relations)
+    store.save_relations(database, [replace(relations[1], distance=0.1)])
+    assert store.load_relations(database) == [relations[0], replace(relations[1], distance=0.1)]
+    assert store.load_relations(database, "a") == relations[:1]
+    with pytest.raises(QueryError, match="'x': expected the name of a capture"):
+        store.save_relations(database, [Relation("x", "a", "same", 0.0, 0.4, 0.0)])
+
+
+def test_a_damaged_source_is_told(database: store.Store, samples: ModuleType) -> None:
+    digest = samples.add(database, "a").sha256
+    database.connection.execute("UPDATE source SET data = ?", [zlib.compress(b"other")])
+    expected = (
+        f"{database.path}: expected the bytes of a.bvh with digest {digest[:12]}, found others. "
+        "The file is damaged: restore a copy, or add the capture again."
+    )
+    with pytest.raises(StoreError) as error:
+        store.load_source(database, 1)
+    assert str(error.value) == expected
+    assert store.check_store(database, sources=True) == [expected]
+
+
+@pytest.mark.parametrize("load", [store.load_motion, store.load_source])
+def test_an_unknown_number_is_told(database: store.Store, load: object) -> None:
+    with pytest.raises(QueryError) as error:
+        load(database, 5)  # type: ignore[operator]
+    assert str(error.value) == (f"capture 5: expected a capture in {database.path}, found none.")
+
+
+def test_runs_tell_what_made_a_row(database: store.Store) -> None:
+    first = store.start_run(database, "add", {"jobs": 2, "folder": database.path.parent})
+    second = store.start_run(database, "learn", seed=7)
+    store.finish_run(database, first)
+    runs = store.load_runs(database)
+    assert [(run.run_id, run.kind, run.seed) for run in runs] == [(1, "add", None), (2, "learn", 7)]
+    assert runs[0].parameters == {"jobs": 2, "folder": str(database.path.parent)}
+    assert runs[0].finished is not None
+    assert runs[1].finished is None
+    assert runs[0].started <= runs[0].finished
+    assert second == 2

@@ -1,0 +1,109 @@
+"""A fault of every kind is found and told in its sentence."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import pytest
+
+from motiondb import store
+
+
+@pytest.fixture
+def filled(database: store.Store, samples: ModuleType) -> store.Store:
+    infos = [samples.add(database, name) for name in ("a", "bb")]
+    store.save_learning(database, samples.learning(infos, store.start_run(database, "learn")))
+    assert store.check_store(database, sources=True) == []
+    return database
+
+
+@pytest.mark.parametrize(
+    ("damage", "sentence"),
+    [
+        (
+            "DELETE FROM motion_frame WHERE capture_id = 1 AND frame = 3",
+            "a: expected as many motion frames as its row says, numbered from 0, found others.",
+        ),
+        (
+            "UPDATE motion_frame SET frame = 20 WHERE capture_id = 1 AND frame = 3",
+            "a: expected as many motion frames as its row says, numbered from 0, found others.",
+        ),
+        (
+            "DELETE FROM motion_frame WHERE capture_id = 2",
+            "bb: expected as many motion frames as its row says, numbered from 0, found others.",
+        ),
+        (
+            "UPDATE motion_frame SET pose = array_value("
+            + ", ".join(["2.0"] * 87)
+            + ")::FLOAT[87] WHERE capture_id = 2 AND frame = 5",
+            "bb: expected finite positions and quaternions of length 1, found others in frame 5.",
+        ),
+        (
+            "DELETE FROM source WHERE file_name = 'a.bvh'",
+            "a: expected its file in the table source, found others.",
+        ),
+        (
+            "UPDATE segment SET start_frame = 7 WHERE capture_id = 1 AND start_frame = 6",
+            "a: expected segments that tile its motion, found others.",
+        ),
+        (
+            "UPDATE segment SET end_frame = 11 WHERE capture_id = 1 AND end_frame = 12",
+            "a: expected segments that tile its motion, found others.",
+        ),
+        (
+            "UPDATE segment SET symbol_id = 77 WHERE ordinal = 0",
+            "segment: expected every symbol_id in symbol, found 1 rows without, such as 77.",
+        ),
+        (
+            "UPDATE segment_score SET scores = [1.0] WHERE ordinal = 2",
+            "segment 2: expected a score for every symbol, found others.",
+        ),
+        (
+            "UPDATE translation SET probability = probability + 0.1 WHERE symbol_id = -1",
+            "symbol -1: expected the probabilities of its words to sum to 1, found others.",
+        ),
+        (
+            "UPDATE translation SET probability = NULL WHERE symbol_id = 0",
+            "symbol 0: expected the probabilities of its words to sum to 1, found others.",
+        ),
+        (
+            "UPDATE alignment SET probabilities = [1.0] WHERE l = 1 AND m = 1",
+            "alignment 1, 1, 0: expected l + 1 alignment probabilities that sum to 1, "
+            "found others.",
+        ),
+        (
+            "DELETE FROM symbol_state WHERE symbol_id = 0 AND state = 1",
+            "symbol 0: expected states numbered from 0, as many as its row says, found others.",
+        ),
+        (
+            "DELETE FROM symbol_distance WHERE symbol_id = 1 AND other_id = 1",
+            "table symbol_distance: expected as many rows as the table learning says, "
+            "found others.",
+        ),
+        (
+            "INSERT INTO capture_tag VALUES (9, 'performer', 'x')",
+            "capture_tag: expected every capture_id in capture, found 1 rows without, such as 9.",
+        ),
+        (
+            "UPDATE run SET finished = NULL WHERE kind = 'learn'",
+            "learning: expected rows of the finished run of learn, found 1 others.",
+        ),
+        (
+            "UPDATE word SET run_id = 1",
+            "word: expected rows of the finished run of learn, found 4 others.",
+        ),
+    ],
+)
+def test_damage_is_told(filled: store.Store, damage: str, sentence: str) -> None:
+    filled.connection.execute(damage)
+    assert sentence in store.check_store(filled)
+
+
+def test_a_killed_run_is_no_fault(filled: store.Store) -> None:
+    store.start_run(filled, "add")
+    store.start_run(filled, "learn")
+    assert store.check_store(filled) == []
+
+
+def test_an_empty_store_is_whole(database: store.Store) -> None:
+    assert store.check_store(database, sources=True) == []

@@ -1,0 +1,159 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from motiondb import store
+from motiondb.errors import StoreError
+
+_HOLD = """
+import sys, duckdb
+held = duckdb.connect(sys.argv[1], read_only=sys.argv[2] == "read")
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+@contextmanager
+def _held(path: Path, mode: str) -> Iterator[int]:
+    """Another process that holds the file open; gives its number."""
+    with subprocess.Popen(
+        [sys.executable, "-c", _HOLD, str(path), mode],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "held\n"
+        yield process.pid
+        process.communicate("")
+
+
+def test_a_second_process_is_told_who_holds_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "m.duckdb"
+    store.open_store(path).close()
+    with _held(path, "write") as pid:
+        for read_only in (False, True):
+            with pytest.raises(StoreError) as error:
+                store.open_store(path, read_only=read_only)
+            message = str(error.value)
+            assert message.startswith(
+                f"{path}: expected a free database, found it held by process {pid} (python"
+            )
+            assert message.endswith("). Wait until it has ended.")
+    store.open_store(path).close()
+
+
+def test_readers_share_and_a_writer_waits(tmp_path: Path) -> None:
+    path = tmp_path / "m.duckdb"
+    store.open_store(path).close()
+    with _held(path, "read") as pid:
+        with store.open_store(path, read_only=True) as database:
+            assert store.load_captures(database) == []
+        with pytest.raises(StoreError, match=f"held by process {pid} "):
+            store.open_store(path)
+
+
+def test_two_modes_in_one_process_are_refused(database: store.Store) -> None:
+    with pytest.raises(StoreError, match=r"found it held by this process \(\d+\) in another mode"):
+        store.open_store(database.path, read_only=True)
+
+
+@pytest.mark.parametrize("read_only", [False, True])
+def test_missing_file(tmp_path: Path, read_only: bool) -> None:
+    path = tmp_path / "m.duckdb"
+    with pytest.raises(StoreError) as error:
+        store.open_store(path, read_only=read_only, create=read_only)
+    assert str(error.value) == (
+        f"{path}: expected a database of motiondb, found no such file. "
+        f"Make one: motiondb add FOLDER --db {path}."
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_folder(tmp_path: Path) -> None:
+    path = tmp_path / "none" / "m.duckdb"
+    with pytest.raises(StoreError) as error:
+        store.open_store(path)
+    assert str(error.value) == (
+        f"{path}: expected the folder {tmp_path / 'none'}, found none. Make the folder first."
+    )
+
+
+@pytest.mark.parametrize("content", [b"x", b"HIERARCHY\n" * 2000])
+def test_another_kind_of_file_is_refused_and_left_alone(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "walk.bvh"
+    path.write_bytes(content)
+    with pytest.raises(StoreError) as error:
+        store.open_store(path)
+    assert str(error.value) == (
+        f"{path}: expected a database of motiondb, found another kind of file. "
+        "Name another file with --db."
+    )
+    assert path.read_bytes() == content
+
+
+def test_a_folder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(StoreError) as error:
+        store.open_store(tmp_path)
+    assert str(error.value) == (
+        f"{tmp_path}: expected a database of motiondb, found a folder. Name another file with --db."
+    )
+
+
+def test_a_damaged_file_is_refused_with_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "m.duckdb"
+    store.open_store(path).close()
+    content = bytearray(path.read_bytes())
+    content[20] ^= 255
+    path.write_bytes(content)
+    with pytest.raises(StoreError) as error:
+        store.open_store(path)
+    assert str(error.value).startswith(f"{path}: expected a database that can be opened, found: ")
+    assert str(error.value).endswith("if it is damaged, restore a copy.")
+
+
+def test_an_empty_file_becomes_a_database_and_nothing_else_is_left(tmp_path: Path) -> None:
+    path = tmp_path / "m.duckdb"
+    path.touch()
+    store.open_store(path).close()
+    assert [item.name for item in tmp_path.iterdir()] == ["m.duckdb"]
+
+
+def test_a_transaction_is_undone_as_a_whole(database: store.Store) -> None:
+    def save_and_stop() -> None:
+        with store.transaction(database):
+            store.save_synonyms(database, {"stroll": "walk"})
+            assert store.load_synonyms(database) == {"stroll": "walk"}
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        save_and_stop()
+    assert store.load_synonyms(database) == {}
+    store.save_synonyms(database, {"dash": "run"})
+    assert store.load_synonyms(database) == {"dash": "run"}
+
+
+def test_a_store_opened_for_reading_is_not_changed(database: store.Store) -> None:
+    database.close()
+    with (
+        store.open_store(database.path, read_only=True) as reading,
+        pytest.raises(StoreError) as error,
+    ):
+        store.save_synonyms(reading, {})
+    assert str(error.value) == (
+        f"{database.path}: expected a database opened for writing, found one opened for reading. "
+        "Open it without read_only."
+    )
+
+
+def test_what_duckdb_refuses_becomes_a_sentence(database: store.Store) -> None:
+    with pytest.raises(StoreError) as error, store.transaction(database) as connection:
+        connection.execute("INSERT INTO capture_tag VALUES (1, 'a', NULL)")
+    assert str(error.value).startswith(f"{database.path}: expected to save the change, found: ")
+    assert str(error.value).endswith(". Nothing was changed.")
