@@ -12,7 +12,7 @@ in whatever order.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -121,6 +121,37 @@ def with_counts(association: Association, counts: ExpectedCounts) -> Association
         alignment[shape] = np.where(sums > 0, table / np.where(sums > 0, sums, 1.0), uniform)
     return Association(
         association.words, association.counts, translation, alignment, association.log_likelihoods
+    )
+
+
+def smoothed(
+    association: Association,
+    shapes: Mapping[tuple[int, int], float] | None = None,
+    *,
+    share: float = 0.05,
+    pseudo_pairs: float = 5.0,
+) -> Association:
+    """An association that trusts few examples less; what decoding should be given.
+
+    EM drives t and a of rare symbols and of shapes seen once to 0 and 1. Here every row of t
+    gives ``share`` to the words by how often they are written (NULL's row and rows of symbols
+    never seen beside words included), and every alignment table is averaged with the diagonal,
+    which counts as much as ``pseudo_pairs`` captures. Rows still sum to 1.
+
+    Parameters
+    ----------
+    shapes : (l, m) -> number of captures that taught the table; 1 each where not given.
+    """
+    written = (association.counts + 0.5) / (association.counts + 0.5).sum()
+    t = association.translation
+    t = np.where(t.sum(axis=1, keepdims=True) > 0, (1.0 - share) * t + share * written, written)
+    alignment = {}
+    for shape, table in association.alignment.items():
+        trust = (shapes or {}).get(shape, 1) / ((shapes or {}).get(shape, 1) + pseudo_pairs)
+        diagonal = diagonal_alignment(*shape, DIAGONAL_TENSION)
+        alignment[shape] = trust * table + (1.0 - trust) * diagonal
+    return Association(
+        association.words, association.counts, t, alignment, association.log_likelihoods
     )
 
 

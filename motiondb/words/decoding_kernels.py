@@ -1,0 +1,181 @@
+"""The A* search of decoding over the bounds of :mod:`motiondb.words.decoding_bounds`.
+
+A node stands after k symbols of a sequence of length l; it carries its symbols, what they cost,
+what they paid, and which words they have not said.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from motiondb.records import FloatArray, IntArray
+from motiondb.words.decoding_bounds import (
+    LEAST,
+    SLACK,
+    Problem,
+    offer,
+    relax,
+    said_level,
+    symbol_pays,
+    track,
+)
+
+DIVES = 64
+"""So many opened nodes are completed along their bound, to find good sequences early."""
+
+
+@njit(cache=True)
+def search_sequences(
+    problem: Problem, node_limit: int, open_limit: int
+) -> tuple[IntArray, float, float, int]:
+    """Find the best sequence.
+
+    Returns
+    -------
+    The sequence, its value (-inf where none was found), a bound on all others (at most the value
+    where it is the best), and the number of expanded nodes.
+    """
+    m, longest = problem.t.shape[1], len(problem.lengths) - 1
+    best = np.zeros(longest + 1, dtype=np.int64)  # best[0] is the length
+    value = -np.inf
+    q = np.empty(m)
+    for j in range(m):
+        q[j] = max(LEAST, 0.5 * problem.t[:, j].max())
+    q_of = np.ones((longest + 1, m))
+    uppers = np.full(longest + 1, -np.inf)
+    for length in range(1, longest + 1):
+        if problem.lengths[length] > -np.inf:
+            uppers[length], value = relax(problem, length, q, best, value)
+            q_of[length] = q
+    pays = [np.empty((0, 0)) for _ in range(longest + 1)]
+    ahead = [np.empty((0, 0, 0), dtype=np.float32) for _ in range(longest + 1)]
+    for length in np.argsort(-uppers):
+        if uppers[length] > value + SLACK:
+            q = said_level(problem, length, q_of[length])
+            pays[length] = symbol_pays(problem, length, q)
+            ahead[length] = track(problem, length, q, pays[length])
+            path = _dive(problem, ahead[length], pays[length], np.empty(length, np.int64), 0)
+            value = offer(problem, path, best, value)
+            uppers[length] = min(
+                uppers[length], problem.lengths[length] + ahead[length][0, problem.row_of[0], -1]
+            )
+    value, bound, expanded = _best_first(
+        problem, uppers, pays, ahead, best, value, node_limit, open_limit
+    )
+    return best[1 : best[0] + 1].copy(), value, bound, expanded
+
+
+@njit(cache=True)
+def _dive(
+    problem: Problem, ahead: FloatArray, pays: FloatArray, path: IntArray, depth: int
+) -> IntArray:
+    """Complete a sequence from ``depth`` on by the largest bound, in place."""
+    mask = ahead.shape[2] - 1
+    for k in range(depth):
+        mask &= ~problem.says[path[k]]
+    for k in range(depth, len(path)):
+        row = problem.row_of[0] if k == 0 else problem.row_of[path[k - 1] + 1]
+        top = -np.inf
+        path[k] = 0
+        for edge in range(problem.starts[row], problem.starts[row + 1]):
+            s = problem.followers[edge]
+            onward = ahead[k + 1, problem.row_of[s + 1], mask & ~problem.says[s]]
+            total = problem.costs[edge] + pays[k + 1, s] + onward
+            if total > top:
+                top, path[k] = total, s
+        mask &= ~problem.says[path[k]]
+    return path
+
+
+@njit(cache=True)
+def _best_first(
+    problem: Problem,
+    uppers: FloatArray,
+    pays: list[FloatArray],
+    ahead: list[FloatArray],
+    best: IntArray,
+    value: float,
+    node_limit: int,
+    open_limit: int,
+) -> tuple[float, float, int]:
+    """A*: open the node of largest bound until none can be better than ``best``.
+
+    Node n: shape[n] = (length, depth, words not said), paths[n, :depth], spent[n] the length's and
+    the transitions' log-probability and the pays so far, bounds[n].
+    """
+    longest = len(problem.lengths) - 1
+    shape = np.empty((open_limit, 3), dtype=np.int64)
+    paths = np.empty((open_limit, longest), dtype=np.int64)
+    spent, bounds = np.empty(open_limit), np.empty(open_limit)
+    heap = np.empty(open_limit, dtype=np.int64)
+    n_heap = n_nodes = expanded = 0
+    dropped = -np.inf
+    for length in range(1, longest + 1):
+        if uppers[length] > value + SLACK:
+            shape[n_nodes, 0], shape[n_nodes, 1] = length, 0
+            shape[n_nodes, 2] = ahead[length].shape[2] - 1
+            spent[n_nodes], bounds[n_nodes] = problem.lengths[length], uppers[length]
+            n_heap = _push(heap, n_heap, bounds, n_nodes)
+            n_nodes += 1
+    while n_heap > 0 and bounds[heap[0]] > value + SLACK:
+        node = heap[0]
+        if expanded >= node_limit:
+            dropped = max(dropped, bounds[node])
+            break
+        n_heap = _pop(heap, n_heap, bounds)
+        expanded += 1
+        length, depth, mask = shape[node]
+        path = paths[node, :length]
+        if 0 < depth and expanded <= DIVES:
+            _dive(problem, ahead[length], pays[length], path, depth)
+            value = offer(problem, path, best, value)
+        row = problem.row_of[0] if depth == 0 else problem.row_of[path[depth - 1] + 1]
+        for edge in range(problem.starts[row], problem.starts[row + 1]):
+            s = problem.followers[edge]
+            unsaid = mask & ~problem.says[s]
+            total = spent[node] + problem.costs[edge] + pays[length][depth + 1, s]
+            bound = total + ahead[length][depth + 1, problem.row_of[s + 1], unsaid]
+            if bound <= value + SLACK:
+                continue
+            path[depth] = s
+            if depth + 1 == length:
+                value = offer(problem, path, best, value)
+            elif n_nodes == open_limit:
+                dropped = max(dropped, bound)
+            else:
+                shape[n_nodes, 0], shape[n_nodes, 1], shape[n_nodes, 2] = length, depth + 1, unsaid
+                paths[n_nodes, : depth + 1] = path[: depth + 1]
+                spent[n_nodes], bounds[n_nodes] = total, min(bound, bounds[node])
+                n_heap = _push(heap, n_heap, bounds, n_nodes)
+                n_nodes += 1
+    return value, dropped if dropped > value + SLACK else value, expanded
+
+
+@njit(cache=True)
+def _push(heap: IntArray, size: int, bounds: FloatArray, node: int) -> int:
+    """Put a node on the heap, largest bound on top; returns the new size."""
+    place = size
+    while place > 0 and bounds[heap[(place - 1) // 2]] < bounds[node]:
+        heap[place] = heap[(place - 1) // 2]
+        place = (place - 1) // 2
+    heap[place] = node
+    return size + 1
+
+
+@njit(cache=True)
+def _pop(heap: IntArray, size: int, bounds: FloatArray) -> int:
+    """Take the top node off the heap; returns the new size."""
+    size -= 1
+    node = heap[size]
+    place = 0
+    while 2 * place + 1 < size:
+        child = 2 * place + 1
+        if child + 1 < size and bounds[heap[child + 1]] > bounds[heap[child]]:
+            child += 1
+        if bounds[heap[child]] <= bounds[node]:
+            break
+        heap[place] = heap[child]
+        place = child
+    heap[place] = node
+    return size
