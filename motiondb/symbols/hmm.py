@@ -20,8 +20,6 @@ Source: Rabiner, A tutorial on hidden Markov models, 1989; left to right as in p
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 
 from motiondb.errors import MotionDBError
@@ -34,7 +32,6 @@ from motiondb.symbols.hmm_jobs import (
     check_segments,
     frame_blocks,
     in_threads,
-    shares,
 )
 from motiondb.symbols.network import segment_by_symbols
 
@@ -81,11 +78,13 @@ def score(
     frames, starts, ends = check_segments(symbols, frames, starts, ends)
     prepared = log_symbols(symbols)
     scores = np.empty((len(starts), symbols.n_symbols), dtype=np.float32)
-    for low, high, intervals in frame_blocks(starts, ends):
-        lengths = intervals[:, 1] - intervals[:, 0]
+
+    def score_some(block: tuple[int, int, IntArray]) -> None:
+        low, high, intervals = block
         for first, densities in log_density_blocks(symbols, frames[low:high]):
-            job = partial(kernels.score_block, densities, first, prepared, exit, scores)
-            in_threads(job, [intervals[share] for share in shares(lengths * densities[0].size)])
+            kernels.score_block(densities, first, prepared, exit, scores, intervals)
+
+    in_threads(score_some, list(frame_blocks(starts, ends)))
     return scores
 
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
+from functools import cache
 from itertools import pairwise
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +16,13 @@ from numpy.typing import ArrayLike
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 
-FRAMES_AT_ONCE = 4096
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
+
+T = TypeVar("T")
+
+FRAMES_AT_ONCE = 1024
+"""Frames whose densities are computed together, unless one segment is longer."""
 N_THREADS = min(8, os.cpu_count() or 1)
 LEAST_WORK = 200_000
 """Frames times numbers a frame below which a second thread costs more than it gives."""
@@ -93,10 +102,24 @@ def shares(work: IntArray, groups: IntArray | None = None) -> list[slice]:
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 
-def in_threads(job: Callable[[IntArray], None], lists: Sequence[IntArray]) -> None:
-    """Do the job for every list of segments, each in a thread of its own."""
-    if len(lists) == 1:
-        job(lists[0])
-        return
-    with ThreadPoolExecutor(len(lists)) as pool:
-        list(pool.map(job, lists))
+def in_threads(job: Callable[[T], None], parts: Sequence[T]) -> None:
+    """Do the job for every part, in threads of which each keeps its matrix products to itself."""
+    with one_blas_thread():
+        if len(parts) == 1 or N_THREADS == 1:
+            for part in parts:
+                job(part)
+            return
+        with ThreadPoolExecutor(min(len(parts), N_THREADS) or 1) as pool:
+            list(pool.map(job, parts))
+
+
+def one_blas_thread() -> AbstractContextManager[object]:
+    """Matrix products in one thread while this holds: two pools of threads fight for cores."""
+    return _thread_pools().limit(limits=1, user_api="blas")
+
+
+@cache
+def _thread_pools() -> ThreadpoolController:
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()

@@ -21,7 +21,7 @@ from numba import njit
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols.emissions import BLOCK_VALUES, check_symbols, log_density_blocks, log_symbols
-from motiondb.symbols.hmm_jobs import check_segments
+from motiondb.symbols.hmm_jobs import check_segments, one_blas_thread
 from motiondb.symbols.hmm_kernels import NEVER, LogSymbols, posteriors
 
 
@@ -84,7 +84,8 @@ def _pass_tokens(
     prepared = log_symbols(symbols)
     step = max(1, BLOCK_VALUES // (n_symbols * n_padded))
     for low in range(0, n_frames, step):
-        blocks = [block for _, block in log_density_blocks(symbols, frames[low : low + step])]
+        with one_blas_thread():
+            blocks = [block for _, block in log_density_blocks(symbols, frames[low : low + step])]
         densities = blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=2)
         state, records = (tokens, begun, entry, leaving), (entered, before)
         _advance(densities, low, prepared, switch_cost, moves, state, records)

@@ -62,11 +62,9 @@ def test_error_texts() -> None:
     with pytest.raises(MotionDBError) as caught:
         find_clusters(np.zeros((3, 2)), np.random.default_rng(0), n_clusters=4)
     assert str(caught.value) == (
-        "clusters: expected 1 to 3 clusters for 3 symbols, found 4. "
-        "Learn symbols first, or ask for fewer clusters."
+        "clusters: expected a number from 1 to 3 (the symbols), found 4. "
+        "Ask for fewer clusters, or leave the number to motiondb."
     )
     with pytest.raises(MotionDBError) as caught:
         find_clusters(np.zeros((0, 2)), np.random.default_rng(0))
-    assert str(caught.value).startswith(
-        "clusters: expected 1 to 0 clusters for 0 symbols, found no"
-    )
+    assert str(caught.value) == "clusters: expected at least one symbol, found none. Learn first."
