@@ -1,9 +1,9 @@
 """Feet that stand where they stand: contacts found, held, and the legs bent to suit.
 
 A foot is in contact where its ankle and toe are low and slow. Within a contact the ankle is held at
-one place on the ground (the mean over the contact); before and after, the correction fades out over
-``FADE`` frames, so that nothing jumps. Two-bone inverse kinematics brings hip, knee and ankle to the
-corrected place; the foot keeps its own turning in the world, except that the toe may not dig into
+one place on the ground (the median over the contact); before and after, the correction fades out
+over ``FADE`` frames, so that nothing jumps. Two-bone inverse kinematics brings hip, knee and ankle
+to the corrected place; the foot keeps its own turning in the world, except that the toe may not dig into
 the ground.
 """
 
@@ -80,9 +80,7 @@ def lock_feet(motion: Motion) -> Motion:
     )
 
 
-def _corrections(
-    ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_]
-) -> FloatArray:
+def _corrections(ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_]) -> FloatArray:
     """How far the ankle must move at every frame: array (frames, 3), metres."""
     n_frames = len(ankle)
     moved = np.zeros((n_frames, 3))
@@ -100,7 +98,7 @@ def _corrections(
 
 
 def _fade(moved: FloatArray, fixed: NDArray[np.bool_]) -> FloatArray:
-    """Corrections between fixed frames: from one to the next, or out to nothing over FADE frames."""
+    """Corrections between fixed frames: from one to the next, or to nothing over FADE frames."""
     frames = np.arange(len(moved))
     known = np.flatnonzero(fixed)
     after = np.searchsorted(known, frames)

@@ -68,14 +68,12 @@ def expected_durations(series: Series) -> IntArray:
 
 
 def sample_states(series: Series, rng: np.random.Generator) -> IntArray:
-    """A Monte-Carlo walk through the states: array (frames,), from the first state out of the last."""
+    """A Monte-Carlo walk through the states, from the first out of the last: array (frames,)."""
     durations = rng.geometric(np.maximum(1.0 - series.self_loops, 1e-3))
     return np.repeat(np.arange(len(durations)), durations)
 
 
-def sample_outputs(
-    series: Series, states: IntArray, rng: np.random.Generator
-) -> FloatArray:
+def sample_outputs(series: Series, states: IntArray, rng: np.random.Generator) -> FloatArray:
     """Monte-Carlo outputs (frames, dimensions): every frame by itself, as paper A prints it."""
     noise = rng.normal(size=(len(states), series.means.shape[1]))
     return series.means[states] + np.sqrt(series.covars[states]) * noise

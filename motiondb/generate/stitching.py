@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -46,7 +47,7 @@ def choose(candidates: Sequence[Candidates], join_weight: float = 1.0) -> list[i
     """One candidate per position, least sum of target and join costs (ties: the first)."""
     total = candidates[0].targets
     back: list[IntArray] = []
-    for before, after in zip(candidates[:-1], candidates[1:]):
+    for before, after in pairwise(candidates):
         costs = total[:, None] + join_weight * join_costs(before, after)
         best = np.argmin(costs, axis=0)
         back.append(best)
@@ -104,9 +105,7 @@ def merge_pieces(pieces: Sequence[Piece]) -> list[Piece]:
     return merged
 
 
-def stitch(
-    pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatArray]]
-) -> Stitched:
+def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatArray]]) -> Stitched:
     """Put pieces one after another with cross-faded seams.
 
     Parameters
@@ -117,8 +116,10 @@ def stitch(
     merged = merge_pieces(pieces)
     path, turned = _read(merged[0], sources, 0, 0)
     captures, frames, shares = _provenance(merged[0], len(path), 0)
-    for before, after in zip(merged[:-1], merged[1:]):
-        half = min(BLEND_FRAMES // 2, (before.end - before.start) // 2, (after.end - after.start) // 2)
+    for before, after in pairwise(merged):
+        half = min(
+            BLEND_FRAMES // 2, (before.end - before.start) // 2, (after.end - after.start) // 2
+        )
         old_path, old_turned = _read(
             Piece(before.capture, before.end - half, before.end), sources, 0, half
         )

@@ -52,10 +52,7 @@ LEG_LENGTH = 0.85
 ANKLE_HEIGHT = 0.08
 """The ankle's height over the ground in a flat stance, metres."""
 MIRROR: IntArray = np.array(
-    [
-        INDEX[{"l": "r", "r": "l"}[name[0]] + name[1:] if name[1] == "_" else name]
-        for name in JOINTS
-    ]
+    [INDEX[{"l": "r", "r": "l"}[name[0]] + name[1:] if name[1] == "_" else name] for name in JOINTS]
 )
 """For every joint the number of its mirror image."""
 
@@ -64,7 +61,7 @@ def standard_skeleton(leg_length: float = LEG_LENGTH) -> Skeleton:
     """The canonical body as a :class:`Skeleton` that writers accept, scaled to a leg length."""
     scale = leg_length / LEG_LENGTH
     rotation_channels = ("Zrotation", "Yrotation", "Xrotation")
-    channels = [("Xposition", "Yposition", "Zposition", *rotation_channels)]
+    channels: list[tuple[str, ...]] = [("Xposition", "Yposition", "Zposition", *rotation_channels)]
     channels += [rotation_channels] * (len(JOINTS) - 1)
     return Skeleton(
         names=JOINTS,

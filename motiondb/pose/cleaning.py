@@ -9,6 +9,7 @@ their good neighbours (held at the ends), so times stay as they are; each repair
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.pose import body
 from motiondb.records import FloatArray
@@ -16,7 +17,8 @@ from motiondb.records import FloatArray
 MAX_SPEED = 14.0
 """Metres a second on the standard body above which a joint is not believed."""
 LEAD_SECONDS = 0.5
-"""A run of frames that ends within twice this time, cut off by a leap, is a pose before the take."""
+"""A run that begins within this time, ends within twice it and is cut off by a leap is a pose before
+the take."""
 RINGING_SECONDS = 0.3
 """How long after a leap at the start a filter may ring."""
 RINGING_SPEED = 4.0
@@ -53,13 +55,13 @@ def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray
     return mended.reshape(points.shape), tuple(notes)
 
 
-def wild_frames(points: FloatArray, fps: float, leg_length: float) -> np.ndarray:
+def wild_frames(points: FloatArray, fps: float, leg_length: float) -> NDArray[np.bool_]:
     """Frames not to be believed: array (frames,), bool.
 
     Leaps cut the take into runs of connected frames. The longest run is believed, and so are others
     that can be reached from it at a possible speed; short runs between leaps are not.
     """
-    finite = np.isfinite(points).all(axis=(1, 2))
+    finite: NDArray[np.bool_] = np.isfinite(points).all(axis=(1, 2))
     if len(points) < 2:
         return ~finite
     scale = body.LEG_LENGTH / leg_length
@@ -79,7 +81,7 @@ def wild_frames(points: FloatArray, fps: float, leg_length: float) -> np.ndarray
     return bad
 
 
-def _extend_over_ringing(bad: np.ndarray, speed: FloatArray, fps: float) -> None:
+def _extend_over_ringing(bad: NDArray[np.bool_], speed: FloatArray, fps: float) -> None:
     """Mark the frames after a leap at the start in which the capture's filter still rings."""
     first = int(np.argmin(bad))
     limit = min(first + round(RINGING_SECONDS * fps), len(speed))

@@ -146,7 +146,9 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
         name: {role: found[joint] for role, joint in roles.items() if joint in found}
         for name, roles in CONVENTIONS.items()
     }
-    best = max(maps, key=lambda name: (sum(role in maps[name] for role in REQUIRED), len(maps[name])))
+    best = max(
+        maps, key=lambda name: (sum(role in maps[name] for role in REQUIRED), len(maps[name]))
+    )
     chosen = maps[best] | _read_user_map(user_map or {}, found, skeleton)
     missing = [role for role in REQUIRED if role not in chosen]
     if missing:

@@ -38,7 +38,7 @@ def mean_rotations(rotations: FloatArray) -> FloatArray:
 
 
 def heading_rotations(motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Local rotations (frames, 21, 4), the pelvis relative to the heading; and headings (frames,)."""
+    """Local rotations (frames, 21, 4), pelvis relative to the heading; and headings (frames,)."""
     _, world = retarget.motion_positions(motion)
     heading = features.headings(world)
     local = motion.local_rotations.astype(np.float64)
@@ -107,7 +107,7 @@ def from_vectors(
     heading: float = 0.0,
     leg_length: float = body.LEG_LENGTH,
 ) -> Motion:
-    """The motion of vectors (frames, 52), from a start on the ground (x, z) metres and a heading."""
+    """The motion of vectors (frames, 52), from a start (x, z), metres, and a heading, radians."""
     local = np.tile(rotation.IDENTITY, (len(vectors), len(body.JOINTS), 1))
     turned = rotation.exp(vectors[:, 4:].reshape(len(vectors), -1, 3))
     local[:, TURNING] = rotation.multiply(means[TURNING], turned)

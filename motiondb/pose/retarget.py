@@ -160,7 +160,7 @@ def ground_height(positions: FloatArray) -> float:
 
 
 def _solve_arm(local: FloatArray, world: FloatArray, points: FloatArray, side: str) -> None:
-    """Collar, shoulder, elbow and wrist; the collar starts at its canonical place below the neck."""
+    """Collar, shoulder, elbow, wrist; the collar starts at its canonical place below the neck."""
     chest, neck = world[:, _I["chest"]], points[:, _I["neck"]]
     shoulder = points[:, _I[f"{side}_shoulder"]]
     offset = _COLLAR_FROM_NECK * np.array([1.0 if side == "l" else -1.0, 1.0, 1.0])
@@ -231,7 +231,9 @@ def _upright(points: FloatArray) -> FloatArray:
     return points
 
 
-def _fill_missing(points: FloatArray, roles: Mapping[str, int], rotations: FloatArray) -> FloatArray:
+def _fill_missing(
+    points: FloatArray, roles: Mapping[str, int], rotations: FloatArray
+) -> FloatArray:
     """Place the joints that a skeleton lacks where the standard body would have them."""
     points[:, 0] = (points[:, _I["l_hip"]] + points[:, _I["r_hip"]]) / 2.0
     neck, pelvis = points[:, _I["neck"]], points[:, 0]

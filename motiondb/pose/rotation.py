@@ -134,7 +134,12 @@ def from_matrix(m: FloatArray) -> FloatArray:
     d = np.einsum("...ii->...i", m)
     trace = d.sum(-1)
     sums = np.stack(
-        [1 + trace, 1 + 2 * d[..., 0] - trace, 1 + 2 * d[..., 1] - trace, 1 + 2 * d[..., 2] - trace],
+        [
+            1 + trace,
+            1 + 2 * d[..., 0] - trace,
+            1 + 2 * d[..., 1] - trace,
+            1 + 2 * d[..., 2] - trace,
+        ],
         axis=-1,
     )
     a = m[..., 2, 1] - m[..., 1, 2]

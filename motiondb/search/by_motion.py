@@ -8,9 +8,13 @@ Three looks, each finer and each at fewer places:
 3. poses: subsequence time warping on the whitened features of the best intervals, which also sets
    the exact start and end (:mod:`motiondb.search.warping`).
 
-The first two are added to choose candidates; the answer's ``score`` is
-(cosine + alignment) / 2 - warp / 2 for motions of their own kind, where ``warp`` is the mean feature
-distance: a stored interval finds itself with warp 0, alignment 1 and cosine 1, the largest possible.
+The first two choose candidates by ``rough`` = (cosine + alignment) / 2, where the alignment counts
+as far as the window holds the aligned segments. The answer's ``score`` is exactly
+
+    score = rough - WARP_WEIGHT * warp,
+
+``warp`` the mean feature distance of the third look: a stored interval finds itself with warp 0,
+alignment 1 and cosine 1, the largest possible score, 1.
 """
 
 from __future__ import annotations
@@ -104,9 +108,7 @@ def refine(
         if not np.isfinite(distance):
             distance, start, end = _whole(query.features, take[low:high])
         score = candidate.rough - WARP_WEIGHT * distance
-        refined.append(
-            Candidate(candidate.capture, low + start, low + end, candidate.rough, score)
-        )
+        refined.append(Candidate(candidate.capture, low + start, low + end, candidate.rough, score))
     refined.sort(key=lambda c: (-c.score, c.capture, c.start))
     return _without_overlaps(refined)
 
@@ -121,9 +123,7 @@ def _windows(query: Query, take: Take, length: int) -> tuple[IntArray, IntArray,
     return low, high, vectors @ query.vector
 
 
-def _separate_peaks(
-    rough: FloatArray, low: IntArray, high: IntArray, n_peaks: int
-) -> list[int]:
+def _separate_peaks(rough: FloatArray, low: IntArray, high: IntArray, n_peaks: int) -> list[int]:
     """The best windows that overlap one another by less than half."""
     chosen: list[int] = []
     for w in np.argsort(-rough, kind="stable"):
@@ -139,9 +139,7 @@ def _without_overlaps(candidates: list[Candidate]) -> list[Candidate]:
     """Drop an interval that shares more than half of itself with a better one."""
     kept: list[Candidate] = []
     for c in candidates:
-        shared = [
-            min(c.end, k.end) - max(c.start, k.start) for k in kept if k.capture == c.capture
-        ]
+        shared = [min(c.end, k.end) - max(c.start, k.start) for k in kept if k.capture == c.capture]
         if all(s <= 0.5 * (c.end - c.start) for s in shared):
             kept.append(c)
     return kept

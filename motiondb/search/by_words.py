@@ -63,7 +63,7 @@ class Hit:
 def window_vectors(
     standardised: FloatArray, starts: IntArray, ends: IntArray, margin: int
 ) -> FloatArray:
-    """Score vectors (segments, symbols) of windows that reach ``margin`` frames beyond a segment."""
+    """Score vectors (segments, symbols) of windows that reach ``margin`` frames past a segment."""
     return interval_vectors(standardised, starts, ends, starts - margin, ends + margin)
 
 
@@ -93,7 +93,7 @@ def written_evidence(
 
 
 def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | None:
-    """The best interval of one capture for actions in order, or None where there are too few frames.
+    """The best interval of a capture for actions in order, or None where segments are too few.
 
     Parameters
     ----------
@@ -109,16 +109,14 @@ def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | Non
     peaks = ordered_peaks(values)
     if peaks is None:
         return None
-    parts = []
+    parts: list[tuple[int, int]] = []
     for number, peak in enumerate(peaks):
         low = parts[-1][1] if parts else 0
         high = peaks[number + 1] if number + 1 < len(peaks) else len(take.starts)
         parts.append(grow(values[number], peak, low, high))
     parts = _join_gaps(parts, actions)
     wholes = [float(take.whole[list(words)].mean()) for words in actions if words]
-    inner = [
-        float(values[k][a:b].max()) for k, (a, b) in enumerate(parts) if actions[k]
-    ]
+    inner = [float(values[k][a:b].max()) for k, (a, b) in enumerate(parts) if actions[k]]
     log_odds = float(np.mean([0.5 * i + 0.5 * w for i, w in zip(inner, wholes)]))
     frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
     return Hit(frames[0][0], frames[-1][1], log_odds, frames)

@@ -42,7 +42,11 @@ def fit_score_space(scores: Float32Array, lengths: IntArray) -> ScoreSpace:
 
 
 def interval_vectors(
-    standardised: FloatArray, starts: IntArray, ends: IntArray, low: FloatArray, high: FloatArray
+    standardised: FloatArray,
+    starts: IntArray,
+    ends: IntArray,
+    low: FloatArray | IntArray,
+    high: FloatArray | IntArray,
 ) -> FloatArray:
     """Vectors (intervals, symbols) of length 1 for intervals [low, high) of one capture.
 

@@ -1,9 +1,9 @@
 """Dynamic time warping of a query to any part of a capture.
 
 Notation: q_i and x_j whitened features, d(i, j) = |q_i - x_j| / sqrt(D). The path may begin and end
-anywhere in x, uses steps (1, 1), (1, 2), (2, 1), so that a part is between half and twice as long as
-the query, and its distance is the mean of d over the query's frames. Source: Mueller, Information
-Retrieval for Music and Motion (2007), chapters 4 and 7.
+anywhere in x, uses steps (1, 1), (1, 2), (2, 1), so that a part is between half and twice as long
+as the query, and its distance is the mean of d over the query's frames. Source: Mueller,
+Information Retrieval for Music and Motion (2007), chapters 4 and 7.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ def best_part(query: Float32Array, capture: Float32Array) -> tuple[float, int, i
     Infinite distance where the capture is too short to hold the query at half its length.
     """
     distance, start, end = _subsequence(
-        np.ascontiguousarray(query, dtype=np.float32), np.ascontiguousarray(capture, dtype=np.float32)
+        np.ascontiguousarray(query, dtype=np.float32),
+        np.ascontiguousarray(capture, dtype=np.float32),
     )
     return (float("inf") if distance >= FAR else distance), start, end
 

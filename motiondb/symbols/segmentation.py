@@ -17,6 +17,7 @@ segments are afterwards cut anew by the symbols themselves (``acquisition``).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -61,7 +62,7 @@ def context(features: FloatArray, window: int) -> FloatArray:
 
 
 def pose_speed(features: FloatArray) -> FloatArray:
-    """How fast the features move at every frame, relative to the capture's mean: array (frames,)."""
+    """How fast the features move, relative to the capture's mean: array (frames,)."""
     if len(features) < 2:
         return np.zeros(len(features))
     speed = np.linalg.norm(np.gradient(features, axis=0), axis=1)
@@ -91,7 +92,7 @@ def segment(features: FloatArray, settings: SegmentationSettings | None = None) 
         settings.shortest,
         settings.longest,
     )
-    return [Segment(int(a), int(b)) for a, b in zip(cuts[:-1], cuts[1:])]
+    return [Segment(int(a), int(b)) for a, b in pairwise(cuts)]
 
 
 def optimal_cuts(
