@@ -75,7 +75,7 @@ def fetch_page(url: str, patience: Patience) -> bytes:
         with _open(url, 0, patience.timeout) as answer:
             data = answer.read()
             expected = answer.headers.get("Content-Length")
-        if expected and len(data) < int(expected):
+        if expected and expected.isdigit() and len(data) < int(expected):
             raise _CutError(f"expected {expected} bytes, found {len(data)}")
         return bytes(data)
 
@@ -188,15 +188,20 @@ def _copy(
     total: int | None,
     on_bytes: OnBytes | None,
 ) -> int:
-    """Write an answer behind the first ``have`` bytes of ``part``; return the bytes then there."""
+    """Write an answer behind the first ``have`` bytes of ``part``; return the bytes then there.
+
+    ``read1`` hands over what has come: ``read`` would lose it when the next bytes are late.
+    """
+    left = _CHUNK if total is None else min(_CHUNK, total - have)
     with _open_part(part, "ab" if have else "wb") as file:
-        while chunk := answer.read(_CHUNK):
+        while left > 0 and (chunk := answer.read1(left)):
             try:
                 file.write(chunk)
                 file.flush()
             except OSError as error:
                 raise disk_fault(part, error) from None
             have += len(chunk)
+            left = _CHUNK if total is None else min(_CHUNK, total - have)
             if on_bytes is not None:
                 on_bytes(have, total)
         os.fsync(file.fileno())

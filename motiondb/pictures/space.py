@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 _SIDE, _LEFT, _FOOT = 8.2, 0.75, 1.15
 """Inches: the large panel, the room left of a panel and below."""
 _MAX_LEGEND = 24
+_CROWD = 80
+"""More symbols than this are labelled in smaller type."""
 
 
 def draw_symbol_space(
@@ -112,7 +114,10 @@ def _draw_panel(
     texts = [
         f"{n} {labels[n]}".strip() if labels is not None else str(n) for n in range(len(points))
     ]
-    _write_labels(axes, points, texts, 7.5 if labels is not None else 5.5)
+    if labels is None:
+        _write_labels(axes, points, texts, 5.5, 2.8)
+    else:
+        _write_labels(axes, points, texts, 7.5 if len(points) <= _CROWD else 6.2, 4.2)
 
 
 def cluster_look(cluster: int) -> tuple[str, str]:
@@ -172,14 +177,19 @@ def _draw_ellipses(axes: Axes, mean: FloatArray, covar: FloatArray, colour: str)
         )
 
 
-def _write_labels(axes: Axes, points: FloatArray, texts: Sequence[str], size: float) -> None:
-    """Write every label beside its point, with a thin line where it stands off."""
+def _write_labels(
+    axes: Axes, points: FloatArray, texts: Sequence[str], size: float, radius: float
+) -> None:
+    """Write every label beside its point, with a thin line where it stands off.
+
+    ``size`` of the type and ``radius`` of the points are in typographic points.
+    """
     to_pixels = axes.transData
     pixels = to_pixels.transform(points)
     scale = axes.figure.dpi / 72.0
     sizes = np.array([(0.60 * size * scale * len(t) + 2, 1.25 * size * scale) for t in texts])
     low, high = axes.transAxes.transform([(0.0, 0.0), (1.0, 1.0)])
-    gap = 4.2 * scale if size > 7.0 else 2.8 * scale
+    gap = radius * scale
     middles = place_labels(pixels, sizes, gap, low, high)
     places = to_pixels.inverted().transform(middles)
     for point, place, text, offset in zip(

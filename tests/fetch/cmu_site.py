@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -68,6 +69,7 @@ class Site:
     cuts: dict[str, list[int]] = field(default_factory=dict)
     lengths: dict[str, int] = field(default_factory=dict)
     statuses: dict[str, list[int]] = field(default_factory=dict)
+    silent: set[str] = field(default_factory=set)
     without_length: set[str] = field(default_factory=set)
     log: list[tuple[str, str | None]] = field(default_factory=list)
     url: str = ""
@@ -107,6 +109,11 @@ def _handler(site: Site) -> type[BaseHTTPRequestHandler]:
                 self.send_header("Content-Length", str(length))
                 body = body[:length]
             self.end_headers()
+            if self.path in site.silent:
+                if not start:
+                    self.wfile.write(body[:100])
+                time.sleep(0.3)
+                return
             cuts = site.cuts.get(self.path, [])
             self.wfile.write(body[: cuts.pop(0)] if cuts else body)
 

@@ -324,6 +324,30 @@ def test_a_foreign_sheet_is_not_overwritten(site, tmp_path) -> None:
     assert sheet.read_text() == "file\twords\nmine.bvh\thop\n"
 
 
+def test_a_sheet_that_cannot_be_written(site, tmp_path) -> None:
+    (tmp_path / "cmu-captions.tsv.part").mkdir()
+    with pytest.raises(UnreachableError) as caught:
+        fetch(site, tmp_path)
+    assert str(caught.value) == (
+        f"{tmp_path / 'cmu-captions.tsv'}: expected a file that can be written, "
+        "found: Is a directory. Choose another folder with --dir."
+    )
+
+
+def test_a_server_that_falls_silent(site, tmp_path, pauses) -> None:
+    site.silent.add(WALK)
+    patience = Patience(timeout=0.1, attempts=2, pause=pauses.append)
+    with pytest.raises(UnreachableError) as caught:
+        fetch(site, tmp_path, patience=patience)
+    assert str(caught.value).startswith(
+        f"{site.url}{WALK}: expected an answer, found none (timed out). Check the network"
+    )
+    assert (tmp_path / "14" / "14_06.amc.part").stat().st_size == 100
+    site.silent.clear()
+    fetch(site, tmp_path)
+    assert files_in(tmp_path) == whole(site)
+
+
 def test_a_folder_that_cannot_be_made(site, tmp_path) -> None:
     (tmp_path / "14").write_text("a file in the way")
     with pytest.raises(UnreachableError) as caught:
