@@ -6,13 +6,12 @@ killed is no fault unless something derived names it.
 
 from __future__ import annotations
 
-import zlib
-
+import duckdb
 import numpy as np
 
 from motiondb.errors import MotionDBError
 from motiondb.store.columns import fetch, from_rows
-from motiondb.store.connection import Store
+from motiondb.store.connection import Store, first_sentence
 from motiondb.store.learned import DERIVED_TABLES
 from motiondb.store.poses import POSE_SIZE, unflatten_motion
 from motiondb.store.sources import load_source
@@ -107,13 +106,23 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
     ----------
     sources : also unpack every file and compare its digest (0.1 s for every 30 MB).
     """
-    faults = [
+    try:
+        faults = _broken_rules(store) + _unresolved(store) + _bad_provenance(store)
+        faults += _bad_runs(store) + _bad_poses(store)
+        return faults + (_bad_sources(store) if sources else [])
+    except duckdb.Error as error:
+        return [
+            f"{store.path}: expected tables that can be read, found: {first_sentence(error)} "
+            "The file is damaged: restore a copy."
+        ]
+
+
+def _broken_rules(store: Store) -> list[str]:
+    return [
         f"{name}: {rule}, found others."
         for rule, query in _RULES
         for (name,) in store.connection.execute(query).fetchall()
     ]
-    faults += _unresolved(store) + _bad_provenance(store) + _bad_runs(store) + _bad_poses(store)
-    return faults + (_bad_sources(store) if sources else [])
 
 
 def _unresolved(store: Store) -> list[str]:
@@ -185,6 +194,6 @@ def _bad_sources(store: Store) -> list[str]:
     for (number,) in store.connection.execute("SELECT capture_id FROM capture").fetchall():
         try:
             load_source(store, number)
-        except (MotionDBError, zlib.error) as error:
+        except MotionDBError as error:
             faults.append(str(error))
     return faults

@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import duckdb
+
 from motiondb.errors import StoreError
-from motiondb.store.connection import Store, open_store
+from motiondb.store.connection import Store, first_sentence, open_store
 
 
 def compact(path: str | Path) -> tuple[int, int]:
@@ -30,6 +32,11 @@ def compact(path: str | Path) -> tuple[int, int]:
             _copy(store, new)
         before = path.stat().st_size
         new.replace(path)
+    except duckdb.Error as error:
+        raise StoreError(
+            f"{path}: expected room for a copy beside it, found: {first_sentence(error)} "
+            "The old file was kept; look at the disk."
+        ) from error
     finally:
         new.unlink(missing_ok=True)
     return before, path.stat().st_size

@@ -129,7 +129,7 @@ def transaction(store: Store) -> Iterator[duckdb.DuckDBPyConnection]:
             store.connection.execute("ROLLBACK")
         if isinstance(error, duckdb.Error):
             raise StoreError(
-                f"{store.path}: expected to save the change, found: {_first_sentence(error)} "
+                f"{store.path}: expected to save the change, found: {first_sentence(error)} "
                 "Nothing was changed."
             ) from error
         raise
@@ -209,11 +209,12 @@ def _unreadable(path: Path, error: duckdb.Error) -> str:
             f"{path}: expected a database of motiondb, found {found}. Name another file with --db."
         )
     return (
-        f"{path}: expected a database that can be opened, found: {_first_sentence(error)} "
+        f"{path}: expected a database that can be opened, found: {first_sentence(error)} "
         "Look at the file's permissions and at the disk; if it is damaged, restore a copy."
     )
 
 
-def _first_sentence(error: duckdb.Error) -> str:
+def first_sentence(error: duckdb.Error) -> str:
+    """DuckDB's message up to the first stop."""
     text = re.split(r"(?<=\w)[.!] |\n", str(error))[0].rstrip(".!")
     return f"{text}."

@@ -24,7 +24,7 @@ def _load(name: str) -> ModuleType:
     return sys.modules[name]
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def samples() -> ModuleType:
     return _load("store_samples")
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -9,12 +12,20 @@ import pytest
 from motiondb import store
 
 
+@pytest.fixture(scope="module")
+def whole_file(tmp_path_factory: pytest.TempPathFactory, samples: ModuleType) -> Path:
+    path = tmp_path_factory.mktemp("whole") / "motions.duckdb"
+    with store.open_store(path) as database:
+        infos = [samples.add(database, name) for name in ("a", "bb")]
+        store.save_learning(database, samples.learning(infos, store.start_run(database, "learn")))
+        assert store.check_store(database, sources=True) == []
+    return path
+
+
 @pytest.fixture
-def filled(database: store.Store, samples: ModuleType) -> store.Store:
-    infos = [samples.add(database, name) for name in ("a", "bb")]
-    store.save_learning(database, samples.learning(infos, store.start_run(database, "learn")))
-    assert store.check_store(database, sources=True) == []
-    return database
+def filled(tmp_path: Path, whole_file: Path) -> Iterator[store.Store]:
+    with store.open_store(shutil.copy(whole_file, tmp_path / "motions.duckdb")) as opened:
+        yield opened
 
 
 @pytest.mark.parametrize(
@@ -103,6 +114,15 @@ def test_a_killed_run_is_no_fault(filled: store.Store) -> None:
     store.start_run(filled, "add")
     store.start_run(filled, "learn")
     assert store.check_store(filled) == []
+
+
+def test_a_damaged_block_is_told(filled: store.Store) -> None:
+    filled.connection.execute("DROP TABLE relation")  # stands for rows that cannot be read
+    (fault,) = store.check_store(filled)
+    assert fault.startswith(
+        f"{filled.path}: expected tables that can be read, found: Catalog Error"
+    )
+    assert fault.endswith("The file is damaged: restore a copy.")
 
 
 def test_an_empty_store_is_whole(database: store.Store) -> None:
