@@ -25,7 +25,7 @@ from motiondb.records import (
     SegmentTable,
 )
 from motiondb.search import score_vectors
-from motiondb.symbols import acquisition, clusters, feature_space, hmm, segmentation
+from motiondb.symbols import acquisition, feature_space, hmm, segmentation, space as symbol_spaces
 from motiondb.words import association, transition, vocabulary, word_map
 
 Progress = Callable[[str, float], None]
@@ -104,7 +104,7 @@ def learn(
     tell("scoring", 0.0)
     table = _segment_table(frames, pool, acquired.symbols, acquired.cutting)
     tell("symbol space", 0.0)
-    symbol_space = clusters.build_space(acquired.symbols, rng)
+    symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
     tell("words", 0.0)
     captions = {c: v for c, v in store.load_captions(database).items() if c in captured}
     groups = {c: info.tags.get("performer", f"#{c}") for c, info in captured.items()}
