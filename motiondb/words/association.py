@@ -40,6 +40,7 @@ class PairTable:
     shapes : the (l, m) that occur, sorted; table_starts : array (shapes,), where the table of each
         begins in the flat array of alignment probabilities; n_cells : length of that array.
     tables : array (pairs,), where the table of each pair begins.
+    row_sizes : array (rows of all tables,), l + 1 of each.
     """
 
     sources: IntArray
@@ -50,6 +51,7 @@ class PairTable:
     table_starts: IntArray
     n_cells: int
     tables: IntArray
+    row_sizes: IntArray
 
 
 def fit_association(
@@ -86,9 +88,8 @@ def fit_association(
     for iterations, learn_a in ((model1_iterations, False), (model2_iterations, True)):
         t, a, rising = _run_em(table, t, a, iterations, tolerance, learn_a)
         trace.extend(rising)
-    counts = np.zeros(len(vocabulary), dtype=np.int64)
-    for _, words in pairs:
-        counts[np.unique(words)] += 1
+    said = [word for _, words in pairs for word in set(words.tolist())]
+    counts = np.bincount(np.array(said, dtype=np.int64), minlength=len(vocabulary))
     return Association(
         words=tuple(vocabulary),
         counts=counts,
@@ -100,23 +101,29 @@ def fit_association(
 
 def lay_out(pairs: Sequence[Pair]) -> PairTable:
     """Lay pairs end to end, leaving out those without words."""
-    kept = [(np.asarray(s, np.int64), np.asarray(w, np.int64)) for s, w in pairs if len(w)]
-    lengths = np.array([len(s) + 1 for s, _ in kept], dtype=np.int64)
-    widths = np.array([len(w) for _, w in kept], dtype=np.int64)
-    shapes = sorted({(len(s), len(w)) for s, w in kept})
-    sizes = np.array([(length + 1) * width for length, width in shapes], dtype=np.int64)
+    kept = [(symbols, words) for symbols, words in pairs if len(words)]
+    each = [(len(symbols), len(words)) for symbols, words in kept]
+    shapes = sorted(set(each))
+    sizes = [(length + 1) * width for length, width in shapes]
     starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-    number = {shape: k for k, shape in enumerate(shapes)}
+    number = dict(zip(shapes, starts.tolist()))
+    lengths = np.array([length + 1 for length, _ in each], dtype=np.int64)
+    source_starts = np.append(0, np.cumsum(lengths))
+    sources = np.zeros(source_starts[-1], dtype=np.int64)
+    behind_null = np.ones(len(sources), dtype=bool)
+    behind_null[source_starts[:-1]] = False
     empty = np.zeros(0, dtype=np.int64)
+    sources[behind_null] = np.concatenate([empty, *(s for s, _ in kept)]) + 1
     return PairTable(
-        sources=np.concatenate([empty, *(np.append(0, s + 1) for s, _ in kept)]),
-        source_starts=np.append(0, np.cumsum(lengths)),
+        sources=sources,
+        source_starts=source_starts,
         words=np.concatenate([empty, *(w for _, w in kept)]),
-        word_starts=np.append(0, np.cumsum(widths)),
+        word_starts=np.append(0, np.cumsum([width for _, width in each])).astype(np.int64),
         shapes=tuple(shapes),
         table_starts=starts[:-1],
         n_cells=int(starts[-1]),
-        tables=np.array([starts[number[len(s), len(w)]] for s, w in kept], dtype=np.int64),
+        tables=np.array([number[shape] for shape in each], dtype=np.int64),
+        row_sizes=np.array([n + 1 for n, width in shapes for _ in range(width)], dtype=np.int64),
     )
 
 
@@ -130,10 +137,7 @@ def uniform_start(table: PairTable, n_symbols: int, n_words: int) -> tuple[Float
     """
     t = np.zeros((n_words, n_symbols + 1))
     t[:, np.unique(table.sources)] = 1.0 / max(n_words, 1)
-    a = np.empty(table.n_cells)
-    for (length, width), start in zip(table.shapes, table.table_starts):
-        a[start : start + width * (length + 1)] = 1.0 / (length + 1)
-    return t, a
+    return t, np.repeat(1.0 / table.row_sizes, table.row_sizes)
 
 
 def em_step(
@@ -224,12 +228,10 @@ def expected_counts(
 
 
 def _normalise_tables(table: PairTable, a_counts: FloatArray) -> FloatArray:
-    a = np.empty_like(a_counts)
-    for (length, width), start in zip(table.shapes, table.table_starts):
-        cells = slice(start, start + width * (length + 1))
-        rows = a_counts[cells].reshape(width, length + 1)
-        a[cells] = (rows / rows.sum(axis=1, keepdims=True)).ravel()
-    return a
+    if not len(a_counts):
+        return a_counts
+    row_starts = np.append(0, np.cumsum(table.row_sizes)[:-1])
+    return a_counts / np.repeat(np.add.reduceat(a_counts, row_starts), table.row_sizes)
 
 
 def _tables_by_shape(table: PairTable, a: FloatArray) -> dict[tuple[int, int], FloatArray]:
@@ -240,12 +242,12 @@ def _tables_by_shape(table: PairTable, a: FloatArray) -> dict[tuple[int, int], F
 
 
 def _check_pairs(pairs: Sequence[Pair], n_symbols: int, n_words: int) -> None:
-    for number, (symbols, words) in enumerate(pairs):
-        for what, values, limit in (("symbol", symbols, n_symbols), ("word", words, n_words)):
-            values = np.asarray(values)
-            bad = values[(values < 0) | (values >= limit)]
-            if len(bad):
+    for what, side, limit in (("symbol", 0, n_symbols), ("word", 1, n_words)):
+        for number, pair in enumerate(pairs):
+            values = pair[side]
+            if len(values) and not 0 <= values.min() <= values.max() < limit:
+                bad = values[(values < 0) | (values >= limit)][0]
                 raise ValueError(
-                    f"pair {number}: expected {what} numbers from 0 to {limit - 1}, "
-                    f"found {bad[0]}. Number them as the {what}s were learned."
+                    f"pair {number}: expected {what} numbers from 0 to {limit - 1}, found {bad}. "
+                    f"Number them as the {what}s were learned."
                 )

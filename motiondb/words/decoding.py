@@ -11,11 +11,11 @@ sequence and a node of the search carries the sums S_j gathered so far.
 
 The bound. log x <= log q + x / q - 1 for every q > 0. With any q_j > 0 the likelihood of every
 completion is therefore at most sum_j (log q_j + S_j / q_j - 1), which *is* a sum over positions:
-position i pays sum_j a(i | j, l, m) t(word_j | s_i) / q_j. Its maximum over completions, transitions
-included, is found for all nodes at once by one backward dynamic program; it never lies below the
-truth, so A* with it is optimal. The q of each length are brought near the S of good sequences by
-Frank-Wolfe steps; the sequence each step finds is also a first answer. A second bound, the best
-transitions and the best translation of each word taken apart, is used where it is smaller.
+position i pays sum_j a(i | j, l, m) t(word_j | s_i) / q_j. Its maximum over completions,
+transitions included, is found for all nodes at once by one backward dynamic program per length; it
+never lies below the truth, so A* with it is optimal. That program also carries which words have
+not been said yet, and holds a word never said to what is left for it; without this the bound is
+too loose to be of use. See :mod:`motiondb.words.decoding_bounds`.
 
 The search ends when no open node's bound exceeds the best sequence found: "optimal". Where it runs
 into its limit of nodes first, the answer is "beam-limited", and ``bound`` says how much better a

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import Float32Array, FloatArray, IntArray
 
 TRACKED = 6
 """Words whose being said is tracked: 2^6 masks."""
@@ -261,7 +261,7 @@ def said_level(problem: Problem, length: int, q: FloatArray) -> FloatArray:
 
 
 @njit(cache=True)
-def track(problem: Problem, length: int, q: FloatArray, pays: FloatArray) -> FloatArray:
+def track(problem: Problem, length: int, q: FloatArray, pays: FloatArray) -> Float32Array:
     """The second bound of one length.
 
     Returns

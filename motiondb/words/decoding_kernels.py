@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.words.decoding_bounds import (
     LEAST,
     SLACK,
@@ -68,7 +68,7 @@ def search_sequences(
 
 @njit(cache=True)
 def _dive(
-    problem: Problem, ahead: FloatArray, pays: FloatArray, path: IntArray, depth: int
+    problem: Problem, ahead: Float32Array, pays: FloatArray, path: IntArray, depth: int
 ) -> IntArray:
     """Complete a sequence from ``depth`` on by the largest bound, in place."""
     mask = ahead.shape[2] - 1
@@ -93,7 +93,7 @@ def _best_first(
     problem: Problem,
     uppers: FloatArray,
     pays: list[FloatArray],
-    ahead: list[FloatArray],
+    ahead: list[Float32Array],
     best: IntArray,
     value: float,
     node_limit: int,
@@ -127,7 +127,7 @@ def _best_first(
         expanded += 1
         length, depth, mask = shape[node]
         path = paths[node, :length]
-        if 0 < depth and expanded <= DIVES:
+        if depth > 0 and expanded <= DIVES:
             _dive(problem, ahead[length], pays[length], path, depth)
             value = offer(problem, path, best, value)
         row = problem.row_of[0] if depth == 0 else problem.row_of[path[depth - 1] + 1]

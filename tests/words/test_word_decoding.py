@@ -191,7 +191,8 @@ def test_errors_say_what_is_wrong():
 
 def test_length_prior_learns_and_keeps_to_its_limit():
     pairs = [
-        (np.zeros(l, int), np.zeros(m, int)) for l, m in [(3, 2), (3, 2), (9, 2), (0, 2), (2, 0)]
+        (np.zeros(size, int), np.zeros(m, int))
+        for size, m in [(3, 2), (3, 2), (9, 2), (0, 2), (2, 0)]
     ]
     shapes = count_shapes(pairs)
     assert shapes == {(3, 2): 2, (9, 2): 1}
