@@ -34,6 +34,7 @@ from motiondb.symbols.hmm_jobs import (
     in_threads,
 )
 from motiondb.symbols.network import segment_by_symbols
+from motiondb.symbols.score_kernels import score_block
 
 __all__ = [
     "SELF_LOOP_BOUNDS",
@@ -82,7 +83,7 @@ def score(
     def score_some(block: tuple[int, int, IntArray]) -> None:
         low, high, intervals = block
         for first, densities in log_density_blocks(symbols, frames[low:high]):
-            kernels.score_block(densities, first, prepared, exit, scores, intervals)
+            score_block(densities, first, prepared, exit, scores, intervals)
 
     in_threads(score_some, list(frame_blocks(starts, ends)))
     return scores

@@ -86,19 +86,20 @@ def frame_blocks(starts: IntArray, ends: IntArray) -> Iterator[tuple[int, int, I
         first = last
 
 
-def shares(work: IntArray, groups: IntArray | None = None) -> list[slice]:
-    """Cut a list of jobs into runs of about equal work, one a thread, groups held together.
+def shares(work: IntArray, groups: IntArray) -> list[slice]:
+    """Cut jobs, ordered by group, into runs of about equal work that hold groups together.
 
-    >>> shares(np.array([1, 1, 1]))  # too little to share
+    >>> shares(np.array([9, 9, 9]) * LEAST_WORK, np.array([0, 0, 1]))
+    [slice(0, 2, None), slice(2, 3, None)]
+    >>> shares(np.array([1, 1, 1]), np.array([0, 0, 1]))  # too little to share
     [slice(0, 3, None)]
     """
     total = np.cumsum(work)
     if len(work) == 0 or total[-1] < LEAST_WORK:
         return [slice(0, len(work))]
-    cuts = np.searchsorted(total, total[-1] * np.arange(1, N_THREADS) / N_THREADS)
-    if groups is not None:
-        cuts = np.searchsorted(groups, groups[cuts])
-    edges = np.unique([0, *cuts, len(work)])
+    n_shares = 4 * N_THREADS
+    cuts = np.searchsorted(total, total[-1] * np.arange(1, n_shares) / n_shares)
+    edges = np.unique([0, *np.searchsorted(groups, groups[cuts]), len(work)])
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 

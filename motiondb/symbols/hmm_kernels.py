@@ -24,12 +24,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.records import FloatArray, IntArray
 
 NEVER = -1e300
 """The logarithm of probability zero; finite, so that no difference is NaN."""
-LOWEST_SCORE = -1e30
-"""``NEVER`` in single precision."""
+_NEGLIGIBLE = 1e-14  # posteriors that add nothing to expected counts
 _NO_CHANGE = 37.0  # exp(-37) is below half a unit in the last place of 1
 
 
@@ -72,90 +71,7 @@ def log_add(a: float, b: float) -> float:
     return a + np.log1p(np.exp(b - a))
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def score_block(
-    log_densities: Float32Array,
-    first: int,
-    symbols: LogSymbols,
-    must_exit: bool,
-    scores: Float32Array,
-    intervals: IntArray,
-) -> None:
-    """Forward probabilities of segments under symbols, written into ``scores``.
-
-    The innermost loops run over symbols, without branches, so that the processor does several at
-    once.
-
-    Parameters
-    ----------
-    log_densities : array (frames, states, symbols), of a block that begins with symbol ``first``.
-    intervals : array (segments, 3), start and end in the block, row of ``scores``.
-    scores : array (all segments, all symbols), written where ``intervals`` and ``first`` say.
-    """
-    _, n_padded, n_symbols = log_densities.shape
-    shape = (n_padded, n_symbols)
-    stay, leave, onward = np.empty(shape), np.empty(shape), np.empty(shape)
-    for k in range(n_padded):
-        for s in range(n_symbols):
-            stay[k, s], leave[k, s] = (
-                symbols.log_stay[first + s, k],
-                symbols.log_leave[first + s, k],
-            )
-            onward[k, s] = leave[k, s] if k + 1 < symbols.n_states[first + s] else NEVER
-    alpha, fresh = np.empty(shape), np.empty(shape)
-    for number in range(len(intervals)):
-        start, end, row = intervals[number]
-        alpha[1:], fresh[1:] = NEVER, NEVER
-        alpha[0] = log_densities[start, 0]
-        for t in range(start + 1, end):
-            for s in range(n_symbols):
-                fresh[0, s] = alpha[0, s] + stay[0, s] + log_densities[t, 0, s]
-            for k in range(1, min(t - start, n_padded - 1) + 1):
-                step = (alpha[k], alpha[k - 1], stay[k], onward[k - 1])
-                _step(step, log_densities[t, k], fresh[k])
-            alpha, fresh = fresh, alpha
-        for s in range(n_symbols):
-            last = symbols.n_states[first + s] - 1
-            total = alpha[last, s] + leave[last, s]
-            if not must_exit:
-                total = alpha[0, s]
-                for k in range(1, last + 1):
-                    total = log_add(total, alpha[k, s])
-            scores[row, first + s] = max(total, LOWEST_SCORE)
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _step(
-    origin: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    log_densities: Float32Array,
-    alpha: FloatArray,
-) -> None:
-    """One state's forward step for many symbols; log(1 + exp(-d)) without calls or branches.
-
-    exp(-y) for y = d / 256 < 0.16 by its series to y^4, then squared 8 times; and
-    log(1 + u) = 2 artanh(u / (2 + u)) by its series to z^13. Off by less than 2e-8.
-    """
-    here, before, stay, onward = origin
-    for s in range(len(here)):
-        a, b = here[s] + stay[s], before[s] + onward[s]
-        y = np.minimum(np.abs(a - b), 40.0) * (1.0 / 256.0)
-        u = 1.0 - y * (1.0 - y * (1.0 / 2.0) * (1.0 - y * (1.0 / 3.0) * (1.0 - y * (1.0 / 4.0))))
-        u *= u
-        u *= u
-        u *= u
-        u *= u
-        u *= u
-        u *= u
-        u *= u
-        u *= u
-        z = u / (2.0 + u)
-        w = z * z
-        series = 1.0 / 9.0 + w * (1.0 / 11.0 + w * (1.0 / 13.0))
-        series = 1.0 + w * (1.0 / 3.0 + w * (1.0 / 5.0 + w * (1.0 / 7.0 + w * series)))
-        alpha[s] = max(a, b) + 2.0 * z * series + log_densities[s]
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def state_log_densities(frames: FloatArray, symbols: LogSymbols, s: int) -> FloatArray:
     """log b_k(o_t) of symbol s: array (frames, states of s)."""
     n_states = symbols.n_states[s]
@@ -226,7 +142,8 @@ def posteriors(
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
     """Gamma (frames, states), expected stays and leaves (states,), and log P(o) of one segment.
 
-    A segment with fewer frames than states cannot leave, so it may end anywhere.
+    A segment with fewer frames than states cannot leave, so it may end anywhere. One that the
+    symbol cannot produce at all (self-loops of 0 or 1) counts for nothing.
     """
     densities = state_log_densities(frames, symbols, s)
     n_frames, n_states = densities.shape
@@ -236,10 +153,14 @@ def posteriors(
     alpha = forward(densities, stay, leave)
     beta = backward(densities, stay, leave, final)
     total = log_sum(alpha[n_frames - 1] + final)
-    gamma = np.exp(alpha + beta - total)
     stays, leaves = np.zeros(n_states), np.zeros(n_states)
+    if total < 0.5 * NEVER:
+        return np.zeros((n_frames, n_states)), stays, leaves, total
+    gamma = np.exp(alpha + beta - total)
     for t in range(n_frames - 1):
         for k in range(n_states):
+            if gamma[t, k] < _NEGLIGIBLE:
+                continue
             before = alpha[t, k] - total
             stays[k] += np.exp(before + stay[k] + densities[t + 1, k] + beta[t + 1, k])
             if k + 1 < n_states:
@@ -275,7 +196,7 @@ def accumulate(
             statistics.leaves[s, k] += leaves[k]
             for t in range(end - start):
                 weight = gamma[t, k]
-                if weight < 1e-14:
+                if weight < _NEGLIGIBLE:
                     continue
                 statistics.occupancy[s, k] += weight
                 for d in range(frames.shape[1]):

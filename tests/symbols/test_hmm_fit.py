@@ -193,6 +193,15 @@ def test_zeros_stay_zero() -> None:
     assert fitted.self_loops[0, 2] == 1.0
 
 
+def test_what_a_symbol_cannot_produce_counts_for_nothing() -> None:
+    symbols = naive.random_symbols(np.random.default_rng(9), [2], 1)
+    symbols.self_loops[0] = [0.0, 0.0]  # two frames, no more
+    frames = np.array([[0.0], [1.0], [5.0], [6.0], [7.0]])
+    starts, ends = np.array([0, 2]), np.array([2, 5])
+    fitted, _ = hmm.fit(symbols, frames, starts, ends, [0, 0], n_iterations=1, variance_floor=0.1)
+    np.testing.assert_allclose(fitted.means[0, :, 0], [0.0, 1.0])
+
+
 def test_threads_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     frames, starts, ends = drawn(6, 40)
     rng = np.random.default_rng(6)
