@@ -1,8 +1,8 @@
 """The forward recursion over many symbols at once: what recognition spends its time on.
 
-Same recursion and notation as ``hmm_kernels``. The densities come as a block from a matrix product
-(``emissions``), states before symbols, so that the innermost loops run over symbols without branches
-or calls and the processor does eight at a time.
+Same recursion and notation as ``hmm_kernels``. The densities come as blocks of a matrix product
+(``emissions``), states before symbols, so that the innermost loops run over symbols, without
+branches or calls, and the processor does eight at a time.
 """
 
 from __future__ import annotations
