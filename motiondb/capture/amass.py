@@ -116,20 +116,7 @@ def read_amass(
             f"expected trans of shape ({poses.shape[0]}, 3) as poses has {poses.shape[0]} frames, "
             f"found {trans.shape}. Export the file again.",
         )
-    notes: tuple[str, ...] = ()
-    good = np.isfinite(poses).all(axis=1) & np.isfinite(trans).all(axis=1)
-    if not good.all():
-        count, first = int((~good).sum()), int(np.argmin(good))
-        if not skip_bad_frames or not good.any():
-            raise CaptureError(
-                path,
-                f"expected finite numbers, found NaN or infinity in {count} frames, the first is "
-                f"{first}. Export it again, or pass --skip-bad-frames to leave them out.",
-            )
-        notes = (f"Left out {count} bad frames; the first is {first}.",)
-        poses, trans = poses[good], trans[good]
-    if len(poses) == 0:
-        raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
+    poses, trans, notes = _good_frames(poses, trans, path, skip_bad_frames)
     unit = 1.0 if unit is None else unit
     rotations = rotation.exp(poses.reshape(len(poses), N_JOINTS, 3))
     roots = (trans + np.array(_TABLE[0][2])) * unit
@@ -194,6 +181,25 @@ def _poses(arrays: dict[str, np.ndarray], path: object) -> FloatArray:
             "Export the poses of the SMPL body as axis-angle.",
         )
     return poses[:, : 3 * N_JOINTS]
+
+
+def _good_frames(
+    poses: FloatArray, trans: FloatArray, path: object, skip_bad: bool
+) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
+    """Poses and translations of the finite frames, and a note where some are left out."""
+    if len(poses) == 0:
+        raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
+    good = np.isfinite(poses).all(axis=1) & np.isfinite(trans).all(axis=1)
+    if good.all():
+        return poses, trans, ()
+    count, first = int((~good).sum()), int(np.argmin(good))
+    if not skip_bad or not good.any():
+        raise CaptureError(
+            path,
+            f"expected finite numbers, found NaN or infinity in {count} frames, the first is "
+            f"{first}. Export it again, or pass --skip-bad-frames to leave them out.",
+        )
+    return poses[good], trans[good], (f"Left out {count} bad frames; the first is {first}.",)
 
 
 def _frame_rate(arrays: dict[str, np.ndarray], path: object) -> float:

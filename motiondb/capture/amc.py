@@ -68,28 +68,33 @@ def read_amc(
     if first is None:
         raise CaptureError(path, "expected at least 1 frame, found 0. Is this an AMC file?")
     header = decode(data[: first.start()]).upper()
-    degrees = (
-        body.degrees
-        if ":RADIANS" not in header and ":DEGREES" not in header
-        else (":RADIANS" not in header)
-    )
+    degrees = ":RADIANS" not in header and (":DEGREES" in header or body.degrees)
     line = line_number(data, first.start())
-    layout = _first_layout(data[first.start() :], line, path, body)
     block = data[first.start() :]
+    layout = _first_layout(block, line, path, body)
+    table, notes = _read_table(block, line, layout, path, skip_bad_frames)
+    return _to_clip(body, layout, table, fps or DEFAULT_FPS, degrees, body.notes + notes)
+
+
+def _read_table(
+    block: bytes, line: int, layout: Layout, path: object, skip_bad: bool
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """Table (frames, values) of the frames to keep, and what is to be noted about the others."""
     table, numbers = _read_fast(block, layout)
-    notes = list(body.notes)
-    if table is None:
-        table, numbers, faults = _read_slow(block, line, layout)
-        cut = _cut_short(block, line, faults)
-        if faults and not ((skip_bad_frames or cut) and len(table)):
-            raise CaptureError(path, shorten(faults))
-        if faults and cut:
-            notes.append(f"The last frame (line {cut}) is incomplete and left out.")
-        elif faults:
-            notes.append(f"Left out {len(faults)} bad frames; the first is on line {faults[0][0]}.")
-    elif np.any(np.diff(numbers) != 1):
-        notes.append("The frame numbers jump; the frames are taken as they come.")
-    return _to_clip(body, layout, table, fps or DEFAULT_FPS, degrees, tuple(notes))
+    if table is not None:
+        jumps = bool(np.any(np.diff(numbers) != 1))
+        note = "The frame numbers jump; the frames are taken as they come."
+        return table, (note,) if jumps else ()
+    table, faults = _read_slow(block, line, layout)
+    if not faults:
+        return table, ()
+    cut = _cut_short(block, line, faults)
+    if not ((skip_bad or cut) and len(table)):
+        raise CaptureError(path, shorten(faults))
+    if cut:
+        return table, (f"The last frame (line {cut}) is incomplete and left out.",)
+    first = faults[0][0]
+    return table, (f"Left out {len(faults)} bad frames; the first is on line {first}.",)
 
 
 def _first_layout(block: bytes, line: int, path: object, body: AcclaimBody) -> Layout:
@@ -156,27 +161,25 @@ def _read_fast(block: bytes, layout: Layout) -> tuple[FloatArray | None, FloatAr
     return np.ascontiguousarray(table[:, 1:]), table[:, 0]
 
 
-def _read_slow(block: bytes, line: int, layout: Layout) -> tuple[FloatArray, FloatArray, Faults]:
-    """The good frames, their numbers, and the first fault of every bad frame, line by line."""
+def _read_slow(block: bytes, line: int, layout: Layout) -> tuple[FloatArray, Faults]:
+    """The good frames and the first fault of every bad frame, line by line."""
     rows: list[list[float]] = []
-    numbers: list[int] = []
     faults: Faults = []
-    frames: list[tuple[int, str, list[tuple[int, list[str]]]]] = []
+    frames: list[tuple[int, list[tuple[int, list[str]]]]] = []
     for at, content in enumerate(decode(block).split("\n"), start=line):
         words = content.split()
         if len(words) == 1 and words[0].isdigit():
-            frames.append((at, words[0], []))
+            frames.append((at, []))
         elif words:
-            frames[-1][2].append((at, words))
-    for at, frame_number, lines in frames:
+            frames[-1][1].append((at, words))
+    for at, lines in frames:
         row, fault = _read_frame(at, lines, layout)
         if fault is not None:
             faults.append(fault)
         else:
             rows.append(row)
-            numbers.append(int(frame_number))
     width = sum(count for _, count in layout)
-    return np.array(rows, dtype=float).reshape(-1, width), np.array(numbers, dtype=float), faults
+    return np.array(rows, dtype=float).reshape(-1, width), faults
 
 
 def _cut_short(block: bytes, line: int, faults: Faults) -> int:
