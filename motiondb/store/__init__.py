@@ -21,7 +21,7 @@ from motiondb.store.catalogue import (
     save_capture,
 )
 from motiondb.store.check import check_store
-from motiondb.store.compact import compact, count_rows
+from motiondb.store.compaction import compact, count_rows
 from motiondb.store.connection import Store, open_store, transaction
 from motiondb.store.generated import (
     Provenance,

@@ -6,8 +6,10 @@ into place, so that a kill in between never leaves half a file under the name th
 
 from __future__ import annotations
 
+import glob
 import os
 import re
+import time
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -24,6 +26,8 @@ _CONFIG: dict[str, Any] = {
     "autoinstall_known_extensions": False,
     "autoload_known_extensions": False,
 }
+_ABANDONED = 60.0
+"""Seconds after which a half-made new file has no maker."""
 
 
 class Store:
@@ -169,11 +173,13 @@ def touch(store: Store, *, motions: bool = False) -> None:
 def _create(path: Path) -> None:
     """Build an empty database beside ``path`` and move it there, unless another was quicker."""
     new = path.with_name(f".{path.name}.new-{os.getpid()}")
-    new.unlink(missing_ok=True)
     if not path.parent.is_dir():
         raise StoreError(
             f"{path}: expected the folder {path.parent}, found none. Make the folder first."
         )
+    for left in path.parent.glob(f".{glob.escape(path.name)}.new-*"):  # by a kill
+        if left == new or time.time() - left.stat().st_mtime > _ABANDONED:
+            left.unlink(missing_ok=True)
     connection = _connect(new, read_only=False, named=path)
     try:
         migrations.migrate(connection, 0)

@@ -3,6 +3,7 @@ from __future__ import annotations
 from pathlib import Path
 from types import ModuleType
 
+import duckdb
 import numpy as np
 import pytest
 
@@ -40,6 +41,27 @@ def test_compacting_gives_the_room_back_and_loses_nothing(
                 samples.motion(),
                 store.pack_source("a.bvh", b"a" + noise, "bvh"),
             )
+    assert [item.name for item in database.path.parent.iterdir()] == ["motions.duckdb"]
+
+
+def test_a_failing_copy_keeps_the_old_file(
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    samples.add(database, "a")
+    database.close()
+    content = database.path.read_bytes()
+
+    def fail(*_: object) -> None:
+        raise duckdb.IOException("IO Error: No space left on device! More.")
+
+    monkeypatch.setattr("motiondb.store.compaction._copy", fail)
+    with pytest.raises(StoreError) as error:
+        store.compact(database.path)
+    assert str(error.value) == (
+        f"{database.path}: expected room for a copy beside it, found: IO Error: No space left on "
+        "device. The old file was kept; look at the disk."
+    )
+    assert database.path.read_bytes() == content
     assert [item.name for item in database.path.parent.iterdir()] == ["motions.duckdb"]
 
 

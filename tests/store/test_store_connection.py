@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -122,6 +123,14 @@ def test_an_empty_file_becomes_a_database_and_nothing_else_is_left(tmp_path: Pat
     path = tmp_path / "m.duckdb"
     path.touch()
     store.open_store(path).close()
+    assert [item.name for item in tmp_path.iterdir()] == ["m.duckdb"]
+
+
+def test_what_a_kill_left_is_swept_away(tmp_path: Path) -> None:
+    left = tmp_path / ".m.duckdb.new-1"
+    left.write_text("half a file")
+    os.utime(left, (0, 0))
+    store.open_store(tmp_path / "m.duckdb").close()
     assert [item.name for item in tmp_path.iterdir()] == ["m.duckdb"]
 
 
