@@ -1,10 +1,10 @@
 """Feet that stand where they stand: contacts found, held, and the legs bent to suit.
 
-A foot is in contact where its ankle and toe are low and slow. Within a contact the ankle is held at
-one place on the ground (the median over the contact); before and after, the correction fades out
-over ``FADE`` frames, so that nothing jumps. Two-bone inverse kinematics brings hip, knee and ankle
-to the corrected place; the foot keeps its own turning in the world, except that the toe may not dig into
-the ground.
+A foot is in contact where its ankle or toe is low and slow. Within a contact the slower of the two
+is held at one place on the ground (the median over the contact); before and after, the correction
+fades out over ``FADE`` frames, so that nothing jumps. Two-bone inverse kinematics brings hip, knee
+and ankle to the corrected place; the foot keeps its own turning in the world, and is lifted where
+ankle or toe would dig into the ground.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.pose import body, kinematics, retarget, rotation
+from motiondb.pose.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 MAX_HEIGHT = 0.05
@@ -110,16 +111,6 @@ def _fade(moved: FloatArray, fixed: NDArray[np.bool_]) -> FloatArray:
     total = np.maximum(left + right, 1.0)[:, None]
     blended = (left[:, None] * moved[before_at] + right[:, None] * moved[after_at]) / total
     return np.where(fixed[:, None], moved, blended)
-
-
-def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Half-open intervals in which the mask holds.
-
-    >>> runs(np.array([True, True, False, True]))
-    [(0, 2), (3, 4)]
-    """
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _without_flicker(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:

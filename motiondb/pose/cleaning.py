@@ -17,8 +17,8 @@ from motiondb.records import FloatArray
 MAX_SPEED = 14.0
 """Metres a second on the standard body above which a joint is not believed."""
 LEAD_SECONDS = 0.5
-"""A run that begins within this time, ends within twice it and is cut off by a leap is a pose before
-the take."""
+"""A run that begins within this time, ends within twice it and is cut off by a leap is a pose from
+before the take."""
 RINGING_SECONDS = 0.3
 """How long after a leap at the start a filter may ring."""
 RINGING_SPEED = 4.0
@@ -38,8 +38,10 @@ def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray
     points : the same shape, finite. notes : what was mended.
     """
     bad = wild_frames(points, fps, leg_length)
-    if not bad.any() or bad.all():
-        return np.nan_to_num(points), ("no frame moves like a human",) if bad.all() else ()
+    if not bad.any():
+        return points, ()
+    if bad.all():
+        return np.where(np.isfinite(points), points, 0.0), ("no frame moves like a human",)
     good = np.flatnonzero(~bad)
     times = np.arange(len(points))
     flat = points.reshape(len(points), -1)
@@ -59,18 +61,19 @@ def wild_frames(points: FloatArray, fps: float, leg_length: float) -> NDArray[np
     """Frames not to be believed: array (frames,), bool.
 
     Leaps cut the take into runs of connected frames. The longest run is believed, and so are others
-    that can be reached from it at a possible speed; short runs between leaps are not.
+    of at least a tenth of a second; shorter runs between leaps and a pose before the take are not.
     """
-    finite: NDArray[np.bool_] = np.isfinite(points).all(axis=(1, 2))
+    finite = np.asarray(np.isfinite(points).all(axis=(1, 2)))
     if len(points) < 2:
-        return ~finite
+        return np.asarray(~finite)
     scale = body.LEG_LENGTH / leg_length
-    step = np.linalg.norm(np.diff(np.nan_to_num(points), axis=0), axis=-1).max(axis=1)
+    known = np.where(finite[:, None, None], points, 0.0)
+    step = np.linalg.norm(np.diff(known, axis=0), axis=-1).max(axis=1)
     leap = (step * scale * fps > MAX_SPEED) | ~finite[1:] | ~finite[:-1]
     starts = np.concatenate([[0], np.flatnonzero(leap) + 1])
     ends = np.concatenate([starts[1:], [len(points)]])
     long_enough = max(3, round(0.1 * fps))
-    bad = ~finite
+    bad = np.asarray(~finite)
     longest = int(np.argmax(ends - starts))
     for run, (start, end) in enumerate(zip(starts, ends)):
         leads = run < longest and start < LEAD_SECONDS * fps and end <= LEAD_SECONDS * 2 * fps

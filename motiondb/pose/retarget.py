@@ -16,7 +16,7 @@ import numpy as np
 from motiondb.errors import SkeletonError
 from motiondb.pose import body, cleaning, kinematics, rotation
 from motiondb.pose.joint_names import joint_map
-from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion
+from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion, Skeleton
 
 _I = body.INDEX
 _COLLAR_FROM_NECK = body.OFFSETS[_I["l_collar"]] - body.OFFSETS[_I["neck"]]
@@ -48,13 +48,33 @@ def clip_keypoints(clip: Clip, user_map: Mapping[str, str] | None = None) -> Flo
         if joint >= 0:
             points[:, _I[role]] = positions[:, joint]
         else:
-            parent, offset = clip.skeleton.end_sites[-1 - joint]
+            parent = clip.skeleton.end_sites[-1 - joint][0]
+            offset = _end_offset(clip.skeleton, -1 - joint)
             turned = rotation.rotate(
                 rotations[:, parent], np.broadcast_to(offset, (clip.n_frames, 3))
             )
             points[:, _I[role]] = positions[:, parent] + turned
-    points = _upright(points)
+    if _is_z_up(points):
+        points = points[..., [0, 2, 1]] * np.array([1.0, 1.0, -1.0])
+        rotations = rotation.multiply(rotation.from_euler([-90.0], "X"), rotations)
     return _fill_missing(points, roles, rotations)
+
+
+def _end_offset(skeleton: Skeleton, end: int) -> FloatArray:
+    """An end site's offset, or, where it folds back by more than a right angle's two thirds, the
+    same length straight on.
+
+    Some converted files turn joint offsets but not end sites, so that hands and heads would point
+    anywhere. Feet stand at an angle by nature and are looked at in :func:`_toe`.
+    """
+    joint, site = skeleton.end_sites[end]
+    offset = np.array(site)
+    straight = skeleton.offsets[joint]
+    size = np.linalg.norm(offset) * np.linalg.norm(straight)
+    foot = "foot" in skeleton.names[joint].lower() or "ankle" in skeleton.names[joint].lower()
+    if foot or size < 1e-9 or offset @ straight > 0.5 * size:
+        return offset
+    return straight * (np.linalg.norm(offset) / np.linalg.norm(straight))
 
 
 def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
@@ -207,13 +227,17 @@ def _frame(left: FloatArray, up: FloatArray) -> FloatArray:
 
 
 def _leg_length(points: FloatArray) -> float:
-    """Median hip-knee-ankle length of both legs, metres."""
-    lengths = [
-        np.linalg.norm(points[:, _I[f"{s}_{a}"]] - points[:, _I[f"{s}_{b}"]], axis=-1)
-        for s in "lr"
-        for a, b in (("hip", "knee"), ("knee", "ankle"))
+    """Median hip-knee-ankle length of both legs over the frames that hold numbers, metres."""
+    known = points[np.isfinite(points).all(axis=(1, 2))]
+    if len(known) == 0:
+        raise SkeletonError(
+            "positions: expected numbers, found none in any frame. Export the capture again."
+        )
+    bones = [
+        (f"{s}_{a}", f"{s}_{b}") for s in "lr" for a, b in (("hip", "knee"), ("knee", "ankle"))
     ]
-    length = float(np.median(sum(lengths)) / 2.0)
+    lengths = [np.linalg.norm(known[:, _I[a]] - known[:, _I[b]], axis=-1) for a, b in bones]
+    length = float(np.median(np.sum(lengths, axis=0)) / 2.0)
     if not 1e-3 < length < 1e3:
         raise SkeletonError(
             f"skeleton: expected a leg between 1 mm and 1 km long, found {length:.3g} m. "
@@ -222,13 +246,13 @@ def _leg_length(points: FloatArray) -> float:
     return length
 
 
-def _upright(points: FloatArray) -> FloatArray:
-    """Turn a world whose z axis points up (feet to neck, most of the time) so that y does."""
+def _is_z_up(points: FloatArray) -> bool:
+    """Whether z points up in the file's world: feet to neck, most of the time."""
     trunk = points[:, _I["neck"]] - points[:, [_I["l_ankle"], _I["r_ankle"]]].mean(axis=1)
-    y, z = np.median(trunk[:, 1]), np.median(trunk[:, 2])
-    if abs(z) > 3.0 * abs(y):
-        points = points[..., [0, 2, 1]] * np.array([1.0, 1.0, -1.0])
-    return points
+    trunk = trunk[np.isfinite(trunk).all(axis=1)]
+    if len(trunk) == 0:
+        return False
+    return bool(np.median(trunk[:, 2]) > 3.0 * np.abs(np.median(trunk[:, 1])))
 
 
 def _fill_missing(
@@ -267,16 +291,19 @@ def _toe(
     left = rotation.normalize(points[:, _I["l_hip"]] - points[:, _I["r_hip"]])
     shin = rotation.normalize(ankle - knee)
     ahead = rotation.normalize(np.cross(left, -shin))
-    size = np.median(np.linalg.norm(ankle - knee, axis=-1))
+    known = np.isfinite(ahead).all(axis=1)
+    if not known.any():
+        return np.full_like(ankle, np.nan)
+    size = np.median(np.linalg.norm(ankle - knee, axis=-1)[known])
     toe = points[:, _I[f"{side}_toe"]]
     if f"{side}_toe" in roles:
-        foot = toe - ankle
+        foot = (toe - ankle)[known]
         length = float(np.median(np.linalg.norm(foot, axis=-1)))
-        forward = float(np.median(np.sum(rotation.normalize(foot) * ahead, axis=-1)))
+        forward = float(np.median(np.sum(rotation.normalize(foot) * ahead[known], axis=-1)))
         is_end = roles[f"{side}_toe"] < 0
         if 0.15 * size < length < 0.8 * size and (forward > 0.5 or not is_end):
             return toe
     guess = size * (0.33 * ahead + 0.14 * shin)
     turn = rotations[:, roles[f"{side}_ankle"]]
-    place = np.mean(rotation.rotate(rotation.conjugate(turn), guess), axis=0)
+    place = rotation.rotate(rotation.conjugate(turn), guess)[known].mean(axis=0)
     return ankle + rotation.rotate(turn, np.broadcast_to(place, guess.shape))
