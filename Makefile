@@ -1,0 +1,36 @@
+# Two commands for a fresh machine with Python 3.11 or newer: `make demo` and `make test`.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+BIN := .venv/bin
+OUT := demo-output
+DB := $(OUT)/motions.duckdb
+
+.PHONY: demo test lint clean
+
+demo: $(BIN)/.installed
+	rm -rf $(OUT) && mkdir -p $(OUT)
+	$(BIN)/motiondb add sample_data/captures --words sample_data/captions.tsv --db $(DB)
+	$(BIN)/motiondb learn --db $(DB)
+	$(BIN)/motiondb search "walk, turn left, sit down" --limit 5 --png $(OUT)/search.png --db $(DB)
+	$(BIN)/motiondb like sample_data/captures/fatou/kick_1.bvh --from 0.5 --to 2.0 --limit 5 --db $(DB)
+	$(BIN)/motiondb describe ana/long_1 --db $(DB)
+	$(BIN)/motiondb generate "a person walks then kicks" -o $(OUT)/walk_kick.bvh --seed 7 --png $(OUT)/walk_kick.png --db $(DB)
+	@echo "Look at $(OUT)/search.png and $(OUT)/walk_kick.png; open $(OUT)/walk_kick.bvh in Blender."
+
+test: $(BIN)/.tested
+	$(BIN)/python -m pytest -n 2 -q
+
+lint: $(BIN)/.tested
+	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy && $(BIN)/lint-imports
+
+$(BIN)/.installed: pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --editable .
+	touch $@
+
+$(BIN)/.tested: pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	touch $@ $(BIN)/.installed
+
+clean:
+	rm -rf .venv $(OUT) build *.egg-info
