@@ -32,8 +32,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.records import Association, FloatArray, IntArray
-from motiondb.words.decoding_bounds import pose_problem
 from motiondb.words.decoding_kernels import search_sequences
+from motiondb.words.decoding_problem import pose_problem
 from motiondb.words.explanation import DIAGONAL_TENSION, alignment_table
 
 NODE_LIMIT = 2_000
@@ -136,7 +136,7 @@ def log_length_prior(
     ----------
     shapes : (l, m) -> number of captures.
     n_words : m.
-    longest : the largest l, by default 2 m + 2.
+    longest : the largest l, by default 2 m, at least 4.
 
     Returns
     -------
@@ -145,7 +145,7 @@ def log_length_prior(
     >>> np.exp(log_length_prior({(1, 1): 3, (2, 1): 1}, 1, 2))
     array([0. , 0.7, 0.3])
     """
-    longest = 2 * n_words + 2 if longest is None else longest
+    longest = max(4, 2 * n_words) if longest is None else longest
     if longest < 1:
         raise ValueError(f"longest: expected a length of at least 1, found {longest}.")
     weights = np.append(0.0, np.full(longest, 1.0 / longest))

@@ -1,7 +1,6 @@
-"""What decoding asks, and how good a sequence can still become: the bounds of the A* search.
+"""How good a sequence can still become: the two upper bounds of the A* search.
 
-Notation as in :mod:`motiondb.words.decoding`. Symbols whose rows of transitions are equal (those
-of one cluster) form a *row*, so that the dynamic programs run over rows, not symbols.
+Notation as in :mod:`motiondb.words.decoding`.
 
 Two upper bounds of the same kind, both from log x <= log q + x / q - 1. The first holds every word
 to it, and its q are found by Frank-Wolfe steps, whose sequences are first answers. It forgets that
@@ -14,140 +13,16 @@ widest split are tracked.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
 from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.words.decoding_problem import LEAST, Problem, moves_along, offer, sums_along
 
-TRACKED = 6
-"""Words whose being said is tracked: 2^6 masks."""
-ROUNDS = 4
+ROUNDS = 3
 """Frank-Wolfe steps per length at most."""
 SLACK = 1e-10
 """Nats by which a bound may exceed the best sequence and still count as no better (rounding)."""
-LEAST = 1e-12
-"""The smallest q."""
-
-
-class Problem(NamedTuple):
-    """Log-probabilities unless said otherwise.
-
-    Attributes
-    ----------
-    t : array (S + 1, m), probability; row 0 is NULL.
-    alignments : array (L + 1, m, L + 1), a(i | j, l, m) at [l, j, i].
-    row_of : array (S + 1,), the row of the begin, then of every symbol.
-    starts : array (rows + 1,); row r goes to followers[starts[r]:starts[r + 1]] at those costs.
-    followers, costs : arrays (edges,), symbol numbers and log-probabilities.
-    end : array (rows,).
-    lengths : array (L + 1,), log P(l | m).
-    says : array (S,), bit mask of the tracked words that a symbol says.
-    tracked : array (TRACKED or m,), which words have bits 0, 1, ...
-    unsaid : array (m,), the most that a symbol which does not say word j gives it, probability.
-    usual : array (m,), what a symbol that says word j gives it on average, probability.
-    """
-
-    t: FloatArray
-    alignments: FloatArray
-    row_of: IntArray
-    starts: IntArray
-    followers: IntArray
-    costs: FloatArray
-    end: FloatArray
-    lengths: FloatArray
-    says: IntArray
-    tracked: IntArray
-    unsaid: FloatArray
-    usual: FloatArray
-
-
-def pose_problem(
-    t: FloatArray, alignments: FloatArray, log_transitions: FloatArray, log_lengths: FloatArray
-) -> Problem:
-    """Join equal rows of transitions, keep the possible ones, split the symbols of each word."""
-    numbers: dict[bytes, int] = {}
-    row_of = [numbers.setdefault(row.tobytes(), len(numbers)) for row in log_transitions]
-    rows = log_transitions[np.unique(row_of, return_index=True)[1]]
-    possible = rows[:, 1:] > -np.inf
-    says, tracked, unsaid, usual = _split_symbols(t[1:])
-    return Problem(
-        t=np.ascontiguousarray(t),
-        alignments=np.ascontiguousarray(alignments),
-        row_of=np.array(row_of, dtype=np.int64),
-        starts=np.append(0, np.cumsum(possible.sum(axis=1))).astype(np.int64),
-        followers=np.nonzero(possible)[1].astype(np.int64),
-        costs=np.ascontiguousarray(rows[:, 1:][possible]),
-        end=np.ascontiguousarray(rows[:, 0]),
-        lengths=np.ascontiguousarray(log_lengths),
-        says=says,
-        tracked=tracked,
-        unsaid=unsaid,
-        usual=usual,
-    )
-
-
-def _split_symbols(t: FloatArray) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Which symbols say which words: the split of log t with the largest variance between (Otsu).
-
-    t : array (S, m). Returns ``says``, ``tracked``, ``unsaid`` and ``usual`` of :class:`Problem`.
-    """
-    n_symbols, m = t.shape
-    order = np.argsort(-t, axis=0, kind="stable")
-    values = np.log(np.maximum(np.take_along_axis(t, order, axis=0), LEAST))
-    n_saying = np.arange(1, n_symbols)[:, None]
-    sums = np.cumsum(values, axis=0)
-    upper = sums[:-1] / n_saying
-    lower = (sums[-1] - sums[:-1]) / (n_symbols - n_saying)
-    between = n_saying * (n_symbols - n_saying) * (upper - lower) ** 2
-    says = np.zeros(n_symbols, dtype=np.int64)
-    if n_symbols == 1:
-        return says, np.zeros(0, dtype=np.int64), t[0].copy(), t[0].copy()
-    split = np.argmax(between, axis=0)
-    gap = (upper - lower)[split, np.arange(m)]
-    tracked = np.sort(np.argsort(-gap, kind="stable")[:TRACKED]).astype(np.int64)
-    unsaid = t.max(axis=0)
-    usual = np.array([t[order[: split[j] + 1, j], j].mean() for j in range(m)])
-    for bit, j in enumerate(tracked):
-        says[order[: split[j] + 1, j]] |= 1 << bit
-        unsaid[j] = t[order[split[j] + 1, j], j]
-    return says, tracked, unsaid, usual
-
-
-@njit(cache=True)
-def sequence_value(problem: Problem, path: IntArray) -> float:
-    """log P(l | m) + log P(path) + log P(words | path)."""
-    length = len(path)
-    value = problem.lengths[length] + moves_along(problem, path)
-    for s in sums_along(problem, path):
-        value += np.log(s) if s > 0.0 else -np.inf
-    return value
-
-
-@njit(cache=True)
-def sums_along(problem: Problem, path: IntArray) -> FloatArray:
-    """S_j of a whole sequence, array (m,), probability."""
-    a = problem.alignments[len(path)]
-    sums = a[:, 0] * problem.t[0]
-    for k in range(len(path)):
-        sums += a[:, k + 1] * problem.t[path[k] + 1]
-    return sums
-
-
-@njit(cache=True)
-def moves_along(problem: Problem, path: IntArray) -> float:
-    """log P(path), from begin to end."""
-    total, row = 0.0, problem.row_of[0]
-    for symbol in path:
-        step = -np.inf
-        for edge in range(problem.starts[row], problem.starts[row + 1]):
-            if problem.followers[edge] == symbol:
-                step = problem.costs[edge]
-                break
-        total += step
-        row = problem.row_of[symbol + 1]
-    return total + problem.end[row]
 
 
 @njit(cache=True)
@@ -161,17 +36,6 @@ def symbol_pays(problem: Problem, length: int, q: FloatArray) -> FloatArray:
             for s in range(n_symbols):
                 pays[k, s] += weight * problem.t[s + 1, j]
     return pays
-
-
-@njit(cache=True)
-def offer(problem: Problem, path: IntArray, best: IntArray, value: float) -> float:
-    """Take a sequence into ``best`` (length first) where it is better; returns the best value."""
-    found = sequence_value(problem, path)
-    if found > value:
-        best[0] = len(path)
-        best[1 : len(path) + 1] = path
-        return found
-    return value
 
 
 @njit(cache=True)
@@ -212,17 +76,17 @@ def _best_path(problem: Problem, length: int, pays: FloatArray) -> tuple[IntArra
     n_rows = len(problem.end)
     onward = np.zeros((length, n_rows), dtype=np.int64)
     path = np.zeros(length, dtype=np.int64)
-    ahead, before = problem.end.copy(), np.empty(n_rows)
+    ahead, worth = problem.end.copy(), np.empty(len(problem.says))
     for k in range(length - 1, -1, -1):
+        for s in range(len(worth)):
+            worth[s] = pays[k + 1, s] + ahead[problem.row_of[s + 1]]
         for row in range(n_rows):
-            top = -np.inf
+            top, arg = -np.inf, 0
             for edge in range(problem.starts[row], problem.starts[row + 1]):
-                r = problem.followers[edge]
-                total = problem.costs[edge] + pays[k + 1, r] + ahead[problem.row_of[r + 1]]
+                total = problem.costs[edge] + worth[problem.followers[edge]]
                 if total > top:
-                    top, onward[k, row] = total, r
-            before[row] = top
-        ahead, before = before, ahead
+                    top, arg = total, problem.followers[edge]
+            ahead[row], onward[k, row] = top, arg
     row = problem.row_of[0]
     value = ahead[row]
     for k in range(length):
@@ -280,20 +144,26 @@ def track(problem: Problem, length: int, q: FloatArray, pays: FloatArray) -> Flo
     for mask in range(n_masks):
         ahead[length, :, mask] = (problem.end + ends[mask] + pad).astype(np.float32)
     step = np.empty((n_symbols, n_masks), dtype=np.float32)
+    top = np.empty(n_masks, dtype=np.float32)
     for k in range(length - 1, -1, -1):
         for s in range(n_symbols):
-            row, pay = ahead[k + 1, problem.row_of[s + 1]], np.float32(pays[k + 1, s])
-            for mask in range(n_masks):
-                step[s, mask] = pay + row[mask & ~problem.says[s]]
+            onward, pay = ahead[k + 1, problem.row_of[s + 1]], np.float32(pays[k + 1, s])
+            if problem.says[s] == 0:
+                for mask in range(n_masks):
+                    step[s, mask] = pay + onward[mask]
+            else:
+                for mask in range(n_masks):
+                    step[s, mask] = pay + onward[mask & ~problem.says[s]]
         for row in range(n_rows):
             if k == 0 and row != problem.row_of[0]:
                 continue
-            top = ahead[k, row]
+            top[:] = np.float32(-np.inf)
             for edge in range(problem.starts[row], problem.starts[row + 1]):
                 cost, onward = np.float32(problem.costs[edge]), step[problem.followers[edge]]
                 for mask in range(n_masks):
                     total = cost + onward[mask]
                     top[mask] = total if total > top[mask] else top[mask]
+            ahead[k, row] = top
     return ahead
 
 

@@ -10,16 +10,8 @@ import numpy as np
 from numba import njit
 
 from motiondb.records import Float32Array, FloatArray, IntArray
-from motiondb.words.decoding_bounds import (
-    LEAST,
-    SLACK,
-    Problem,
-    offer,
-    relax,
-    said_level,
-    symbol_pays,
-    track,
-)
+from motiondb.words.decoding_bounds import SLACK, relax, said_level, symbol_pays, track
+from motiondb.words.decoding_problem import LEAST, Problem, offer
 
 DIVES = 64
 """So many opened nodes are completed along their bound, to find good sequences early."""

@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 
 from motiondb.records import Association
 from motiondb.words.decoding import count_shapes, decode_words, log_length_prior
-from motiondb.words.explanation import log_probability
+from motiondb.words.decoding_bounds import relax, said_level, symbol_pays, track
+from motiondb.words.decoding_problem import pose_problem, sequence_value
+from motiondb.words.explanation import alignment_table, log_probability
 from motiondb.words.transition import (
     count_transitions,
     log_bigram,
@@ -124,6 +126,37 @@ def test_answer_is_worth_what_it_says(seed, n_words, n_symbols, peaked):
     assert decoding.log_probability == pytest.approx(uniform_cost(words, *model)[0], abs=1e-9)
 
 
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 8), st.booleans())
+def test_bounds_never_lie_below_the_truth(seed, n_words, peaked):
+    """At every prefix of random sequences, whatever q the bounds are linearised at."""
+    rng = np.random.default_rng(seed)
+    association, transitions, lengths = random_model(rng, 5, 8, 4, peaked)
+    words = rng.integers(0, 8, n_words)
+    alignments = np.zeros((5, n_words, 5))
+    for length in range(1, 5):
+        alignments[length, :, : length + 1] = alignment_table(association, length, n_words)
+    problem = pose_problem(association.translation[:, words], alignments, transitions, lengths)
+    for length in range(1, 5):
+        q = 10.0 ** rng.uniform(-6, 0, n_words)
+        upper, _ = relax(problem, length, q.copy(), np.zeros(5, dtype=np.int64), -np.inf)
+        level = said_level(problem, length, q)
+        pays = symbol_pays(problem, length, level)
+        ahead = track(problem, length, level, pays)
+        for path in rng.integers(0, 5, (10, length)):
+            value = sequence_value(problem, path)
+            if value == -np.inf:
+                continue
+            assert value == pytest.approx(value_of(path, words, association, transitions, lengths))
+            assert value <= upper + 1e-9
+            row, spent, mask = problem.row_of[0], lengths[length], ahead.shape[2] - 1
+            for k, symbol in enumerate(path, start=1):
+                spent += transitions[0 if k == 1 else path[k - 2] + 1, symbol + 1] + pays[k, symbol]
+                mask &= ~problem.says[symbol]
+                row = problem.row_of[symbol + 1]
+                assert value <= spent + ahead[k, row, mask]
+
+
 @pytest.mark.parametrize("n_words", [7, 9])
 def test_more_words_than_are_tracked(n_words):
     rng = np.random.default_rng(5)
@@ -197,10 +230,11 @@ def test_length_prior_learns_and_keeps_to_its_limit():
     shapes = count_shapes(pairs)
     assert shapes == {(3, 2): 2, (9, 2): 1}
     prior = np.exp(log_length_prior(shapes, 2))
-    assert prior.shape == (7,)
+    assert prior.shape == (5,)
+    assert log_length_prior(shapes, 6).shape == (13,)
     assert prior[0] == 0.0
     assert prior.sum() == pytest.approx(1.0)
-    assert prior[3] == pytest.approx((2 + 1 / 6) / 3)
-    assert prior[1] == pytest.approx((1 / 6) / 3)
+    assert prior[3] == pytest.approx((2 + 1 / 4) / 3)
+    assert prior[1] == pytest.approx((1 / 4) / 3)
     other = np.exp(log_length_prior(shapes, 3, 6))
     assert other[3] == pytest.approx((2 * np.exp(-1) + 1 / 6) / (2 * np.exp(-1) + 1))
