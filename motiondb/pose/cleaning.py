@@ -66,22 +66,39 @@ def wild_frames(points: FloatArray, fps: float, leg_length: float) -> NDArray[np
     finite = np.asarray(np.isfinite(points).all(axis=(1, 2)))
     if len(points) < 2:
         return np.asarray(~finite)
-    scale = body.LEG_LENGTH / leg_length
-    known = np.where(finite[:, None, None], points, 0.0)
-    step = np.linalg.norm(np.diff(known, axis=0), axis=-1).max(axis=1)
-    leap = (step * scale * fps > MAX_SPEED) | ~finite[1:] | ~finite[:-1]
+    known = np.where(finite[:, None, None], points, 0.0) * (body.LEG_LENGTH / leg_length)
+    speed = np.linalg.norm(np.diff(known, axis=0), axis=-1).max(axis=1) * fps
+    leap = (speed > MAX_SPEED) | ~finite[1:] | ~finite[:-1]
     starts = np.concatenate([[0], np.flatnonzero(leap) + 1])
     ends = np.concatenate([starts[1:], [len(points)]])
     long_enough = max(3, round(0.1 * fps))
-    bad = np.asarray(~finite)
     longest = int(np.argmax(ends - starts))
-    for run, (start, end) in enumerate(zip(starts, ends)):
-        leads = run < longest and start < LEAD_SECONDS * fps and end <= LEAD_SECONDS * 2 * fps
-        if run != longest and (end - start < long_enough or leads):
-            bad[start:end] = True
+    believed = ends - starts >= long_enough
+    believed[longest] = True
+    for run in range(longest - 1, -1, -1):
+        leads = starts[run] < LEAD_SECONDS * fps and ends[run] <= 2 * LEAD_SECONDS * fps
+        if believed[run] and leads:
+            after = int(starts[run + 1 :][believed[run + 1 :]][0])
+            believed[run] = _goes_on(known, finite, int(ends[run]), after, fps)
+    bad = np.asarray(~finite)
+    for start, end in zip(starts[~believed], ends[~believed]):
+        bad[start:end] = True
     if bad[0] and not bad.all():
-        _extend_over_ringing(bad, step * scale * fps, fps)
+        _extend_over_ringing(bad, speed, fps)
     return bad
+
+
+def _goes_on(
+    known: FloatArray, finite: NDArray[np.bool_], end: int, after: int, fps: float
+) -> bool:
+    """Whether frame ``after`` goes on from frame ``end`` - 1 over a spike or missing numbers.
+
+    A pose from before the take is elsewhere, and what follows it rings for longer than a spike.
+    """
+    if after - end >= max(3, round(0.1 * fps)) and finite[end:after].any():
+        return False
+    distance = float(np.linalg.norm(known[after] - known[end - 1], axis=-1).max())
+    return after > end and distance * fps / (after - end + 1) < RINGING_SPEED
 
 
 def _extend_over_ringing(bad: NDArray[np.bool_], speed: FloatArray, fps: float) -> None:

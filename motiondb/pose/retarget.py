@@ -81,9 +81,9 @@ def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
     """Solve the canonical body for joint positions (frames, 21, 3), metres, y up, at ``fps``."""
     leg_length = _leg_length(keypoints)
     points, notes = cleaning.clean(keypoints, fps, leg_length)
-    points = resample(points, fps)
+    points = resample(points, fps) * (body.LEG_LENGTH / leg_length)
     rotations = solve_rotations(points)
-    root = points[:, _I["pelvis"]] * (body.LEG_LENGTH / leg_length)
+    root = points[:, _I["pelvis"]]
     root = root - np.array([root[0, 0], 0.0, root[0, 2]])
     positions, _ = kinematics.forward(body.PARENTS, body.OFFSETS, rotations, root)
     root[:, 1] -= ground_height(positions)
@@ -142,7 +142,8 @@ def resample(points: FloatArray, fps: float) -> FloatArray:
 def solve_rotations(points: FloatArray) -> FloatArray:
     """Local rotations (frames, 21, 4) of the canonical body that point its bones like ``points``.
 
-    points : array (frames, 21, 3), world frame, y up, any size.
+    points : array (frames, 21, 3), metres, world frame, y up, scaled to the standard leg length
+        (the collar's place below the neck is the standard body's).
     """
     n_frames = len(points)
     local = np.tile(rotation.IDENTITY, (n_frames, len(body.JOINTS), 1))
