@@ -21,7 +21,8 @@ Rissanen (1978).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -61,7 +62,7 @@ class Acquired:
 
     symbols: MotionSymbols
     cutting: Cutting
-    description_lengths: tuple[float, ...] = field(default=())
+    description_lengths: tuple[float, ...] = ()
 
 
 def acquire(
@@ -90,17 +91,64 @@ def acquire(
     settings = settings or AcquisitionSettings()
     tell = progress or (lambda _what, _share: None)
     _check(starts, settings)
-    descriptors = describe_segments(frames, starts, ends)
+    floor = np.full(frames.shape[1], settings.variance_floor)
     n_first = settings.n_symbols or int(np.clip(len(starts) // 8, 1, settings.max_symbols))
-    winners = seed_groups(descriptors, n_first, rng)
-    symbols = _fit_new(frames, starts, ends, winners, settings)
-    symbols, cutting, lengths = _compete(frames, Cutting(starts, ends, winners), symbols, settings, tell)
-    for recut_round in range(settings.recuts):
-        tell("cutting anew", recut_round / max(settings.recuts, 1))
-        symbols, cutting = _recut(frames, bounds, symbols, settings)
-        if settings.n_symbols is None:
-            symbols, cutting = _drop_idle(symbols, cutting)
-    return Acquired(symbols, cutting, tuple(lengths))
+    winners = seed_groups(describe_segments(frames, starts, ends), n_first, rng)
+    arena = _Arena(frames, starts, ends, floor, settings, rng)
+    state = _judge(arena, _fit_new(arena, starts, ends, winners))
+    lengths = [state.length]
+    for number in range(settings.rounds):
+        tell("symbols compete", number / settings.rounds)
+        before = state.length
+        for propose in (_refit,) if settings.n_symbols else (_kill, _create, _refit):
+            candidate = propose(arena, state)
+            judged = None if candidate is None else _judge(arena, candidate)
+            if judged is not None and judged.length < state.length:
+                state = judged
+                lengths.append(state.length)
+        if before - state.length < 1e-4 * abs(before):
+            break
+    for number in range(settings.recuts):
+        tell("cutting anew", number / settings.recuts)
+        recut_arena, judged = _recut(arena, bounds, state)
+        if judged.length >= state.length:
+            break
+        arena, state = recut_arena, judged
+        lengths.append(state.length)
+    symbols, winners = state.symbols, state.winners
+    if settings.n_symbols is None:
+        symbols, winners = _drop_idle(symbols, winners)
+    return Acquired(symbols, Cutting(arena.starts, arena.ends, winners), tuple(lengths))
+
+
+@dataclass(frozen=True, eq=False)
+class _Arena:
+    """Where symbols compete: frames, segments, variance floor, settings, random choices."""
+
+    frames: Float32Array
+    starts: IntArray
+    ends: IntArray
+    floor: FloatArray
+    settings: AcquisitionSettings
+    rng: np.random.Generator
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """Symbols, their scores of all segments, who wins each, and the description length."""
+
+    symbols: MotionSymbols
+    scores: Float32Array
+    winners: IntArray
+    length: float
+
+
+def _judge(arena: _Arena, symbols: MotionSymbols) -> _State:
+    scores = hmm.score(symbols, arena.frames, arena.starts, arena.ends)
+    winners = np.argmax(scores, axis=1)
+    total = float(scores[np.arange(len(scores)), winners].sum(dtype=np.float64))
+    length = description_length(total, len(scores), symbols, len(arena.frames))
+    return _State(symbols, scores, winners, length)
 
 
 def describe_segments(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
@@ -153,82 +201,49 @@ def _check(starts: IntArray, settings: AcquisitionSettings) -> None:
         )
 
 
-def _fit_new(
-    frames: Float32Array,
+def _fit_new(arena: _Arena, starts: IntArray, ends: IntArray, groups: IntArray) -> MotionSymbols:
+    """Symbols from groups of segments: uniform cut into states, then EM."""
+    n_states = np.full(int(groups.max()) + 1, arena.settings.n_states, dtype=np.int64)
+    symbols = hmm.initialise(arena.frames, starts, ends, groups, n_states, arena.floor)
+    return _fit(arena, symbols, starts, ends, groups, 3)
+
+
+def _fit(
+    arena: _Arena,
+    symbols: MotionSymbols,
     starts: IntArray,
     ends: IntArray,
     winners: IntArray,
-    settings: AcquisitionSettings,
+    n_iterations: int = 2,
 ) -> MotionSymbols:
-    """Symbols from groups of segments: uniform cut into states, then EM."""
-    floor = np.full(frames.shape[1], settings.variance_floor)
-    n_states = np.full(int(winners.max()) + 1, settings.n_states, dtype=np.int64)
-    symbols = hmm.initialise(frames, starts, ends, winners, n_states, floor)
-    return hmm.fit(symbols, frames, starts, ends, winners, n_iterations=3, variance_floor=floor)[0]
+    return hmm.fit(
+        symbols, arena.frames, starts, ends, winners,
+        n_iterations=n_iterations, variance_floor=arena.floor,
+    )[0]  # fmt: skip
 
 
-def _compete(
-    frames: Float32Array,
-    cutting: Cutting,
-    symbols: MotionSymbols,
-    settings: AcquisitionSettings,
-    tell: Progress,
-) -> tuple[MotionSymbols, Cutting, list[float]]:
-    """Rounds of winning, refitting, dying and creating; L never rises on a kept update."""
-    starts, ends = cutting.starts, cutting.ends
-    floor = np.full(frames.shape[1], settings.variance_floor)
-    scores = hmm.score(symbols, frames, starts, ends)
-    best, winners = _state(scores)
-    lengths = [description_length(best, len(starts), symbols, len(frames))]
-    for number in range(settings.rounds):
-        tell("symbols compete", number / settings.rounds)
-        proposals = [_refit] if settings.n_symbols else [_kill, _create, _refit]
-        improved = False
-        for propose in proposals:
-            candidate = propose(symbols, frames, starts, ends, scores, floor, settings)
-            if candidate is None:
-                continue
-            new_scores = hmm.score(candidate, frames, starts, ends)
-            best, new_winners = _state(new_scores)
-            length = description_length(best, len(starts), candidate, len(frames))
-            if length < lengths[-1]:
-                improved = improved or lengths[-1] - length > 1e-4 * abs(lengths[-1])
-                symbols, scores, winners = candidate, new_scores, new_winners
-                lengths.append(length)
-        if not improved:
-            break
-    return symbols, Cutting(starts, ends, winners), lengths
+def _refit(arena: _Arena, state: _State) -> MotionSymbols:
+    """EM of every symbol on the segments that it won."""
+    return _fit(arena, state.symbols, arena.starts, arena.ends, state.winners)
 
 
-def _state(scores: Float32Array) -> tuple[float, IntArray]:
-    winners = np.argmax(scores, axis=1)
-    return float(scores[np.arange(len(scores)), winners].sum(dtype=np.float64)), winners
-
-
-def _refit(symbols, frames, starts, ends, scores, floor, settings):  # type: ignore[no-untyped-def]
-    """One EM step of every symbol on the segments that it won."""
-    del settings
-    winners = np.argmax(scores, axis=1)
-    return hmm.fit(symbols, frames, starts, ends, winners, n_iterations=2, variance_floor=floor)[0]
-
-
-def _kill(symbols, frames, starts, ends, scores, floor, settings):  # type: ignore[no-untyped-def]
+def _kill(arena: _Arena, state: _State) -> MotionSymbols | None:
     """Remove the symbols whose segments lose less elsewhere than the symbol's parameters cost.
 
     Symbols are tried from the cheapest; once one dies, the runners-up of its segments may not die
     in the same round, so that the losses add up as counted.
     """
-    del floor, settings, starts, ends
-    n_symbols = symbols.n_symbols
-    if n_symbols < 2:
+    symbols, scores = state.symbols, state.scores
+    if symbols.n_symbols < 2:
         return None
-    order = np.argsort(-scores, axis=1)[:, :2]
+    order = np.argsort(-scores, axis=1, kind="stable")[:, :2]
     rows = np.arange(len(scores))
     margin = (scores[rows, order[:, 0]] - scores[rows, order[:, 1]]).astype(np.float64)
-    loss = np.bincount(order[:, 0], weights=margin, minlength=n_symbols)
-    price = 0.5 * symbols.n_states * (2 * symbols.means.shape[2] + 1) * np.log(len(frames))
-    kept, alive = np.zeros(n_symbols, dtype=bool), np.ones(n_symbols, dtype=bool)
-    for s in np.argsort(loss - price):
+    loss = np.bincount(order[:, 0], weights=margin, minlength=symbols.n_symbols)
+    price = 0.5 * symbols.n_states * (2 * symbols.means.shape[2] + 1) * np.log(len(arena.frames))
+    kept, alive = np.zeros((2, symbols.n_symbols), dtype=bool)
+    alive[:] = True
+    for s in np.argsort(loss - price, kind="stable"):
         if loss[s] >= price[s]:
             break
         if not kept[s]:
@@ -239,40 +254,27 @@ def _kill(symbols, frames, starts, ends, scores, floor, settings):  # type: igno
     return take(symbols, np.flatnonzero(alive))
 
 
-def _create(symbols, frames, starts, ends, scores, floor, settings):  # type: ignore[no-untyped-def]
-    """New symbols for the segments that are explained worst for their length."""
-    room = settings.max_symbols - symbols.n_symbols
-    per_frame = scores.max(axis=1) / (ends - starts)
+def _create(arena: _Arena, state: _State) -> MotionSymbols | None:
+    """New symbols for the tenth of the segments that is explained worst for its length."""
+    room = arena.settings.max_symbols - state.symbols.n_symbols
+    per_frame = state.scores.max(axis=1) / (arena.ends - arena.starts)
     worst = np.flatnonzero(per_frame < np.quantile(per_frame, 0.1))
-    n_new = int(min(room, len(worst) // 6))
+    n_new = min(room, len(worst) // 6)
     if n_new < 1:
         return None
-    groups = seed_groups(
-        describe_segments(frames, starts[worst], ends[worst]), n_new, np.random.default_rng(0)
-    )
-    young = _fit_new(frames, starts[worst], ends[worst], groups, settings)
-    joined = join(symbols, young)
-    winners = np.argmax(hmm.score(joined, frames, starts, ends), axis=1)
-    return hmm.fit(joined, frames, starts, ends, winners, n_iterations=2, variance_floor=floor)[0]
+    starts, ends = arena.starts[worst], arena.ends[worst]
+    groups = seed_groups(describe_segments(arena.frames, starts, ends), n_new, arena.rng)
+    joined = join(state.symbols, _fit_new(arena, starts, ends, groups))
+    winners = np.argmax(hmm.score(joined, arena.frames, arena.starts, arena.ends), axis=1)
+    return _fit(arena, joined, arena.starts, arena.ends, winners)
 
 
-def _recut(
-    frames: Float32Array, bounds: IntArray, symbols: MotionSymbols, settings: AcquisitionSettings
-) -> tuple[MotionSymbols, Cutting]:
+def _recut(arena: _Arena, bounds: IntArray, state: _State) -> tuple[_Arena, _State]:
     """Cut every capture by the best path through the symbols, then refit them to what they won."""
-    cutting = recut(frames, bounds, symbols, settings)
-    floor = np.full(frames.shape[1], settings.variance_floor)
-    symbols = hmm.fit(
-        symbols,
-        frames,
-        cutting.starts,
-        cutting.ends,
-        cutting.winners,
-        n_iterations=2,
-        variance_floor=floor,
-    )[0]
-    winners = np.argmax(hmm.score(symbols, frames, cutting.starts, cutting.ends), axis=1)
-    return symbols, Cutting(cutting.starts, cutting.ends, winners)
+    cutting = recut(arena.frames, bounds, state.symbols, arena.settings)
+    fresh = replace(arena, starts=cutting.starts, ends=cutting.ends)
+    symbols = _fit(fresh, state.symbols, cutting.starts, cutting.ends, cutting.winners)
+    return fresh, _judge(fresh, symbols)
 
 
 def recut(
@@ -280,7 +282,7 @@ def recut(
 ) -> Cutting:
     """Segments of every capture by the symbols: the path of most likelihood less switch costs."""
     starts, ends, winners = [], [], []
-    for low, high in zip(bounds[:-1], bounds[1:]):
+    for low, high in pairwise(bounds):
         path = hmm.segment_by_symbols(
             symbols,
             frames[low:high],
@@ -293,18 +295,19 @@ def recut(
     return Cutting(*(np.array(column, dtype=np.int64) for column in (starts, ends, winners)))
 
 
-def _drop_idle(symbols: MotionSymbols, cutting: Cutting) -> tuple[MotionSymbols, Cutting]:
+def _drop_idle(symbols: MotionSymbols, winners: IntArray) -> tuple[MotionSymbols, IntArray]:
     """Symbols that won nothing leave; the others keep their order."""
-    alive = np.unique(cutting.winners)
-    number = np.full(symbols.n_symbols, -1)
-    number[alive] = np.arange(len(alive))
-    return take(symbols, alive), Cutting(cutting.starts, cutting.ends, number[cutting.winners])
+    alive, numbered = np.unique(winners, return_inverse=True)
+    return take(symbols, alive), numbered.astype(np.int64)
 
 
 def take(symbols: MotionSymbols, which: IntArray) -> MotionSymbols:
     """The chosen symbols, in the order given."""
     return MotionSymbols(
-        symbols.n_states[which], symbols.self_loops[which], symbols.means[which], symbols.covars[which]
+        symbols.n_states[which],
+        symbols.self_loops[which],
+        symbols.means[which],
+        symbols.covars[which],
     )
 
 
