@@ -1,15 +1,18 @@
-"""Clusters of symbols: a Gaussian mixture in the symbol space, its size chosen by BIC.
+"""Clusters of symbols: a Gaussian mixture in the symbol space, its size and shape chosen by BIC.
 
-BIC = -2 log L + parameters ln(points); the mixture with the lowest wins, among equals the smallest.
-Every point belongs to the one component that is most probable for it; components to which no point
-belongs are left out. Clusters are numbered along the first axis of the space.
+BIC = -2 log L + parameters ln(points). Mixtures of 1, 2, ... components are tried with spherical,
+diagonal and full covariances, since few points cannot pay for full ones; the lowest BIC wins, among
+equals the first tried, and mixtures that spend a component on a single point come last. Every point
+belongs to the one component that is most probable for it; components to which no point belongs are
+left out. Clusters are numbered along the first axis.
 
-Source: McLachlan and Peel, Finite Mixture Models, 2000; Schwarz, 1978.
+Source: Fraley and Raftery, Model-based clustering, 2002; Schwarz, 1978.
 """
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -21,9 +24,11 @@ if TYPE_CHECKING:
     from sklearn.mixture import GaussianMixture
 
 MAX_CLUSTERS = 20
+SHAPES = ("spherical", "diag", "full")
 _POINTS_A_CLUSTER = 3  # fewer points than this on average say nothing of a covariance
+_NO_CLUSTER = 1e9  # added to the BIC of mixtures that spend a component on a single point
 _PATIENCE = 4  # sizes in a row that do not lower the BIC before larger ones are left untried
-_RELATIVE_FLOOR = 1e-2  # least variance, in the mean variance of the coordinates
+_RELATIVE_FLOOR = 0.03  # least variance, in the mean variance of the coordinates
 
 
 class Clusters(NamedTuple):
@@ -38,7 +43,7 @@ class Clusters(NamedTuple):
 def find_clusters(
     coordinates: FloatArray, rng: np.random.Generator, *, n_clusters: int | None = None
 ) -> Clusters:
-    """Cluster points by a Gaussian mixture with full covariances.
+    """Cluster points by a Gaussian mixture.
 
     Parameters
     ----------
@@ -69,27 +74,40 @@ def find_clusters(
         spread = floor * np.eye(n_dims)[None]
         labels = np.zeros(n_points, dtype=np.int64)
         return Clusters(labels, np.ones(1), coordinates[:1].copy(), spread)
-    best, lowest, fruitless = None, np.inf, 0
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):  # these matrices are too small for two threads to gain by
+        families = [_best_of_shape(coordinates, sizes, shape, floor, seed) for shape in SHAPES]
+    return _in_order(min(families, key=lambda found: found[0])[1], coordinates)
+
+
+def _best_of_shape(
+    coordinates: FloatArray, sizes: Iterable[int], shape: str, floor: float, seed: int
+) -> tuple[float, GaussianMixture]:
+    """Lowest BIC and its mixture; larger sizes are left untried once a few in a row are worse."""
+    tried: list[tuple[float, GaussianMixture]] = []
     for size in sizes:
-        mixture = _fit_mixture(coordinates, size, floor, seed)
+        mixture = _fit_mixture(coordinates, size, shape, floor, seed)
         bic = float(mixture.bic(coordinates))
-        fruitless += 1
-        if best is None or bic < lowest:
-            best, lowest, fruitless = mixture, bic, 0
-        if fruitless == _PATIENCE:
+        if size > 1 and 1 in np.bincount(mixture.predict(coordinates)):
+            bic += _NO_CLUSTER
+        tried.append((bic, mixture))
+        if len(tried) - int(np.argmin([bic for bic, _ in tried])) > _PATIENCE:
             break
-    assert best is not None
-    return _in_order(best, coordinates)
+    return min(tried, key=lambda found: found[0])
 
 
-def _fit_mixture(coordinates: FloatArray, size: int, floor: float, seed: int) -> GaussianMixture:
+def _fit_mixture(
+    coordinates: FloatArray, size: int, shape: str, floor: float, seed: int
+) -> GaussianMixture:
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.mixture import GaussianMixture
 
     mixture = GaussianMixture(
         size,
+        covariance_type=shape,
         reg_covar=floor,
-        n_init=5,
+        n_init=4,
         max_iter=300,
         init_params="k-means++",
         random_state=seed,
@@ -106,7 +124,8 @@ def _in_order(mixture: GaussianMixture, coordinates: FloatArray) -> Clusters:
     alive = alive[np.lexsort(mixture.means_[alive].T[::-1])]
     number = np.empty(len(mixture.weights_), dtype=np.int64)
     number[alive] = np.arange(len(alive))
-    weights = mixture.weights_[alive]
-    return Clusters(
-        number[labels], weights / weights.sum(), mixture.means_[alive], mixture.covariances_[alive]
-    )
+    weights, means = mixture.weights_[alive], mixture.means_[alive]
+    covars, n_dims = mixture.covariances_[alive], means.shape[1]
+    if covars.ndim < 3:  # one variance a component, or one a dimension
+        covars = covars.reshape(len(alive), -1, 1) * np.eye(n_dims)
+    return Clusters(number[labels], weights / weights.sum(), means, covars)

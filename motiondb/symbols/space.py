@@ -10,7 +10,7 @@ no randomness; the result is turned to its principal axes, largest first, and ev
 so that its largest coordinate is positive. So two runs agree.
 
 Dimensions (``choose_dimensions``): the fewest at which the stress is below 0.05, or from which one
-more dimension takes off less than a tenth of the stress of one dimension.
+more dimension takes off less than a twentieth of the stress of one dimension.
 
 Source: Borg and Groenen, Modern Multidimensional Scaling, 2005, chapters 8 and 12.
 """
@@ -26,7 +26,7 @@ from motiondb.symbols.divergence import N_SEQUENCES, divergence
 
 MAX_DIMENSIONS = 8
 GOOD_STRESS = 0.05
-LEAST_GAIN = 0.1
+LEAST_GAIN = 0.05
 
 
 def build_space(
@@ -90,7 +90,7 @@ def scale(
 def choose_dimensions(stress: FloatArray) -> int:
     """Where the stress curve bends (the rule stands in the module).
 
-    >>> choose_dimensions(np.array([0.5, 0.2, 0.18, 0.17]))
+    >>> choose_dimensions(np.array([0.5, 0.2, 0.19, 0.18]))
     2
     >>> choose_dimensions(np.array([0.04, 0.03]))
     1

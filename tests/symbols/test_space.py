@@ -80,7 +80,7 @@ def test_axes_are_principal_and_signed() -> None:
 
 
 def test_choice_of_dimensions() -> None:
-    assert choose_dimensions(np.array([0.4, 0.3, 0.2, 0.19])) == 3
+    assert choose_dimensions(np.array([0.4, 0.3, 0.2, 0.185])) == 3
     assert choose_dimensions(np.array([0.4, 0.03, 0.0])) == 2
     assert choose_dimensions(np.array([0.4])) == 1
     assert choose_dimensions(np.array([0.0, 0.0])) == 1
