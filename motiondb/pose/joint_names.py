@@ -173,9 +173,10 @@ def _read_user_map(
         end = name.startswith("end:")
         key = ("end:" if end else "") + normalised(name.removeprefix("end:"))
         if key not in found:
+            ends = [f"end:{skeleton.names[joint]}" for joint, _ in skeleton.end_sites]
             raise SkeletonError(
                 f"joint map: expected a joint of the skeleton for {role}, found {name!r}."
-                + suggestion(name, skeleton.names)
+                + suggestion(name, ends if end else skeleton.names)
             )
         chosen[role] = found[key]
     return chosen

@@ -22,7 +22,7 @@ def swings(n_frames: int, seed: int, size: float) -> FloatArray:
     time = np.arange(n_frames)[:, None] / 30.0
     local = np.tile(rotation.IDENTITY, (n_frames, len(body.JOINTS), 1))
     for joint in SWINGING:
-        child = int(np.flatnonzero(body.PARENTS == joint)[0])
+        child = int(np.flatnonzero(joint == body.PARENTS)[0])
         bone = body.OFFSETS[child] / np.linalg.norm(body.OFFSETS[child])
         phases, rates = rng.uniform(0, 6, 3), rng.uniform(1, 4, 3)
         vector = size * np.sin(rates * time + phases)

@@ -23,7 +23,7 @@ def test_the_body_is_its_own_mirror_image() -> None:
 def test_leg_length_is_thigh_and_shin() -> None:
     leg = -body.OFFSETS[body.INDEX["l_knee"]][1] - body.OFFSETS[body.INDEX["l_ankle"]][1]
     assert leg == body.LEG_LENGTH
-    assert body.ANKLE_HEIGHT == -body.OFFSETS[body.INDEX["l_toe"]][1] + 0.02
+    assert -body.OFFSETS[body.INDEX["l_toe"]][1] + 0.02 == body.ANKLE_HEIGHT
 
 
 def test_the_standard_skeleton_scales_with_the_leg() -> None:

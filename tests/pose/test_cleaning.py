@@ -122,4 +122,4 @@ def standing() -> FloatArray:
     places = np.zeros((21, 3))
     for joint in range(1, 21):
         places[joint] = places[body.PARENTS[joint]] + body.OFFSETS[joint]
-    return places + [0.0, body.LEG_LENGTH + body.ANKLE_HEIGHT, 0.0]
+    return places + np.array([0.0, body.LEG_LENGTH + body.ANKLE_HEIGHT, 0.0])

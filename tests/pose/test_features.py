@@ -21,7 +21,7 @@ def turned(motion: Motion, angle: float, x: float, z: float) -> Motion:
     q = rotation.from_axis_angle(np.array([0.0, 1, 0]), angle)
     local = motion.local_rotations.astype(np.float64)
     local[:, 0] = rotation.multiply(np.broadcast_to(q, local[:, 0].shape), local[:, 0])
-    root = rotation.rotate(q, motion.root_positions.astype(np.float64)) + [x, 0, z]
+    root = rotation.rotate(q, motion.root_positions.astype(np.float64)) + np.array([x, 0, z])
     return replace(
         motion, local_rotations=local.astype(np.float32), root_positions=root.astype(np.float32)
     )
