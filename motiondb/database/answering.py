@@ -106,10 +106,9 @@ class Learned:
         }
 
     @cached_property
-    def takes(self) -> dict[int, by_words.TakeScores]:
-        """Log-odds of all words in every capture, written words included."""
+    def seen_takes(self) -> dict[int, by_words.TakeScores]:
+        """Log-odds of all words in every capture, from the motion alone."""
         margin, fit = WINDOW_MARGIN, self.word_map
-        written = self._written()
         takes = {}
         for capture, rows in self.rows.items():
             starts, ends = self.segments.starts[rows], self.segments.ends[rows]
@@ -119,11 +118,17 @@ class Learned:
                 self.standardised[rows], starts, ends, low, high
             )
             odds = fit.log_odds(vectors)
-            evidence = written.get(capture)
-            if evidence is not None:
-                odds[:-1] += evidence
-                odds[-1] += evidence.max(axis=0)
             takes[capture] = by_words.TakeScores(starts, ends, odds[:-1], odds[-1])
+        return takes
+
+    @cached_property
+    def takes(self) -> dict[int, by_words.TakeScores]:
+        """Log-odds of all words in every capture, words written about it included."""
+        takes = dict(self.seen_takes)
+        for capture, evidence in self._written().items():
+            seen = takes[capture]
+            windows, whole = seen.windows + evidence, seen.whole + evidence.max(axis=0)
+            takes[capture] = by_words.TakeScores(seen.starts, seen.ends, windows, whole)
         return takes
 
     @cached_property
@@ -196,13 +201,19 @@ class WordAnswer:
 
 
 def search_words(
-    learned: Learned, text: str, where: str = "", limit: int = 10, by_symbols: bool = False
+    learned: Learned,
+    text: str,
+    where: str = "",
+    limit: int = 10,
+    by_symbols: bool = False,
+    written: bool = True,
 ) -> WordAnswer:
     """The intervals that show what a text asks for, best first.
 
     Parameters
     ----------
     by_symbols : as paper A: decode the words to symbols and align these with the captures.
+    written : take what people wrote about the captures as evidence beside the motion.
     """
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
@@ -212,9 +223,10 @@ def search_words(
         return _search_decoded(learned, query, allowed, limit)
     number = {word: n for n, word in enumerate(learned.association.words)}
     actions = [[number[w] for w in action] for action in query.actions]
+    takes = learned.takes if written else learned.seen_takes
     hits = []
     for capture in allowed:
-        hit = by_words.search_take(learned.takes[capture], actions)
+        hit = by_words.search_take(takes[capture], actions)
         if hit is not None:
             hits.append((capture, hit))
     hits.sort(key=lambda pair: (-pair[1].log_odds, pair[0]))
@@ -224,7 +236,7 @@ def search_words(
             learned.captures[capture].name,
             *_seconds(learned, capture, hit.start, hit.end),
             hit.probability,
-            _matched(learned, capture, query.actions, number),
+            _matched(takes[capture], query.actions, number),
             _reason(hit, query.actions),
         )
         for rank, (capture, hit) in enumerate(hits[:limit], start=1)
@@ -291,7 +303,7 @@ def _search_decoded(
             learned.captures[capture].name,
             *_seconds(learned, capture, start, end),
             float(score),
-            _matched(learned, capture, query.actions, number),
+            _matched(learned.takes[capture], query.actions, number),
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}",
         )
         for rank, (score, capture, start, end) in enumerate(found[:limit], start=1)
@@ -408,13 +420,9 @@ def _seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[floa
 
 
 def _matched(
-    learned: Learned,
-    capture: int,
-    actions: Sequence[Sequence[str]],
-    number: Mapping[str, int],
+    take: by_words.TakeScores, actions: Sequence[Sequence[str]], number: Mapping[str, int]
 ) -> tuple[str, ...]:
     """Asked words that are likelier than not in the capture."""
-    take = learned.takes[capture]
     asked = dict.fromkeys(word for action in actions for word in action)
     top = np.maximum(take.windows.max(axis=0), take.whole)
     return tuple(word for word in asked if top[number[word]] > 0.0)

@@ -94,10 +94,18 @@ class MotionDB:
         return learning.learn(self.store, settings or learning.LearnSettings(), progress)
 
     def search(
-        self, words: str, where: str = "", limit: int = 10, by_symbols: bool = False
+        self,
+        words: str,
+        where: str = "",
+        limit: int = 10,
+        by_symbols: bool = False,
+        written: bool = True,
     ) -> answering.WordAnswer:
-        """Intervals that show what the words ask for, in their order, best first."""
-        return answering.search_words(self.learned, words, where, limit, by_symbols)
+        """Intervals that show what the words ask for, in their order, best first.
+
+        ``written`` False leaves out what people wrote about the captures: the motion alone speaks.
+        """
+        return answering.search_words(self.learned, words, where, limit, by_symbols, written)
 
     def like(
         self,
