@@ -26,16 +26,19 @@ SLACK = 1e-10
 
 
 @njit(cache=True)
-def symbol_pays(problem: Problem, length: int, q: FloatArray) -> FloatArray:
-    """What symbol s pays at position k: sum_j a(k | j) t(j | s) / q_j, array (l + 1, S)."""
+def symbol_pays(problem: Problem, length: int, q: FloatArray, pays: FloatArray) -> None:
+    """What symbol s pays at position k: sum_j a(k | j) t(j | s) / q_j.
+
+    Fills ``pays``, array (at least l + 1, S).
+    """
     n_symbols, m = len(problem.says), len(q)
-    pays = np.zeros((length + 1, n_symbols))
+    pays[0] = 0.0
     for k in range(1, length + 1):
+        pays[k] = 0.0
         for j in range(m):
             weight = problem.alignments[length, j, k] / q[j]
             for s in range(n_symbols):
                 pays[k, s] += weight * problem.t[s + 1, j]
-    return pays
 
 
 @njit(cache=True)
@@ -48,8 +51,10 @@ def relax(
     """
     m = len(q)
     x, x_moves, upper = np.empty(m), 0.0, np.inf
+    pays = np.empty((length + 1, len(problem.says)))
     for step in range(ROUNDS):
-        path, linear = _best_path(problem, length, symbol_pays(problem, length, q))
+        symbol_pays(problem, length, q, pays)
+        path, linear = _best_path(problem, length, pays)
         if linear == -np.inf:
             return -np.inf, value
         value = offer(problem, path, best, value)
@@ -62,7 +67,9 @@ def relax(
         if upper <= value + SLACK or share < 1e-4:
             break
         if step == 0:
-            x[:], x_moves = y, y_moves
+            x_moves = y_moves
+            for j in range(m):
+                x[j] = y[j]
         x_moves += share * (y_moves - x_moves)
         for j in range(m):
             x[j] += share * (y[j] - x[j])
@@ -119,30 +126,36 @@ def said_level(problem: Problem, length: int, q: FloatArray) -> FloatArray:
     """
     level = q.copy()
     for j in problem.tracked:
-        a = problem.alignments[length, j]
-        level[j] = max(q[j], a[0] * problem.t[0, j] + a[1 : length + 1].max() * problem.usual[j])
+        place = 0.0
+        for k in range(1, length + 1):
+            place = max(place, problem.alignments[length, j, k])
+        null = problem.alignments[length, j, 0] * problem.t[0, j]
+        level[j] = max(q[j], null + place * problem.usual[j])
     return level
 
 
 @njit(cache=True)
-def track(problem: Problem, length: int, q: FloatArray, pays: FloatArray) -> Float32Array:
+def track(
+    problem: Problem, length: int, q: FloatArray, pays: FloatArray, ahead: Float32Array
+) -> None:
     """The second bound of one length.
 
-    Returns
-    -------
-    ahead : array (l + 1, rows, masks), an upper bound of what comes after position k from a row,
-        with the words of the mask not yet said; the linearised logarithms are part of it, what
-        earlier positions paid is not. ahead[0, row of the begin, all words], with the length's
-        log-probability, bounds every sequence of the length. In single precision for speed;
-        raised by more than its rounding errors can amount to.
+    Parameters
+    ----------
+    pays : array (l + 1, S), see :func:`symbol_pays`.
+    ahead : array (at least l + 1, rows, masks), filled with an upper bound of what comes after
+        position k from a row, with the words of the mask not yet said; the linearised logarithms
+        are part of it, what earlier positions paid is not. ahead[0, row of the begin, all words],
+        with the length's log-probability, bounds every sequence of the length. In single
+        precision for speed; raised by more than its rounding errors can amount to.
     """
     n_rows, n_symbols = len(problem.end), len(problem.says)
     n_masks = 1 << len(problem.tracked)
-    ahead = np.full((length + 1, n_rows, n_masks), np.float32(-np.inf), dtype=np.float32)
     ends = _ends(problem, length, q, n_masks)
     pad = _rounding(problem, length, pays, ends)
-    for mask in range(n_masks):
-        ahead[length, :, mask] = (problem.end + ends[mask] + pad).astype(np.float32)
+    for row in range(n_rows):
+        for mask in range(n_masks):
+            ahead[length, row, mask] = problem.end[row] + ends[mask] + pad
     step = np.empty((n_symbols, n_masks), dtype=np.float32)
     top = np.empty(n_masks, dtype=np.float32)
     for k in range(length - 1, -1, -1):
@@ -157,14 +170,15 @@ def track(problem: Problem, length: int, q: FloatArray, pays: FloatArray) -> Flo
         for row in range(n_rows):
             if k == 0 and row != problem.row_of[0]:
                 continue
-            top[:] = np.float32(-np.inf)
+            for mask in range(n_masks):
+                top[mask] = -np.inf
             for edge in range(problem.starts[row], problem.starts[row + 1]):
                 cost, onward = np.float32(problem.costs[edge]), step[problem.followers[edge]]
                 for mask in range(n_masks):
                     total = cost + onward[mask]
                     top[mask] = total if total > top[mask] else top[mask]
-            ahead[k, row] = top
-    return ahead
+            for mask in range(n_masks):
+                ahead[k, row, mask] = top[mask]
 
 
 @njit(cache=True)
@@ -173,16 +187,17 @@ def _ends(problem: Problem, length: int, q: FloatArray, n_masks: int) -> FloatAr
     total = 0.0
     losses = np.zeros(len(problem.tracked))
     for j in range(len(q)):
-        a = problem.alignments[length, j, : length + 1]
-        null = a[0] * problem.t[0, j]
+        most = null = problem.alignments[length, j, 0] * problem.t[0, j]
         said = np.log(q[j]) - 1.0 + null / q[j]
         total += said
-        most = null + a[1:].sum() * problem.unsaid[j]
+        for k in range(1, length + 1):
+            most += problem.alignments[length, j, k] * problem.unsaid[j]
         for bit in range(len(losses)):
             if problem.tracked[bit] == j:
                 losses[bit] = min(0.0, np.log(most) - said) if most > 0.0 else -np.inf
-    ends = np.full(n_masks, total)
+    ends = np.empty(n_masks)
     for mask in range(n_masks):
+        ends[mask] = total
         for bit in range(len(losses)):
             if mask >> bit & 1:
                 ends[mask] += losses[bit]
@@ -201,4 +216,8 @@ def _rounding(problem: Problem, length: int, pays: FloatArray, ends: FloatArray)
             if x > -np.inf:
                 size = max(size, abs(x))
         latest += size
-    return 4e-7 * (length + 2) * (latest + length * (costliest + pays.max()))
+    most = 0.0
+    for k in range(1, length + 1):
+        for s in range(pays.shape[1]):
+            most = max(most, pays[k, s])
+    return 4e-7 * (length + 2) * (latest + length * (costliest + most))

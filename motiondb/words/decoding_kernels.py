@@ -17,7 +17,6 @@ DIVES = 64
 """So many opened nodes are completed along their bound, to find good sequences early."""
 
 
-@njit(cache=True)
 def search_sequences(
     problem: Problem, node_limit: int, open_limit: int
 ) -> tuple[IntArray, float, float, int]:
@@ -29,29 +28,29 @@ def search_sequences(
     where it is the best), and the number of expanded nodes.
     """
     m, longest = problem.t.shape[1], len(problem.lengths) - 1
+    n_rows, n_masks = len(problem.end), 1 << len(problem.tracked)
     best = np.zeros(longest + 1, dtype=np.int64)  # best[0] is the length
     value = -np.inf
-    q = np.empty(m)
-    for j in range(m):
-        q[j] = max(LEAST, 0.5 * problem.t[:, j].max())
+    q = np.maximum(LEAST, 0.5 * problem.t[1:].max(axis=0))
     q_of = np.ones((longest + 1, m))
     uppers = np.full(longest + 1, -np.inf)
     for length in range(1, longest + 1):
         if problem.lengths[length] > -np.inf:
             uppers[length], value = relax(problem, length, q, best, value)
             q_of[length] = q
-    pays = [np.empty((0, 0)) for _ in range(longest + 1)]
-    ahead = [np.empty((0, 0, 0), dtype=np.float32) for _ in range(longest + 1)]
-    for length in np.argsort(-uppers):
-        if uppers[length] > value + SLACK:
-            q = said_level(problem, length, q_of[length])
-            pays[length] = symbol_pays(problem, length, q)
-            ahead[length] = track(problem, length, q, pays[length])
-            path = _dive(problem, ahead[length], pays[length], np.empty(length, np.int64), 0)
-            value = offer(problem, path, best, value)
-            uppers[length] = min(
-                uppers[length], problem.lengths[length] + ahead[length][0, problem.row_of[0], -1]
-            )
+    pays = np.empty((longest + 1, longest + 1, len(problem.says)))
+    ahead = np.empty((longest + 1, longest + 1, n_rows, n_masks), dtype=np.float32)
+    for length in np.argsort(-uppers, kind="stable"):
+        if uppers[length] <= value + SLACK:
+            break
+        q = said_level(problem, length, q_of[length])
+        symbol_pays(problem, length, q, pays[length])
+        track(problem, length, q, pays[length], ahead[length])
+        path = np.zeros(length, dtype=np.int64)
+        _dive(problem, ahead[length], pays[length], path, 0)
+        value = offer(problem, path, best, value)
+        upper = problem.lengths[length] + ahead[length, 0, problem.row_of[0], n_masks - 1]
+        uppers[length] = min(uppers[length], upper)
     value, bound, expanded = _best_first(
         problem, uppers, pays, ahead, best, value, node_limit, open_limit
     )
@@ -61,7 +60,7 @@ def search_sequences(
 @njit(cache=True)
 def _dive(
     problem: Problem, ahead: Float32Array, pays: FloatArray, path: IntArray, depth: int
-) -> IntArray:
+) -> None:
     """Complete a sequence from ``depth`` on by the largest bound, in place."""
     mask = ahead.shape[2] - 1
     for k in range(depth):
@@ -77,15 +76,14 @@ def _dive(
             if total > top:
                 top, path[k] = total, s
         mask &= ~problem.says[path[k]]
-    return path
 
 
 @njit(cache=True)
 def _best_first(
     problem: Problem,
     uppers: FloatArray,
-    pays: list[FloatArray],
-    ahead: list[Float32Array],
+    pays: FloatArray,
+    ahead: Float32Array,
     best: IntArray,
     value: float,
     node_limit: int,
@@ -106,7 +104,7 @@ def _best_first(
     for length in range(1, longest + 1):
         if uppers[length] > value + SLACK:
             shape[n_nodes, 0], shape[n_nodes, 1] = length, 0
-            shape[n_nodes, 2] = ahead[length].shape[2] - 1
+            shape[n_nodes, 2] = ahead.shape[3] - 1
             spent[n_nodes], bounds[n_nodes] = problem.lengths[length], uppers[length]
             n_heap = _push(heap, n_heap, bounds, n_nodes)
             n_nodes += 1
@@ -117,7 +115,7 @@ def _best_first(
             break
         n_heap = _pop(heap, n_heap, bounds)
         expanded += 1
-        length, depth, mask = shape[node]
+        length, depth, mask = shape[node, 0], shape[node, 1], shape[node, 2]
         path = paths[node, :length]
         if depth > 0 and expanded <= DIVES:
             _dive(problem, ahead[length], pays[length], path, depth)
@@ -126,8 +124,8 @@ def _best_first(
         for edge in range(problem.starts[row], problem.starts[row + 1]):
             s = problem.followers[edge]
             unsaid = mask & ~problem.says[s]
-            total = spent[node] + problem.costs[edge] + pays[length][depth + 1, s]
-            bound = total + ahead[length][depth + 1, problem.row_of[s + 1], unsaid]
+            total = spent[node] + problem.costs[edge] + pays[length, depth + 1, s]
+            bound = total + ahead[length, depth + 1, problem.row_of[s + 1], unsaid]
             if bound <= value + SLACK:
                 continue
             path[depth] = s
@@ -137,7 +135,8 @@ def _best_first(
                 dropped = max(dropped, bound)
             else:
                 shape[n_nodes, 0], shape[n_nodes, 1], shape[n_nodes, 2] = length, depth + 1, unsaid
-                paths[n_nodes, : depth + 1] = path[: depth + 1]
+                for k in range(depth + 1):
+                    paths[n_nodes, k] = path[k]
                 spent[n_nodes], bounds[n_nodes] = total, min(bound, bounds[node])
                 n_heap = _push(heap, n_heap, bounds, n_nodes)
                 n_nodes += 1

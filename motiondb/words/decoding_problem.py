@@ -118,9 +118,11 @@ def sequence_value(problem: Problem, path: IntArray) -> float:
 def sums_along(problem: Problem, path: IntArray) -> FloatArray:
     """S_j of a whole sequence, array (m,), probability."""
     a = problem.alignments[len(path)]
-    sums = a[:, 0] * problem.t[0]
-    for k in range(len(path)):
-        sums += a[:, k + 1] * problem.t[path[k] + 1]
+    sums = np.empty(problem.t.shape[1])
+    for j in range(len(sums)):
+        sums[j] = a[j, 0] * problem.t[0, j]
+        for k in range(len(path)):
+            sums[j] += a[j, k + 1] * problem.t[path[k] + 1, j]
     return sums
 
 
@@ -145,6 +147,7 @@ def offer(problem: Problem, path: IntArray, best: IntArray, value: float) -> flo
     found = sequence_value(problem, path)
     if found > value:
         best[0] = len(path)
-        best[1 : len(path) + 1] = path
+        for k in range(len(path)):
+            best[k + 1] = path[k]
         return found
     return value

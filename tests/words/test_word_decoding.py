@@ -141,8 +141,10 @@ def test_bounds_never_lie_below_the_truth(seed, n_words, peaked):
         q = 10.0 ** rng.uniform(-6, 0, n_words)
         upper, _ = relax(problem, length, q.copy(), np.zeros(5, dtype=np.int64), -np.inf)
         level = said_level(problem, length, q)
-        pays = symbol_pays(problem, length, level)
-        ahead = track(problem, length, level, pays)
+        pays = np.empty((length + 1, 5))
+        symbol_pays(problem, length, level, pays)
+        ahead = np.empty((length + 1, len(problem.end), 1 << len(problem.tracked)), np.float32)
+        track(problem, length, level, pays, ahead)
         for path in rng.integers(0, 5, (10, length)):
             value = sequence_value(problem, path)
             if value == -np.inf:
