@@ -36,7 +36,7 @@ from motiondb.words.decoding_kernels import search_sequences
 from motiondb.words.decoding_problem import pose_problem
 from motiondb.words.explanation import DIAGONAL_TENSION, alignment_table
 
-NODE_LIMIT = 2_000
+NODE_LIMIT = 5_000
 """Nodes that a search expands at most."""
 OPEN_LIMIT = 100_000
 """Nodes that a search keeps at most."""
