@@ -122,14 +122,43 @@ class Learned:
         return takes
 
     @cached_property
+    def heard(self) -> dict[int, FloatArray]:
+        """What motion alone says: log-odds (segments + 1, words) per capture, the last row whole."""
+        margin, fit = WINDOW_MARGIN, self.word_map
+        heard = {}
+        for capture, rows in self.rows.items():
+            starts, ends = self.segments.starts[rows], self.segments.ends[rows]
+            low = np.concatenate([starts - margin, [0]])
+            high = np.concatenate([ends + margin, [ends[-1]]])
+            heard[capture] = fit.log_odds(
+                score_vectors.interval_vectors(self.standardised[rows], starts, ends, low, high)
+            )
+        return heard
+
+    @cached_property
     def takes(self) -> dict[int, by_words.TakeScores]:
-        """Log-odds of all words in every capture, words written about it included."""
-        takes = dict(self.seen_takes)
-        for capture, evidence in self._written().items():
-            seen = takes[capture]
-            windows, whole = seen.windows + evidence, seen.whole + evidence.max(axis=0)
-            takes[capture] = by_words.TakeScores(seen.starts, seen.ends, windows, whole)
+        """Log-odds of all words in every capture, written words included."""
+        written = self._written()
+        takes = {}
+        for capture, rows in self.rows.items():
+            odds = self.heard[capture]
+            evidence = written.get(capture)
+            if evidence is not None:
+                odds = odds + np.concatenate([evidence, evidence.max(axis=0, keepdims=True)])
+            takes[capture] = by_words.TakeScores(
+                self.segments.starts[rows], self.segments.ends[rows], odds[:-1], odds[-1]
+            )
         return takes
+
+    @cached_property
+    def spoken(self) -> FloatArray:
+        """Mean probability of every word at the segments of every symbol: array (symbols, words)."""
+        odds = np.concatenate([self.heard[c][:-1] for c in self.rows])
+        probabilities = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+        sums = np.zeros((self.symbols.n_symbols, odds.shape[1]))
+        np.add.at(sums, self.segments.symbols, probabilities)
+        count = np.bincount(self.segments.symbols, minlength=len(sums))
+        return sums / np.maximum(count, 1)[:, None]
 
     @cached_property
     def feature_pool(self) -> FeaturePool:
@@ -250,6 +279,8 @@ def decode(
     clustered: bool = True,
     after: int | None = None,
     last: bool = True,
+    length: int | None = None,
+    association: Association | None = None,
 ) -> decoding.Decoding | None:
     """The symbols that most likely lie behind known words (see ``words.decoding``).
 
@@ -258,6 +289,8 @@ def decode(
     clustered : use the clustered bigram, so that pairs never seen may follow one another.
     after : the symbol that the sequence follows; None: it begins a capture.
     last : whether the sequence ends a capture; otherwise it may end with any symbol.
+    length : number of symbols; None: any, as likely as the described captures make it.
+    association : t and a in place of the learned ones.
     """
     number = {word: n for n, word in enumerate(learned.association.words)}
     log_transitions = learned.log_transitions[clustered].copy()
@@ -266,12 +299,17 @@ def decode(
         log_transitions[0, 0] = -np.inf
     if not last:
         log_transitions[1:, 0] = 0.0
-    shapes: dict[tuple[int, int], float] = {}
-    for m, length in learned.parameters["length_counts"].astype(int):
-        shapes[length, m] = shapes.get((length, m), 0.0) + 1.0
-    lengths = decoding.log_length_prior(shapes, len(words), max(LONGEST_DECODED, 2 * len(words)))
+    if length is None:
+        shapes: dict[tuple[int, int], float] = {}
+        for m, n_symbols in learned.parameters["length_counts"].astype(int):
+            shapes[n_symbols, m] = shapes.get((n_symbols, m), 0.0) + 1.0
+        longest = max(LONGEST_DECODED, 2 * len(words))
+        lengths = decoding.log_length_prior(shapes, len(words), longest)
+    else:
+        lengths = np.full(length + 1, -np.inf)
+        lengths[length] = 0.0
     return decoding.decode_words(
-        [number[w] for w in words], learned.association, log_transitions, lengths
+        [number[w] for w in words], association or learned.association, log_transitions, lengths
     )
 
 
@@ -327,7 +365,7 @@ def search_motion(
         for rows in [learned.rows[capture]]
     }
     candidates = by_motion.find_candidates(query, takes, learned.distances)
-    features = {c.capture: learned.features(c.capture) for c in candidates}
+    features = {capture: learned.features(capture) for capture in {c.capture for c in candidates}}
     refined = by_motion.refine(query, candidates, features)
     return tuple(
         Match(
