@@ -82,7 +82,7 @@ class Learned:
         if "word_weights" not in self.parameters:
             raise NotLearnedError(
                 f"{self.database.path}: expected captures with words, found none when it learned. "
-                "Add words (motiondb words set CAPTURE \"...\") and run motiondb learn again."
+                'Add words (motiondb words set CAPTURE "...") and run motiondb learn again.'
             )
         return word_map.WordMap(*(self.parameters[f"word_{n}"] for n in names))
 
@@ -98,28 +98,22 @@ class Learned:
 
     @cached_property
     def log_transitions(self) -> dict[bool, FloatArray]:
-        """Clustered (True) and plain (False) bigram, log-probabilities."""
+        """Plain bigram (False), and mixed with the clustered one (True), log-probabilities."""
         counts = store.load_transition_counts(self.database)
         return {
-            True: transition.log_clustered_bigram(counts, self.clusters),
+            True: transition.log_interpolated_bigram(counts, self.clusters),
             False: transition.log_bigram(counts),
         }
 
     @cached_property
     def seen_takes(self) -> dict[int, by_words.TakeScores]:
         """Log-odds of all words in every capture, from the motion alone."""
-        margin, fit = WINDOW_MARGIN, self.word_map
-        takes = {}
-        for capture, rows in self.rows.items():
-            starts, ends = self.segments.starts[rows], self.segments.ends[rows]
-            low = np.concatenate([starts - margin, [0]])
-            high = np.concatenate([ends + margin, [ends[-1]]])
-            vectors = score_vectors.interval_vectors(
-                self.standardised[rows], starts, ends, low, high
-            )
-            odds = fit.log_odds(vectors)
-            takes[capture] = by_words.TakeScores(starts, ends, odds[:-1], odds[-1])
-        return takes
+        starts, ends = self.segments.starts, self.segments.ends
+        return {
+            capture: by_words.TakeScores(starts[rows], ends[rows], odds[:-1], odds[-1])
+            for capture, odds in self.heard.items()
+            for rows in [self.rows[capture]]
+        }
 
     @cached_property
     def heard(self) -> dict[int, FloatArray]:
@@ -169,7 +163,9 @@ class Learned:
         """Whitened features of a stored capture, 15 a second."""
         pool = self.feature_pool
         place = int(np.searchsorted(pool.capture_ids, capture_id))
-        return self.feature_space.project(pool.features[pool.bounds[place] : pool.bounds[place + 1]])
+        return self.feature_space.project(
+            pool.features[pool.bounds[place] : pool.bounds[place + 1]]
+        )
 
     def _written(self) -> dict[int, FloatArray]:
         captions = store.load_captions(self.database)
@@ -286,7 +282,7 @@ def decode(
 
     Parameters
     ----------
-    clustered : use the clustered bigram, so that pairs never seen may follow one another.
+    clustered : mix in the clustered bigram, so that pairs never seen may follow one another.
     after : the symbol that the sequence follows; None: it begins a capture.
     last : whether the sequence ends a capture; otherwise it may end with any symbol.
     length : number of symbols; None: any, as likely as the described captures make it.

@@ -205,7 +205,9 @@ def _read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[_Reading]:
         return
     from joblib import Parallel, delayed
 
-    yield from Parallel(n_jobs=n_jobs, return_as="generator")(delayed(_read_one)(*job) for job in jobs)
+    yield from Parallel(n_jobs=n_jobs, return_as="generator")(
+        delayed(_read_one)(*job) for job in jobs
+    )
 
 
 def _read_one(
@@ -231,9 +233,13 @@ def _read_one(
         source = store.pack_source(path.name, data, kind, asf.name if asf else None, skeleton_data)
     except MotionDBError as error:
         message = str(error)
-        return _Reading(name, str(path), problem=message if str(path) in message else f"{path}: {message}")
+        return _Reading(
+            name, str(path), problem=message if str(path) in message else f"{path}: {message}"
+        )
     except OSError as error:
-        return _Reading(name, str(path), problem=f"{path}: expected a readable file, found {error.strerror}.")
+        return _Reading(
+            name, str(path), problem=f"{path}: expected a readable file, found {error.strerror}."
+        )
     if not np.isfinite(motion.root_positions).all():
         return _Reading(name, str(path), problem=f"{path}: expected finite positions, found none.")
     notes = clip.notes + motion.notes

@@ -8,23 +8,27 @@ itself, as paper A prints it).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from motiondb import store
 from motiondb.database.answering import Learned, decode, recognise
+from motiondb.database.learning import described_intervals
 from motiondb.errors import QueryError
 from motiondb.generate import contact, generation_model, series, stitching, trajectory
 from motiondb.pose import pose_vectors, rotation
 from motiondb.pose.features import FEATURE_STEP
-from motiondb.records import FloatArray, IntArray, Motion, MotionSymbols
+from motiondb.records import Association, FloatArray, IntArray, Motion, MotionSymbols
 from motiondb.symbols import hmm
 from motiondb.words import decoding, vocabulary
 
 METHODS = ("stitched", "trajectory", "montecarlo")
 MEMBERS = 60
 """Segments per symbol that take part: the likeliest ones."""
+LENGTHS = (2, 4)
+"""Fewest and most symbols of one action."""
+SPOKEN_FLOOR = 0.02
 WORD_WEIGHT = 3.0
 JOIN_WEIGHT = 0.5
 
@@ -50,9 +54,7 @@ class Generated:
     unknown: Mapping[str, tuple[str, ...]]
 
 
-def generate(
-    learned: Learned, text: str, seed: int, method: str = "stitched"
-) -> Generated:
+def generate(learned: Learned, text: str, seed: int, method: str = "stitched") -> Generated:
     """Make a motion that shows what a sentence says.
 
     Raises
@@ -68,7 +70,9 @@ def generate(
     symbols, positions, decodings = _decode_actions(learned, actions)
     model = _Model(learned, symbols)
     if method == "stitched":
-        motion, captures, frames, edits = _stitched(learned, model, symbols, positions, actions, rng)
+        motion, captures, frames, edits = _stitched(
+            learned, model, symbols, positions, actions, rng
+        )
     else:
         motion = _from_model(model, symbols, rng, method)
         captures = np.full(motion.n_frames, -1)
@@ -89,9 +93,17 @@ def _decode_actions(
     symbols: list[int] = []
     positions: list[int] = []
     decodings = []
+    association = _spoken_association(learned)
+    lengths = _typical_lengths(learned, actions)
     for number, action in enumerate(actions):
-        before = symbols[-1] if symbols else None
-        decoded = decode(learned, action, after=before, last=number == len(actions) - 1)
+        decoded = decode(
+            learned,
+            _said_throughout(action, lengths[number]),
+            after=symbols[-1] if symbols else None,
+            last=number == len(actions) - 1,
+            length=lengths[number],
+            association=association,
+        )
         if decoded is None:
             raise QueryError(
                 f"generate: expected symbols for {' '.join(action)!r}, found none that the words "
@@ -101,6 +113,41 @@ def _decode_actions(
         positions += [number] * len(decoded.symbols)
         decodings.append(decoded)
     return np.array(symbols), positions, decodings
+
+
+def _said_throughout(action: Sequence[str], n_symbols: int) -> list[str]:
+    """The words of an action as often as it has symbols: it is to be seen all the while, not once.
+
+    >>> _said_throughout(["turn", "left"], 3)
+    ['turn', 'left', 'turn', 'left']
+    """
+    return list(action) * -(-n_symbols // len(action))
+
+
+def _spoken_association(learned: Learned) -> Association:
+    """t(word | symbol) weighted by how clearly the symbol's own segments say the word.
+
+    Captions speak of whole captures, so t alone cannot tell the jump from the standing before it;
+    the word map, which compares captures with and without the word, can. Rows sum to 1 as before.
+    """
+    t = learned.association.translation.copy()
+    weighted = t[1:] * (learned.spoken + SPOKEN_FLOOR)
+    totals, weights = t[1:].sum(axis=1), weighted.sum(axis=1)
+    t[1:] = weighted * (totals / np.where(weights > 0, weights, 1.0))[:, None]
+    return replace(learned.association, translation=t)
+
+
+def _typical_lengths(learned: Learned, actions: Sequence[Sequence[str]]) -> list[int]:
+    """How many symbols an action takes: the median over captures described with its words."""
+    captions = store.load_captions(learned.database)
+    described = described_intervals(learned.segments, captions, learned.synonyms)
+    lengths = []
+    for action in actions:
+        said = [d for d in described if set(action) <= set(d.words)]
+        said = said or [d for d in described if set(action) & set(d.words)] or described
+        typical = np.median([(d.high - d.low) / d.n_actions for d in said])
+        lengths.append(int(np.clip(np.ceil(typical), *LENGTHS)))
+    return lengths
 
 
 class _Model:
@@ -130,7 +177,9 @@ class _Model:
             vectors, paths = [], []
             for row in rows:
                 capture, start, end = self.segment(learned, row)
-                features = learned.features(capture)[start // FEATURE_STEP : -(-end // FEATURE_STEP)]
+                features = learned.features(capture)[
+                    start // FEATURE_STEP : -(-end // FEATURE_STEP)
+                ]
                 path = hmm.viterbi(learned.symbols, int(s), features)
                 vectors.append(self.vectors[capture][start:end])
                 paths.append(np.repeat(path, FEATURE_STEP)[: end - start])
@@ -149,7 +198,9 @@ def _members(learned: Learned, symbol: int) -> IntArray:
     """Rows of the likeliest segments of a symbol."""
     rows = np.flatnonzero(learned.segments.symbols == symbol)
     if len(rows) == 0:
-        raise QueryError(f"symbol {symbol}: expected segments in the database, found none. Learn again.")
+        raise QueryError(
+            f"symbol {symbol}: expected segments in the database, found none. Learn again."
+        )
     order = np.argsort(-learned.segments.log_likelihoods[rows], kind="stable")
     return np.sort(rows[order[:MEMBERS]])
 
@@ -171,9 +222,7 @@ def _trajectory(model: _Model, sequence: IntArray) -> tuple[FloatArray, IntArray
     return values, joined.positions[states]
 
 
-def _from_model(
-    model: _Model, sequence: IntArray, rng: np.random.Generator, method: str
-) -> Motion:
+def _from_model(model: _Model, sequence: IntArray, rng: np.random.Generator, method: str) -> Motion:
     if method == "trajectory":
         values, _ = _trajectory(model, sequence)
     else:
@@ -263,4 +312,3 @@ def _edge(vectors: FloatArray, frame: int, scale: FloatArray) -> FloatArray:
     pose = vectors[frame] / scale
     speed = (vectors[frame] - before)[4:] / scale[4:] * 5.0
     return np.concatenate([pose, speed]) / np.sqrt(len(pose))
-

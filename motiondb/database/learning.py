@@ -129,7 +129,9 @@ def _save(database, settings, symbols, table, space, words, parameters, tell):  
             segments=table,
             space=space,
             association=words,
-            transition_counts=transition.count_transitions(symbol_sequences(table), symbols.n_symbols),
+            transition_counts=transition.count_transitions(
+                symbol_sequences(table), symbols.n_symbols
+            ),
             parameters=parameters,
         )
         store.save_learning(database, learning)
@@ -190,7 +192,9 @@ def _segment_table(
 
 def background(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
     """Log-likelihood per frame under the background model: the whitened features' N(0, 1)."""
-    each = -0.5 * (np.sum(frames.astype(np.float64) ** 2, axis=1) + frames.shape[1] * np.log(2 * np.pi))
+    each = -0.5 * (
+        np.sum(frames.astype(np.float64) ** 2, axis=1) + frames.shape[1] * np.log(2 * np.pi)
+    )
     sums = np.concatenate([[0.0], np.cumsum(each)])
     return (sums[ends] - sums[starts]) / (ends - starts)
 
@@ -203,7 +207,8 @@ def symbol_sequences(table: SegmentTable) -> list[IntArray]:
 
 @dataclass(frozen=True, eq=False)
 class Described:
-    """An interval of a capture that somebody wrote about: rows [low, high) of the segment table."""
+    """An interval of a capture that somebody wrote about: rows [low, high) of the segment table,
+    frames ``start`` to ``end``; ``words`` in order, of ``n_actions`` actions."""
 
     capture_id: int
     low: int
@@ -211,6 +216,7 @@ class Described:
     start: float
     end: float
     words: tuple[str, ...]
+    n_actions: int
 
 
 def described_intervals(
@@ -223,7 +229,8 @@ def described_intervals(
     for capture_id, rows in sorted(captions.items()):
         first, last = np.searchsorted(table.capture_ids, [capture_id, capture_id + 1])
         for caption in rows:
-            words = tuple(vocabulary.words_of(caption.words, synonyms))
+            actions = vocabulary.split_actions(caption.words, synonyms)
+            words = tuple(word for action in actions for word in action)
             if not words or first == last:
                 continue
             start = (caption.start or 0.0) * 30.0
@@ -231,9 +238,8 @@ def described_intervals(
             inside = (table.starts[first:last] < end) & (table.ends[first:last] > start)
             if inside.any():
                 which = first + np.flatnonzero(inside)
-                found.append(
-                    Described(capture_id, int(which[0]), int(which[-1]) + 1, start, end, words)
-                )
+                rows_of = (int(which[0]), int(which[-1]) + 1)
+                found.append(Described(capture_id, *rows_of, start, end, words, len(actions)))
     return found
 
 
@@ -289,4 +295,3 @@ def _training_rows(
         presence[row, [number[w] for w in words]] = True
     who = [groups[d.capture_id] for d, _ in merged.values()]
     return vectors, presence, np.unique(who, return_inverse=True)[1]
-

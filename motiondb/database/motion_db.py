@@ -125,13 +125,13 @@ class MotionDB:
         """The words of a motion over time, with probabilities."""
         return answering.describe(self.learned, self.motion(example, start, end))
 
-    def generate(
-        self, words: str, seed: int = 0, method: str = "stitched"
-    ) -> generating.Generated:
+    def generate(self, words: str, seed: int = 0, method: str = "stitched") -> generating.Generated:
         """A motion that shows what a sentence says; the same seed gives the same motion."""
         return generating.generate(self.learned, words, seed, method)
 
-    def save_generated(self, name: str, words: str, made: generating.Generated, seed: int) -> CaptureInfo:
+    def save_generated(
+        self, name: str, words: str, made: generating.Generated, seed: int
+    ) -> CaptureInfo:
         """Keep a generated motion as a capture, with the origin of every frame."""
         clip = retarget.to_clip(made.motion)
         with tempfile.TemporaryDirectory() as folder:
@@ -238,12 +238,18 @@ class MotionDB:
         ``keep`` adds to the words that are there instead of replacing them.
         """
         info = store.load_capture(self.store, name)
-        if (start or 0.0) >= info.duration or (start is not None and end is not None and end <= start):
+        if (start or 0.0) >= info.duration or (
+            start is not None and end is not None and end <= start
+        ):
             raise QueryError(
                 f"{info.name}: expected an interval within 0 to {info.duration:.2f} s, found "
                 f"{start} to {end}. Times are seconds."
             )
-        old = store.load_captions(self.store, info.capture_id).get(info.capture_id, ()) if keep else ()
+        old = (
+            store.load_captions(self.store, info.capture_id).get(info.capture_id, ())
+            if keep
+            else ()
+        )
         with store.transaction(self.store):
             store.save_captions(self.store, info.capture_id, [*old, Caption(words, start, end)])
         self._learned = None
@@ -267,7 +273,9 @@ class MotionDB:
         try:
             table = parse_synonyms(path.read_text(encoding="utf-8"), str(path))
         except (OSError, UnicodeDecodeError) as error:
-            raise MotionDBError(f"{path}: expected a readable file of synonyms, found {error}.") from None
+            raise MotionDBError(
+                f"{path}: expected a readable file of synonyms, found {error}."
+            ) from None
         with store.transaction(self.store):
             store.save_synonyms(self.store, table)
         self._learned = None
@@ -323,7 +331,9 @@ def write_clip(clip: Clip, path: Path) -> Path:
     elif ending in (".glb", ".gltf"):
         capture.write_gltf(clip, path)
     else:
-        raise QueryError(f"{path}: expected an ending .bvh, .glb or .gltf, found {ending or 'none'!r}.")
+        raise QueryError(
+            f"{path}: expected an ending .bvh, .glb or .gltf, found {ending or 'none'!r}."
+        )
     return path
 
 
@@ -334,5 +344,7 @@ def write_bytes(path: Path, data: bytes) -> Path:
         new.write_bytes(data)
         new.replace(path)
     except OSError as error:
-        raise MotionDBError(f"{path}: expected a file that can be written, found {error.strerror}.") from None
+        raise MotionDBError(
+            f"{path}: expected a file that can be written, found {error.strerror}."
+        ) from None
     return path

@@ -111,10 +111,7 @@ def symbol_rows(database: MotionDB, n_words: int = 3) -> list[dict[str, Any]]:
 
 def draw_symbols(database: MotionDB, path: str | Path) -> Path:
     """The symbol space with its clusters, every symbol with its likeliest word."""
-    labels = [
-        row["words"][0]["word"] if row["words"] else ""
-        for row in symbol_rows(database, 1)
-    ]
+    labels = [row["words"][0]["word"] if row["words"] else "" for row in symbol_rows(database, 1)]
     return pictures.draw_symbol_space(store.load_space(database.store), labels, path)
 
 

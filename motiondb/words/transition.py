@@ -19,6 +19,7 @@ import numpy as np
 
 from motiondb.records import FloatArray, IntArray
 
+PLAIN_SHARE = 0.8
 UNSEEN = 0.5
 """Count that a symbol starts with inside its cluster, so that none is impossible."""
 
@@ -68,6 +69,25 @@ def log_clustered_bigram(counts: FloatArray, clusters: IntArray) -> FloatArray:
     weights = counts.sum(axis=0) + UNSEEN
     within = weights / np.bincount(node, weights, n_clusters)[node]
     return _log(_rows_to_one(between)[node[:, None], node[None, :]] * within[None, :])
+
+
+def log_interpolated_bigram(
+    counts: FloatArray, clusters: IntArray, plain_share: float = PLAIN_SHARE
+) -> FloatArray:
+    """log of the plain bigram mixed with the clustered one, array (symbols + 1, symbols + 1).
+
+    Pairs that were seen keep most of their own probability; what was never seen has the
+    probability that its clusters give it. Rows sum to 1; a symbol that nothing followed has the
+    clustered row alone.
+
+    Parameters
+    ----------
+    counts, clusters : as in :func:`log_clustered_bigram`.
+    plain_share : weight of the plain bigram, from 0 to 1.
+    """
+    share = np.where(counts.sum(axis=1, keepdims=True) > 0, plain_share, 0.0)
+    plain, clustered = np.exp(log_bigram(counts)), np.exp(log_clustered_bigram(counts, clusters))
+    return _log(share * plain + (1.0 - share) * clustered)
 
 
 def sequence_log_probability(log_transitions: FloatArray, symbols: IntArray) -> float:
