@@ -99,6 +99,7 @@ def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | Non
     ----------
     take : log-odds of the words in the capture.
     actions : per action the numbers of its words; an empty action asks for anything in between.
+        At least one action has words.
     """
     values = np.stack(
         [

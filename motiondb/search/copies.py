@@ -27,12 +27,16 @@ RELATIVE = 0.25
 """Share of the motion's own spread about its mean pose."""
 KEY_FRAMES = 12
 LEAST_FRAMES = 20
+SLACK = 2
+"""Frames by which two files of one take may differ in length."""
 
 
 @dataclass(frozen=True)
 class Copy:
-    """``query`` is found in ``take`` from ``start`` to ``end`` (frames): kind "same", "cut",
-    "mirror"."""
+    """``query`` is found in ``take`` from ``start`` to ``end``, frames of ``take``.
+
+    kind : "same", "cut" or "mirror". distance : metres.
+    """
 
     query: int
     take: int
@@ -93,21 +97,22 @@ def find_copies(
     copies: list[Copy] = []
     for query in queries:
         poses = _take(library, query)
-        spread = float(np.sqrt(np.mean(np.sum((poses - poses.mean(axis=0)) ** 2, axis=1) / 21)))
-        limit = min(NEAR, RELATIVE * spread)
         if len(poses) < LEAST_FRAMES:
             continue
+        spread = float(np.sqrt(np.mean(np.sum((poses - poses.mean(axis=0)) ** 2, axis=1) / 21)))
+        limit = min(NEAR, RELATIVE * spread)
         flipped = mirror_poses(poses)
         symmetric = float(np.sqrt(np.mean((flipped - poses) ** 2) * 3)) < 2.0 * limit
         for mirrored in (False,) if symmetric else (False, True):
             shape = flipped if mirrored else poses
             for take, offset, distance in _find(library, norms, shape, limit, set(places)):
                 length = int(library.bounds[take + 1] - library.bounds[take])
-                same_length = abs(length - len(poses)) <= 2
+                same_length = abs(length - len(poses)) <= SLACK
                 if take == query or (same_length and take > query):
                     continue
                 kind = "mirror" if mirrored else ("same" if same_length else "cut")
-                copies.append(Copy(query, take, kind, offset, offset + len(poses), distance))
+                end = min(offset + len(poses), length)
+                copies.append(Copy(query, take, kind, offset, end, distance))
     return copies
 
 
@@ -115,8 +120,8 @@ def _find(
     library: Library, norms: Float32Array, poses: Float32Array, limit: float, places: set[int]
 ) -> list[tuple[int, int, float]]:
     """(take, offset, distance) of every take that holds the poses, nearest first."""
-    keys = np.linspace(0, len(poses) - 1, KEY_FRAMES).round().astype(np.int64)
-    n = len(library.poses) - len(poses) + 1
+    keys = np.linspace(0, len(poses) - 1 - SLACK, KEY_FRAMES).round().astype(np.int64)
+    n = len(library.poses) - int(keys[-1])
     if n < 1:
         return []
     rough = np.zeros(n, dtype=np.float32)
@@ -128,7 +133,7 @@ def _find(
     found = []
     for offset in np.flatnonzero(rough < 1.5 * limit):
         take = int(np.searchsorted(library.bounds, offset, side="right")) - 1
-        if take not in places or offset + len(poses) > library.bounds[take + 1] + 2:
+        if take not in places or offset + len(poses) > library.bounds[take + 1] + SLACK:
             continue
         part = library.poses[offset : min(offset + len(poses), int(library.bounds[take + 1]))]
         distance = float(np.sqrt(np.mean((part - poses[: len(part)]) ** 2) * 3))

@@ -19,13 +19,18 @@ FAR = 1e30
 def best_part(query: Float32Array, capture: Float32Array) -> tuple[float, int, int]:
     """Distance, start and end (half-open, frames of ``capture``) of the part most like the query.
 
-    Infinite distance where the capture is too short to hold the query at half its length.
+    Infinite distance, and an empty part, where the capture is too short to hold the query at half
+    its length.
     """
+    if len(query) == 0 or len(capture) == 0:
+        return float("inf"), 0, 0
     distance, start, end = _subsequence(
         np.ascontiguousarray(query, dtype=np.float32),
         np.ascontiguousarray(capture, dtype=np.float32),
     )
-    return (float("inf") if distance >= FAR else distance), start, end
+    if end == 0:
+        return float("inf"), 0, 0
+    return float(distance), start, end
 
 
 @njit(cache=True, fastmath=True)
@@ -58,7 +63,7 @@ def _subsequence(query, capture):  # type: ignore[no-untyped-def]
                     best, origin = c, start[i - 2, j - 1]
             cost[i, j] = best
             start[i, j] = origin
-    low, end = np.float32(FAR), 0
+    low, end = np.float32(FAR), -1
     for j in range(m):
         if cost[n - 1, j] < low:
             low, end = cost[n - 1, j], j

@@ -68,11 +68,23 @@ MOVES = {
     "a kick to the side": {"r_hip": sweep((0, -20), (0, 0), (0, -120))},
     "heel to seat": {"l_knee": sweep((0, 150), (0, 0), (0, 0))},
     "a full turn": {"pelvis": sweep((0, 0), (0, 360), (0, 0))},
-    "a somersault": {"pelvis": sweep((0, 360), (0, 0), (0, 0)), "l_hip": sweep((0, -110), (0, 0), (0, 0))},
-    "a cartwheel": {"pelvis": sweep((0, 0), (0, 0), (0, 360)), "l_hip": sweep((0, 0), (0, 0), (0, 60))},
-    "a deep bow": {"spine": sweep((0, 60), (0, 0), (0, 0)), "chest": sweep((0, 60), (0, 0), (0, 0))},
-    "elbows folded": {"l_elbow": sweep((0, 0), (0, -150), (0, 0)), "r_elbow": sweep((0, 0), (0, 150), (0, 0))},
-}  # fmt: skip
+    "a somersault": {
+        "pelvis": sweep((0, 360), (0, 0), (0, 0)),
+        "l_hip": sweep((0, -110), (0, 0), (0, 0)),
+    },
+    "a cartwheel": {
+        "pelvis": sweep((0, 0), (0, 0), (0, 360)),
+        "l_hip": sweep((0, 0), (0, 0), (0, 60)),
+    },
+    "a deep bow": {
+        "spine": sweep((0, 60), (0, 0), (0, 0)),
+        "chest": sweep((0, 60), (0, 0), (0, 0)),
+    },
+    "elbows folded": {
+        "l_elbow": sweep((0, 0), (0, -150), (0, 0)),
+        "r_elbow": sweep((0, 0), (0, 150), (0, 0)),
+    },
+}
 
 
 @pytest.mark.parametrize("move", list(MOVES))
@@ -125,7 +137,7 @@ def test_resampling_keeps_the_duration(n_frames: int, fps: float) -> None:
 
 
 def test_feet_stand_on_the_ground_and_the_start_is_the_origin() -> None:
-    points = posed(l_shoulder=sweep((0, 0), (0, 0), (0, -70))) + [3.0, 7.0, -2.0]
+    points = posed(l_shoulder=sweep((0, 0), (0, 0), (0, -70))) + np.array([3.0, 7.0, -2.0])
     motion = retarget.motion_from_positions(points, 30.0)
     positions, _ = retarget.motion_positions(motion)
     assert retarget.ground_height(positions) == pytest.approx(0.0, abs=1e-6)
@@ -220,7 +232,7 @@ def test_positions_without_numbers_are_refused() -> None:
 
 @pytest.mark.parametrize("name", ["ana/dance_1", "boris/kick_1", "fatou/layup_1"])
 def test_sample_captures_keep_their_joints(name: str) -> None:
-    """Joint by joint, the canonical body is where the capture's own body is, but for proportions."""
+    """Bone by bone, the canonical body points where the capture's own body points."""
     clip = read_capture(SAMPLES / f"{name}.bvh")
     motion = retarget.to_motion(clip)
     points = retarget.clip_keypoints(clip) * (body.LEG_LENGTH / motion.leg_length)

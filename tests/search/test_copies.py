@@ -1,0 +1,130 @@
+"""Copies: planted ones are found, different takes are not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motiondb.capture import read_capture
+from motiondb.pose import retarget
+from motiondb.records import Float32Array, Motion
+from motiondb.search import copies
+
+SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"
+NAMES = (
+    "ana/walk_1",
+    "ana/dance_1",
+    "boris/walk_1",
+    "boris/idle_1",
+    "emil/dance_1",
+    "boris/kick_1",
+)
+
+
+@pytest.fixture(scope="module")
+def motions() -> list[Motion]:
+    return [retarget.to_motion(read_capture(SAMPLES / f"{name}.bvh")) for name in NAMES]
+
+
+def poses_of(motions: list[Motion]) -> list[Float32Array]:
+    return [copies.copy_poses(m) for m in motions]
+
+
+def found(poses: list[Float32Array], query: int) -> list[tuple[int, str, int, int]]:
+    library = copies.build_library(poses)
+    return [(c.take, c.kind, c.start, c.end) for c in copies.find_copies(library, [query])]
+
+
+def cut(motion: Motion, start: int, end: int) -> Motion:
+    return replace(
+        motion,
+        local_rotations=motion.local_rotations[start:end],
+        root_positions=motion.root_positions[start:end],
+    )
+
+
+def test_different_takes_are_no_copies(motions: list[Motion]) -> None:
+    """Not even two walks, or an idle take and any other."""
+    library = copies.build_library(poses_of(motions))
+    assert copies.find_copies(library, range(len(motions))) == []
+
+
+def test_the_same_take_in_another_file(motions: list[Motion]) -> None:
+    """Turned, elsewhere, and with the noise of another export."""
+    rng = np.random.default_rng(0)
+    positions, _ = retarget.motion_positions(motions[1])
+    other = positions[:, :, [2, 1, 0]] * [1, 1, -1] + [4.0, 0.0, 1.0]
+    other = other + rng.normal(0, 0.002, positions.shape)
+    again = retarget.motion_from_positions(other * 1.3, 30.0)
+    poses = poses_of([*motions, again])
+    n = motions[1].n_frames
+    assert found(poses, 6) == [(1, "same", 0, n)]
+    assert found(poses, 1) == []  # the later number is the copy
+
+
+@pytest.mark.parametrize("shorter", [0, 1, 2])
+def test_a_frame_or_two_more_or_less_is_the_same_take(motions: list[Motion], shorter: int) -> None:
+    """Also where the shorter file is the last of all."""
+    poses = poses_of(motions)
+    n = len(poses[5])
+    assert found([*poses, poses[5][: n - shorter]], 6) == [(5, "same", 0, n - shorter)]
+    assert found([*poses[:5], poses[5][: n - shorter], poses[5]], 6) == [
+        (5, "same", 0, n - shorter)
+    ]
+    assert found([*poses[:5], poses[5], poses[5][: n - shorter]], 6) == [
+        (5, "same", 0, n - shorter)
+    ]
+
+
+def test_a_mirrored_take(motions: list[Motion]) -> None:
+    poses = poses_of([*motions, retarget.mirror(motions[4])])
+    assert found(poses, 6) == [(4, "mirror", 0, motions[4].n_frames)]
+
+
+def test_a_cut_of_a_longer_take(motions: list[Motion]) -> None:
+    """Heading and place begin anew in a cut, so the poses are made from its own frames."""
+    poses = poses_of([*motions, cut(motions[1], 31, 75)])
+    assert found(poses, 6) == [(1, "cut", 31, 75)]
+    assert found(poses, 1) == []
+
+
+def test_a_cut_of_a_mirrored_take(motions: list[Motion]) -> None:
+    poses = poses_of([*motions, cut(retarget.mirror(motions[1]), 20, 64)])
+    assert found(poses, 6) == [(1, "mirror", 20, 64)]
+
+
+def test_only_the_places_asked_for_are_looked_at(motions: list[Motion]) -> None:
+    library = copies.build_library(poses_of([*motions, motions[1], motions[1]]))
+    hits = copies.find_copies(library, [7], takes=[0, 6])
+    assert [(c.take, c.kind) for c in hits] == [(6, "same")]
+    assert hits[0].distance < 1e-3
+
+
+def test_two_who_stand_still_are_no_copies() -> None:
+    """Nearer than two centimetres, but as near as the motion itself is wide."""
+    rng = np.random.default_rng(1)
+    still = np.cumsum(rng.normal(0, 0.001, (2, 60, 63)), axis=1).astype(np.float32)
+    assert found([still[0], still[1]], 1) == []
+    assert found([still[0], still[0]], 1) == [(0, "same", 0, 60)]
+
+
+@pytest.mark.parametrize("n_frames", [0, 1, copies.LEAST_FRAMES - 1])
+def test_very_short_takes_are_never_copies(motions: list[Motion], n_frames: int) -> None:
+    poses = poses_of(motions)
+    assert found([*poses, poses[1][:n_frames]], 6) == []
+
+
+def test_an_empty_library_holds_nothing() -> None:
+    library = copies.build_library([])
+    assert library.poses.shape == (0, 63)
+    assert copies.find_copies(library, []) == []
+
+
+def test_the_mirror_image_of_poses(motions: list[Motion]) -> None:
+    poses = copies.copy_poses(motions[2])
+    mirrored = copies.copy_poses(retarget.mirror(motions[2]))
+    np.testing.assert_allclose(copies.mirror_poses(poses), mirrored, atol=1e-5)
+    np.testing.assert_array_equal(copies.mirror_poses(copies.mirror_poses(poses)), poses)
