@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from motiondb import store
-from motiondb.database.answering import Learned, decode, recognise
+from motiondb.database.learned import Learned, decode, recognise
 from motiondb.database.learning import described_intervals
 from motiondb.errors import QueryError
 from motiondb.generate import contact, generation_model, series, stitching, trajectory
@@ -130,11 +130,11 @@ def _spoken_association(learned: Learned) -> Association:
     Captions speak of whole captures, so t alone cannot tell the jump from the standing before it;
     the word map, which compares captures with and without the word, can. Rows sum to 1 as before.
     """
-    t = learned.association.translation.copy()
+    t = learned.smoothed_association.translation.copy()
     weighted = t[1:] * (learned.spoken + SPOKEN_FLOOR)
     totals, weights = t[1:].sum(axis=1), weighted.sum(axis=1)
     t[1:] = weighted * (totals / np.where(weights > 0, weights, 1.0))[:, None]
-    return replace(learned.association, translation=t)
+    return replace(learned.smoothed_association, translation=t)
 
 
 def _typical_lengths(learned: Learned, actions: Sequence[Sequence[str]]) -> list[int]:

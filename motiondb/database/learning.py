@@ -25,7 +25,8 @@ from motiondb.records import (
     SegmentTable,
 )
 from motiondb.search import score_vectors
-from motiondb.symbols import acquisition, feature_space, hmm, segmentation, space as symbol_spaces
+from motiondb.symbols import acquisition, feature_space, hmm, segmentation
+from motiondb.symbols import space as symbol_spaces
 from motiondb.words import association, transition, vocabulary, word_map
 
 Progress = Callable[[str, float], None]

@@ -13,6 +13,7 @@ import numpy as np
 from motiondb import capture, store
 from motiondb.capture.sheet import read_sheet
 from motiondb.database import answering, cataloguing, generating, learning
+from motiondb.database import learned as learned_state
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.pose import retarget
 from motiondb.records import (
@@ -38,7 +39,7 @@ class MotionDB:
 
     def __init__(self, path: str | Path, *, read_only: bool = False) -> None:
         self.store = store.open_store(path, read_only=read_only, create=not read_only)
-        self._learned: answering.Learned | None = None
+        self._learned: learned_state.Learned | None = None
 
     def close(self) -> None:
         """Let go of the file."""
@@ -56,7 +57,7 @@ class MotionDB:
         self.close()
 
     @property
-    def learned(self) -> answering.Learned:
+    def learned(self) -> learned_state.Learned:
         """What questions need, loaded at the first one.
 
         Raises
@@ -64,7 +65,7 @@ class MotionDB:
         NotLearnedError : the database has not learned.
         """
         if self._learned is None:
-            self._learned = answering.load_learned(self.store)
+            self._learned = learned_state.load_learned(self.store)
         return self._learned
 
     def add(

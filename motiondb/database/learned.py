@@ -1,0 +1,278 @@
+"""What was learned, held in memory for questions: :class:`Learned`, and what every question needs.
+
+It is loaded once and dropped when the database learns or changes, so that an open database answers
+in milliseconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from motiondb import store
+from motiondb.database.learning import FeaturePool, described_intervals, load_features
+from motiondb.errors import NotLearnedError
+from motiondb.pose.features import recognition_features
+from motiondb.records import (
+    Association,
+    CaptureInfo,
+    Float32Array,
+    FloatArray,
+    IntArray,
+    Motion,
+    MotionSymbols,
+    SegmentTable,
+)
+from motiondb.search import by_words, score_vectors
+from motiondb.symbols import acquisition, feature_space, hmm
+from motiondb.words import decoding, explanation, transition, word_map
+
+WINDOW_MARGIN = 22
+"""Frames (0.75 s) that a window reaches beyond its segment: one segment alone is too short a look."""
+LONGEST_DECODED = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Learned:
+    """What questions need: symbols, segments, space, words, in memory."""
+
+    database: store.Store
+    symbols: MotionSymbols
+    segments: SegmentTable
+    association: Association
+    parameters: Mapping[str, FloatArray]
+    captures: Mapping[int, CaptureInfo]
+    synonyms: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def rows(self) -> dict[int, slice]:
+        """capture -> its rows of the segment table."""
+        ids = self.segments.capture_ids
+        new = np.flatnonzero(np.diff(ids, prepend=-1))
+        return {int(ids[a]): slice(a, b) for a, b in zip(new, [*new[1:], len(ids)])}
+
+    @cached_property
+    def score_space(self) -> score_vectors.ScoreSpace:
+        """Standardisation of scores."""
+        return score_vectors.ScoreSpace(
+            self.parameters["score_mean"], self.parameters["score_spread"]
+        )
+
+    @cached_property
+    def standardised(self) -> FloatArray:
+        """Standardised scores of all segments (segments, symbols)."""
+        return self.score_space.standardise(self.segments.scores)
+
+    @cached_property
+    def feature_space(self) -> feature_space.FeatureSpace:
+        """The projection of recognition features."""
+        return feature_space.FeatureSpace(
+            self.parameters["feature_mean"], self.parameters["feature_projection"]
+        )
+
+    @cached_property
+    def word_map(self) -> word_map.WordMap:
+        """The calibrated map from score vectors to words."""
+        names = ("weights", "offsets", "priors", "spreads", "calibration")
+        if "word_weights" not in self.parameters:
+            raise NotLearnedError(
+                f"{self.database.path}: expected captures with words, found none when it learned. "
+                'Add words (motiondb words set CAPTURE "...") and run motiondb learn again.'
+            )
+        return word_map.WordMap(*(self.parameters[f"word_{n}"] for n in names))
+
+    @cached_property
+    def distances(self) -> FloatArray:
+        """Distances between symbols."""
+        return store.load_space(self.database).distances
+
+    @cached_property
+    def clusters(self) -> IntArray:
+        """The cluster of every symbol."""
+        return store.load_space(self.database).clusters
+
+    @cached_property
+    def log_transitions(self) -> dict[bool, FloatArray]:
+        """Plain bigram (False), and mixed with the clustered one (True), log-probabilities."""
+        counts = store.load_transition_counts(self.database)
+        return {
+            True: transition.log_interpolated_bigram(counts, self.clusters),
+            False: transition.log_bigram(counts),
+        }
+
+    @cached_property
+    def seen_takes(self) -> dict[int, by_words.TakeScores]:
+        """Log-odds of all words in every capture, from the motion alone."""
+        starts, ends = self.segments.starts, self.segments.ends
+        return {
+            capture: by_words.TakeScores(starts[rows], ends[rows], odds[:-1], odds[-1])
+            for capture, odds in self.heard.items()
+            for rows in [self.rows[capture]]
+        }
+
+    @cached_property
+    def shapes(self) -> dict[tuple[int, int], float]:
+        """(symbols l, words m) -> how many described captures have this shape."""
+        shapes: dict[tuple[int, int], float] = {}
+        for m, length in self.parameters["length_counts"].astype(int):
+            shapes[length, m] = shapes.get((length, m), 0.0) + 1.0
+        return shapes
+
+    @cached_property
+    def smoothed_association(self) -> Association:
+        """t and a that trust few examples less; what decoding uses."""
+        return explanation.smoothed(self.association, self.shapes)
+
+    @cached_property
+    def heard(self) -> dict[int, FloatArray]:
+        """What motion alone says: log-odds (segments + 1, words) per capture, the last row whole."""
+        margin, fit = WINDOW_MARGIN, self.word_map
+        heard = {}
+        for capture, rows in self.rows.items():
+            starts, ends = self.segments.starts[rows], self.segments.ends[rows]
+            low = np.concatenate([starts - margin, [0]])
+            high = np.concatenate([ends + margin, [ends[-1]]])
+            heard[capture] = fit.log_odds(
+                score_vectors.interval_vectors(self.standardised[rows], starts, ends, low, high)
+            )
+        return heard
+
+    @cached_property
+    def takes(self) -> dict[int, by_words.TakeScores]:
+        """Log-odds of all words in every capture, written words included."""
+        written = self._written()
+        takes = {}
+        for capture, rows in self.rows.items():
+            odds = self.heard[capture]
+            evidence = written.get(capture)
+            if evidence is not None:
+                odds = odds + np.concatenate([evidence, evidence.max(axis=0, keepdims=True)])
+            takes[capture] = by_words.TakeScores(
+                self.segments.starts[rows], self.segments.ends[rows], odds[:-1], odds[-1]
+            )
+        return takes
+
+    @cached_property
+    def spoken(self) -> FloatArray:
+        """Mean probability of every word at the segments of every symbol: array (symbols, words)."""
+        odds = np.concatenate([self.heard[c][:-1] for c in self.rows])
+        probabilities = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+        sums = np.zeros((self.symbols.n_symbols, odds.shape[1]))
+        np.add.at(sums, self.segments.symbols, probabilities)
+        count = np.bincount(self.segments.symbols, minlength=len(sums))
+        return sums / np.maximum(count, 1)[:, None]
+
+    @cached_property
+    def feature_pool(self) -> FeaturePool:
+        """Recognition features of all captures."""
+        return load_features(self.database)
+
+    def features(self, capture_id: int) -> Float32Array:
+        """Whitened features of a stored capture, 15 a second."""
+        pool = self.feature_pool
+        place = int(np.searchsorted(pool.capture_ids, capture_id))
+        return self.feature_space.project(
+            pool.features[pool.bounds[place] : pool.bounds[place + 1]]
+        )
+
+    def _written(self) -> dict[int, FloatArray]:
+        captions = store.load_captions(self.database)
+        number = {word: n for n, word in enumerate(self.association.words)}
+        spans: dict[int, list[tuple[int, int, FloatArray]]] = {}
+        for d in described_intervals(self.segments, captions, self.synonyms):
+            said = np.zeros(len(number))
+            said[[number[w] for w in d.words if w in number]] = 1.0
+            spans.setdefault(d.capture_id, []).append((int(d.start), int(d.end), said))
+        return {
+            capture: by_words.written_evidence(
+                rows.stop - rows.start,
+                spans[capture],
+                self.segments.starts[rows],
+                self.segments.ends[rows],
+                len(number),
+            )
+            for capture, rows in self.rows.items()
+            if capture in spans
+        }
+
+
+def load_learned(database: store.Store) -> Learned:
+    """Load what questions need.
+
+    Raises
+    ------
+    NotLearnedError
+        when the database has not learned.
+    """
+    if not store.is_learned(database):
+        raise NotLearnedError(
+            f"{database.path}: expected a database that has learned, found only captures. "
+            "Run motiondb learn first."
+        )
+    return Learned(
+        database=database,
+        symbols=store.load_symbols(database),
+        segments=store.load_segments(database),
+        association=store.load_association(database),
+        parameters=store.load_parameters(database),
+        captures={info.capture_id: info for info in store.load_captures(database)},
+        synonyms=store.load_synonyms(database),
+    )
+
+
+def decode(
+    learned: Learned,
+    words: Sequence[str],
+    clustered: bool = True,
+    after: int | None = None,
+    last: bool = True,
+    length: int | None = None,
+    association: Association | None = None,
+) -> decoding.Decoding | None:
+    """The symbols that most likely lie behind known words (see ``words.decoding``).
+
+    Parameters
+    ----------
+    clustered : mix in the clustered bigram, so that pairs never seen may follow one another.
+    after : the symbol that the sequence follows; None: it begins a capture.
+    last : whether the sequence ends a capture; otherwise it may end with any symbol.
+    length : number of symbols; None: any, as likely as the described captures make it.
+    association : t and a in place of the learned ones.
+    """
+    number = {word: n for n, word in enumerate(learned.association.words)}
+    log_transitions = learned.log_transitions[clustered].copy()
+    if after is not None:
+        log_transitions[0] = log_transitions[after + 1]
+        log_transitions[0, 0] = -np.inf
+    if not last:
+        log_transitions[1:, 0] = 0.0
+    if length is None:
+        longest = max(LONGEST_DECODED, 2 * len(words))
+        lengths = decoding.log_length_prior(learned.shapes, len(words), longest)
+    else:
+        lengths = np.full(length + 1, -np.inf)
+        lengths[length] = 0.0
+    return decoding.decode_words(
+        [number[w] for w in words],
+        association or learned.smoothed_association,
+        log_transitions,
+        lengths,
+    )
+
+
+def recognise(
+    learned: Learned, motion: Motion
+) -> tuple[Float32Array, IntArray, IntArray, IntArray, FloatArray]:
+    """Whitened features, segment starts and ends (feature frames), symbols, standardised scores."""
+    features = learned.feature_space.project(recognition_features(motion))
+    bounds = np.array([0, len(features)])
+    cutting = acquisition.recut(
+        features, bounds, learned.symbols, acquisition.AcquisitionSettings()
+    )
+    lengths = (cutting.ends - cutting.starts)[:, None]
+    scores = hmm.score(learned.symbols, features, cutting.starts, cutting.ends) / lengths
+    standardised = learned.score_space.standardise(scores.astype(np.float32))
+    return features, cutting.starts, cutting.ends, np.argmax(scores, axis=1), standardised
