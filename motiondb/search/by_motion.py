@@ -11,10 +11,12 @@ Three looks, each finer and each at fewer places:
 The first two choose candidates by ``rough`` = (cosine + alignment) / 2, where the alignment counts
 as far as the window holds the aligned segments. The answer's ``score`` is exactly
 
-    score = rough - WARP_WEIGHT * warp,
+    score = rough - WARP_WEIGHT * warp,    warp the mean feature distance of the third look;
 
-``warp`` the mean feature distance of the third look: a stored interval finds itself with warp 0,
-alignment 1 and cosine 1, the largest possible score, 1.
+only where the frames themselves all but agree (warp < ``NEAR``) do symbols and scores count less,
+rough' = 1 - (1 - rough) * warp / NEAR in place of rough: a stored interval finds itself with warp
+0 and the largest possible score, 1, though segments cut anew from it differ from those that it was
+part of.
 """
 
 from __future__ import annotations
@@ -29,6 +31,8 @@ from motiondb.search import alignment, warping
 from motiondb.search.score_vectors import interval_vectors
 
 WARP_WEIGHT = 0.5
+NEAR = 0.2
+"""Whitened feature distance below which two intervals are one but for noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +71,8 @@ def find_candidates(
     query: Query,
     takes: Mapping[int, Take],
     distances: FloatArray,
-    n_candidates: int = 60,
-    per_capture: int = 3,
+    n_candidates: int = 120,
+    per_capture: int = 6,
 ) -> list[Candidate]:
     """The most promising intervals of all captures, best first (ties: lowest capture number)."""
     scale = alignment.distance_scale(distances)
@@ -99,7 +103,7 @@ def refine(
     features : capture -> whitened features (frames, D).
     """
     refined: list[Candidate] = []
-    margin = len(query.features) // 2 + 8
+    margin = len(query.features) + 8
     for candidate in candidates:
         take = features[candidate.capture]
         low = max(0, candidate.start - margin)
@@ -107,7 +111,8 @@ def refine(
         distance, start, end = warping.best_part(query.features, take[low:high])
         if not np.isfinite(distance):
             distance, start, end = _whole(query.features, take[low:high])
-        score = candidate.rough - WARP_WEIGHT * distance
+        rough = 1.0 - (1.0 - candidate.rough) * min(1.0, distance / NEAR)
+        score = rough - WARP_WEIGHT * distance
         refined.append(Candidate(candidate.capture, low + start, low + end, candidate.rough, score))
     refined.sort(key=lambda c: (-c.score, c.capture, c.start))
     return _without_overlaps(refined)

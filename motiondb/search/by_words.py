@@ -110,12 +110,7 @@ def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | Non
     peaks = ordered_peaks(values)
     if peaks is None:
         return None
-    parts: list[tuple[int, int]] = []
-    for number, peak in enumerate(peaks):
-        low = parts[-1][1] if parts else 0
-        high = peaks[number + 1] if number + 1 < len(peaks) else len(take.starts)
-        parts.append(grow(values[number], peak, low, high))
-    parts = _join_gaps(parts, actions)
+    parts = _intervals(values, peaks, [bool(words) for words in actions])
     wholes = [float(take.whole[list(words)].mean()) for words in actions if words]
     inner = [float(values[k][a:b].max()) for k, (a, b) in enumerate(parts) if actions[k]]
     log_odds = float(np.mean([0.5 * i + 0.5 * w for i, w in zip(inner, wholes)]))
@@ -167,14 +162,27 @@ def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
     return a, b + 1
 
 
-def _join_gaps(
-    parts: list[tuple[int, int]], actions: Sequence[Sequence[int]]
+def _intervals(
+    values: FloatArray, peaks: Sequence[int], worded: Sequence[bool]
 ) -> list[tuple[int, int]]:
-    """An action that asks for anything fills the gap between its neighbours."""
-    joined = list(parts)
-    for k, words in enumerate(actions):
-        if not words and 0 < k < len(parts) - 1:
-            low, high = joined[k - 1][1], joined[k + 1][0]
-            if high > low:
-                joined[k] = (low, high)
-    return joined
+    """Segments [a, b) of every action: worded ones grow, the others fill the gaps between them."""
+    n_actions, n_segments = values.shape
+    parts = [(0, 0)] * n_actions
+    asked = [k for k in range(n_actions) if worded[k]]
+    end, last = 0, -1
+    for place, k in enumerate(asked):
+        following = asked[place + 1] if place + 1 < len(asked) else n_actions
+        limit = peaks[following] if following < n_actions else n_segments
+        low, high = end + (k - last - 1), limit - (following - k - 1)
+        parts[k] = grow(values[k], peaks[k], low, high)
+        _fill(parts, last + 1, k, end, parts[k][0])
+        end, last = parts[k][1], k
+    _fill(parts, last + 1, n_actions, end, n_segments)
+    return parts
+
+
+def _fill(parts: list[tuple[int, int]], first: int, last: int, low: int, high: int) -> None:
+    """Give segments [low, high) to actions [first, last): one each, the rest to the last."""
+    for k in range(first, last):
+        parts[k] = (low, high if k == last - 1 else low + 1)
+        low += 1
