@@ -31,6 +31,8 @@ from motiondb.search import alignment, warping
 from motiondb.search.score_vectors import interval_vectors
 
 WARP_WEIGHT = 0.5
+MOST_CELLS = 50_000_000
+"""Pairs of frames that the third look may compare, all candidates together."""
 NEAR = 0.2
 """Whitened feature distance below which two intervals are one but for noise."""
 
@@ -100,22 +102,46 @@ def refine(
 ) -> list[Candidate]:
     """Exact intervals and scores by subsequence warping, best first.
 
-    features : capture -> whitened features (frames, D).
+    features : capture -> whitened features (frames, D). Of a very long query only the first
+    candidates are looked at, so that the time stays bounded.
     """
+    candidates = candidates[: max(8, MOST_CELLS // (3 * len(query.features) ** 2 + 1))]
     refined: list[Candidate] = []
     margin = len(query.features) + 8
     for candidate in candidates:
-        take = features[candidate.capture]
         low = max(0, candidate.start - margin)
-        high = min(len(take), candidate.end + margin)
-        distance, start, end = warping.best_part(query.features, take[low:high])
+        high = min(len(features[candidate.capture]), candidate.end + margin)
+        part = features[candidate.capture][low:high]
+        distance, start, end = warping.best_part(query.features, part)
         if not np.isfinite(distance):
-            distance, start, end = _whole(query.features, take[low:high])
-        rough = 1.0 - (1.0 - candidate.rough) * min(1.0, distance / NEAR)
-        score = rough - WARP_WEIGHT * distance
-        refined.append(Candidate(candidate.capture, low + start, low + end, candidate.rough, score))
+            distance, start, end = _whole(query.features, part)
+        refined.append(_scored(candidate, low + start, low + end, distance))
+    refined += _near_copies(query, candidates, features)
     refined.sort(key=lambda c: (-c.score, c.capture, c.start))
     return _without_overlaps(refined)
+
+
+def _scored(candidate: Candidate, start: int, end: int, warp: float) -> Candidate:
+    """The candidate at its exact place, with its score (see the module)."""
+    rough = 1.0 - (1.0 - candidate.rough) * min(1.0, warp / NEAR)
+    score = rough - WARP_WEIGHT * warp
+    return Candidate(candidate.capture, start, end, candidate.rough, score)
+
+
+def _near_copies(
+    query: Query, candidates: Sequence[Candidate], features: Mapping[int, Float32Array]
+) -> list[Candidate]:
+    """Parts of the candidates' captures that all but agree with the query, wherever they are.
+
+    Windows begin at segments, so a short query out of a long capture can fall between them.
+    """
+    weakest = {candidate.capture: candidate for candidate in candidates}
+    found = []
+    for capture, candidate in weakest.items():
+        distance, start, end = warping.best_part(query.features, features[capture])
+        if distance < NEAR:
+            found.append(_scored(candidate, start, end, distance))
+    return found
 
 
 def _windows(query: Query, take: Take, length: int) -> tuple[IntArray, IntArray, FloatArray]:

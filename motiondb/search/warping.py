@@ -35,36 +35,38 @@ def best_part(query: Float32Array, capture: Float32Array) -> tuple[float, int, i
 
 @njit(cache=True, fastmath=True)
 def _subsequence(query, capture):  # type: ignore[no-untyped-def]
+    # Rows i, i - 1 and i - 2 suffice: row i of cost and start is kept at i % 3, of local at i % 2.
     n, m = len(query), len(capture)
-    local = np.empty((n, m), np.float32)
+    local = np.empty((2, m), np.float32)
+    cost = np.full((3, m), np.float32(FAR))
+    start = np.zeros((3, m), np.int64)
     for i in range(n):
+        here, before, above = i % 3, (i - 1) % 3, (i - 2) % 3
         for j in range(m):
             total = np.float32(0.0)
             for d in range(query.shape[1]):
                 difference = query[i, d] - capture[j, d]
                 total += difference * difference
-            local[i, j] = np.sqrt(total / query.shape[1])
-    cost = np.full((n, m), np.float32(FAR))
-    start = np.zeros((n, m), np.int64)
-    for j in range(m):
-        cost[0, j] = local[0, j]
-        start[0, j] = j
-    for i in range(1, n):
+            local[i % 2, j] = np.sqrt(total / query.shape[1])
+        if i == 0:
+            cost[0] = local[0]
+            start[0] = np.arange(m)
+            continue
+        cost[here, 0] = FAR
         for j in range(1, m):
-            best = cost[i - 1, j - 1] + local[i, j]
-            origin = start[i - 1, j - 1]
+            best, origin = cost[before, j - 1] + local[i % 2, j], start[before, j - 1]
             if j > 1:
-                c = cost[i - 1, j - 2] + local[i, j]
+                c = cost[before, j - 2] + local[i % 2, j]
                 if c < best:
-                    best, origin = c, start[i - 1, j - 2]
+                    best, origin = c, start[before, j - 2]
             if i > 1:
-                c = cost[i - 2, j - 1] + local[i - 1, j] + local[i, j]
+                c = cost[above, j - 1] + local[(i - 1) % 2, j] + local[i % 2, j]
                 if c < best:
-                    best, origin = c, start[i - 2, j - 1]
-            cost[i, j] = best
-            start[i, j] = origin
+                    best, origin = c, start[above, j - 1]
+            cost[here, j], start[here, j] = best, origin
+    last = (n - 1) % 3
     low, end = np.float32(FAR), -1
     for j in range(m):
-        if cost[n - 1, j] < low:
-            low, end = cost[n - 1, j], j
-    return low / n, start[n - 1, end], end + 1
+        if cost[last, j] < low:
+            low, end = cost[last, j], j
+    return low / n, start[last, end], end + 1

@@ -152,6 +152,16 @@ def test_answers_are_ordered_apart_and_few(world: World) -> None:
     )
 
 
+def test_very_long_queries_look_at_few_candidates(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    query = world.query(world.features[1])
+    monkeypatch.setattr(by_motion, "MOST_CELLS", 0)
+    answers = world.ask(query)
+    assert (answers[0].capture, answers[0].start) == (1, 0)
+    assert 1 <= len(answers) <= 16
+
+
 def test_like_finds_like(world: World) -> None:
     """A walk finds the other performer's walk before anything that is not walking."""
     answers = world.ask(world.query(world.features[0][10:50]))
