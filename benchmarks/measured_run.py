@@ -1,0 +1,92 @@
+"""Run a command and measure it: seconds, and the most memory that it and its children held.
+
+Memory is the resident size summed over the command and everything it started, looked at twenty
+times a second; pages that processes share are counted in each, so the figure is an upper bound.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+import psutil
+
+LOOKS_PER_SECOND = 20
+
+
+@dataclass(frozen=True)
+class MeasuredRun:
+    """seconds of wall clock; peak_bytes of resident memory, children included; what it printed."""
+
+    seconds: float
+    peak_bytes: int
+    exit_code: int
+    output: str
+    complaints: str
+
+
+def run_measured(command: Sequence[str], settings: Mapping[str, str] | None = None) -> MeasuredRun:
+    """Run a command to its end; ``settings`` are environment variables on top of the present."""
+    environment = {**os.environ, **(settings or {})}
+    peak = 0
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        started = time.perf_counter()
+        process = subprocess.Popen(list(command), stdout=out, stderr=err, env=environment)
+        while process.poll() is None:
+            peak = max(peak, resident_bytes(process.pid))
+            time.sleep(1.0 / LOOKS_PER_SECOND)
+        seconds = time.perf_counter() - started
+        texts = []
+        for file in (out, err):
+            file.seek(0)
+            texts.append(file.read().decode(errors="replace"))
+    return MeasuredRun(seconds, peak, process.returncode, *texts)
+
+
+def resident_bytes(pid: int) -> int:
+    """Resident memory of a process and everything below it; 0 for one that has ended."""
+    total = 0
+    try:
+        processes = [psutil.Process(pid)]
+        processes += processes[0].children(recursive=True)
+    except psutil.Error:
+        return 0
+    for process in processes:
+        try:
+            total += process.memory_info().rss
+        except psutil.Error:
+            continue
+    return total
+
+
+def motiondb_command(*arguments: str) -> list[str]:
+    """The command line of this Python's motiondb."""
+    return [str(Path(sys.executable).with_name("motiondb")), *arguments]
+
+
+def machine() -> str:
+    """Processor, cores, memory, system and Python in a line."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
+    name = names[0] if names else platform.processor() or platform.machine()
+    memory = psutil.virtual_memory().total / 2**30
+    return (
+        f"{name}, {psutil.cpu_count()} cores, {memory:.0f} GiB, {platform.system()}, "
+        f"Python {platform.python_version()}"
+    )
+
+
+def versions(*packages: str) -> str:
+    """Packages with their versions in a line."""
+    return ", ".join(f"{package} {version(package)}" for package in packages)
