@@ -1,0 +1,108 @@
+"""The examples of README: where they stand, what they say, and how they are run.
+
+``python tests/readme_blocks.py`` runs them and writes the true output (and the pictures) into
+README. An output that ends in ``...`` is kept to its number of lines.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import shlex
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from unittest import mock
+
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+_BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PICTURES = ("search.png", "walk_kick.png")
+
+
+@dataclass(frozen=True)
+class Example:
+    """A command line of README and the output that README shows for it."""
+
+    command: str
+    output: str
+
+
+def blocks(language: str, text: str | None = None) -> list[str]:
+    """The fenced blocks of a language, in order."""
+    text = README.read_text(encoding="utf-8") if text is None else text
+    return [body for found, body in _BLOCK.findall(text) if found == language]
+
+
+def examples(block: str) -> list[Example]:
+    """The commands (lines that begin with ``$``) of a block with what follows them.
+
+    >>> examples("$ motiondb a\\nb\\n$ motiondb c\\n")
+    [Example(command='motiondb a', output='b\\n'), Example(command='motiondb c', output='')]
+    """
+    parts = re.split(r"^\$ (.*)\n", block, flags=re.MULTILINE)[1:]
+    return [Example(command, output) for command, output in zip(parts[::2], parts[1::2])]
+
+
+def run(command: str) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error of a ``motiondb`` line, in this process."""
+    from motiondb.cli.main import main
+
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        mock.patch.object(sys, "argv", shlex.split(command)),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        try:
+            main()
+            code = 0
+        except SystemExit as end:
+            code = int(end.code or 0)
+    return code, "".join(f"{line.rstrip()}\n" for line in out.getvalue().splitlines()), err.getvalue()
+
+
+@contextlib.contextmanager
+def workplace() -> Iterator[Path]:
+    """A temporary folder to work in, with the sample data where README expects it."""
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        (place / "sample_data").symlink_to(ROOT / "sample_data", target_is_directory=True)
+        os.chdir(place)
+        try:
+            yield place
+        finally:
+            os.chdir(before)
+
+
+def _refreshed(example: Example) -> str:
+    code, out, err = run(example.command)
+    if code:
+        raise SystemExit(f"{example.command}: exit {code}\n{err}")
+    said = "".join(line + "\n" for line in err.splitlines() if line.startswith("unknown word"))
+    out = said + out
+    shown = example.output.splitlines()
+    if shown and shown[-1] == "...":
+        out = "\n".join([*out.splitlines()[: len(shown) - 1], "..."]) + "\n"
+    return f"$ {example.command}\n{out}"
+
+
+def refresh() -> None:
+    """Write the true output of every example into README, and the pictures that it shows."""
+    text = README.read_text(encoding="utf-8")
+    with workplace() as place:
+        for block in blocks("console", text):
+            text = text.replace(block, "".join(_refreshed(e) for e in examples(block)), 1)
+        for picture in PICTURES:
+            shutil.copy(place / picture, ROOT / "docs" / "pictures" / picture)
+    README.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    refresh()
