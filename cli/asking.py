@@ -18,6 +18,8 @@ from motiondb.cli.options import (
     To,
     Where,
     database,
+    note_unknown,
+    note_unlearned,
     print_json,
     print_table,
     progress,
@@ -25,7 +27,7 @@ from motiondb.cli.options import (
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.records import Match
+    from motiondb.records import Match, Motion
 
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
 
@@ -43,7 +45,8 @@ def search(
     where: Where = "",
     limit: Limit = 10,
     by_symbols: Annotated[
-        bool, typer.Option("--by-symbols", help="Decode to symbols and align these (the paper's way).")
+        bool,
+        typer.Option("--by-symbols", help="Decode to symbols and align these (the paper's way)."),
     ] = False,
     png: Png = None,
     db: Db = DEFAULT_DB,
@@ -52,11 +55,10 @@ def search(
     """Find the intervals that show what the words ask for, in their order."""
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols)
+        note_unlearned(base)
         if png:
             _draw(base, answer.matches, png, words)
-    for word, near in answer.unknown.items():
-        hint = f"; the nearest known: {', '.join(near)}" if near else ""
-        typer.echo(f"unknown word {word!r} left out{hint}", err=True)
+    note_unknown(answer.unknown)
     _print_matches(answer.matches, json, reasons=True)
 
 
@@ -73,6 +75,7 @@ def like(
     """Find the intervals that move like an example."""
     with database(db) as base:
         matches = base.like(example, start, end, where, limit)
+        note_unlearned(base)
         if png:
             _draw(base, matches, png, f"like {example}", base.motion(example, start, end))
     _print_matches(matches, json)
@@ -104,7 +107,9 @@ def _print_matches(matches: tuple[Match, ...], json: bool, reasons: bool = False
     )  # fmt: skip
 
 
-def _draw(base: MotionDB, matches: tuple[Match, ...], png: Path, title: str, query=None) -> None:  # type: ignore[no-untyped-def]
+def _draw(
+    base: MotionDB, matches: tuple[Match, ...], png: Path, title: str, query: Motion | None = None
+) -> None:
     from motiondb import pictures
 
     hits = [(m, base.motion(m.capture)) for m in matches[:8]]
@@ -147,7 +152,9 @@ def generate(
     method: Annotated[
         str, typer.Option("--method", help="stitched, trajectory or montecarlo.")
     ] = "stitched",
-    save: Annotated[str | None, typer.Option("--save", help="Keep it as a capture, by this name.")] = None,
+    save: Annotated[
+        str | None, typer.Option("--save", help="Keep it as a capture, by this name.")
+    ] = None,
     png: Png = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
@@ -157,6 +164,8 @@ def generate(
 
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
+        if save:
+            base.check_name_free(save)
         made = base.generate(words, seed, method)
         facts = generated_files.write(made, words, seed, method, output)
         if save:
@@ -167,9 +176,7 @@ def generate(
 
             timeline = pictures.Timeline("sources", generated_files.source_spans(made))
             pictures.draw_strip(made.motion, png, title=words, timelines=[timeline])
-    for word, near in made.unknown.items():
-        hint = f"; the nearest known: {', '.join(near)}" if near else ""
-        typer.echo(f"unknown word {word!r} left out{hint}", err=True)
+    note_unknown(made.unknown)
     if json:
         print_json(facts)
         return
@@ -177,5 +184,7 @@ def generate(
     typer.echo(f"symbols:    {' '.join(map(str, made.symbols))}")
     typer.echo(f"recognised: {' '.join(map(str, made.recognised))}")
     for source in facts["sources"]:
-        typer.echo(f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}")
+        typer.echo(
+            f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
+        )
     typer.echo(f"every frame's origin: {facts['provenance']}")

@@ -56,7 +56,7 @@ def add(
 ) -> None:
     """Add captures, with the words of a sheet; broken files are listed and left out (exit 1)."""
     from motiondb.capture import unit_from_name
-    from motiondb.database.cataloguing import AddSettings, read_joint_map
+    from motiondb.database.reading import AddSettings, read_joint_map
 
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
@@ -65,7 +65,7 @@ def add(
         joint_map=read_joint_map(joint_map) if joint_map else {},
         jobs=jobs,
     )
-    with database(db, writing=True) as base, progress(not json) as tell:
+    with database(db, writing=True, create=True) as base, progress(not json) as tell:
         report = base.add(folder, words, settings, tell)
         total = len(base.captures())
     if json:
@@ -78,10 +78,13 @@ def add(
         )
         for relation in report.relations:
             typer.echo(f"  {_relation(relation)}")
+        for name, known in report.known:
+            if name != known:
+                typer.echo(f"  {name} is the same file as {known}")
         for note in report.notes:
             typer.echo(f"  note: {note}")
     for problem in report.problems:
-        typer.echo(f"  {problem}", err=True)
+        typer.echo("\n".join(f"  {line}" for line in problem.splitlines()), err=True)
     if report.problems:
         raise typer.Exit(1)
 
@@ -111,9 +114,8 @@ def list_captures(
         captions = store.load_captions(base.store)
     shown = infos[:limit]
     if json:
-        print_json([
-            asdict(i) | {"words": [asdict(c) for c in captions.get(i.capture_id, ())]} for i in shown
-        ])  # fmt: skip
+        words = {i.capture_id: [asdict(c) for c in captions.get(i.capture_id, ())] for i in shown}
+        print_json([asdict(i) | {"words": words[i.capture_id]} for i in shown])
         return
     rows = [
         [
@@ -123,7 +125,8 @@ def list_captures(
         for i in shown
     ]  # fmt: skip
     print_table("", ["capture", "seconds", "fps", "format", "performer", "words"], rows)
-    typer.echo(f"{len(infos)} captures" + (f", {len(shown)} shown" if len(shown) < len(infos) else ""))
+    fewer = f", {len(shown)} shown" if len(shown) < len(infos) else ""
+    typer.echo(f"{len(infos)} captures{fewer}")
 
 
 def show(
@@ -143,7 +146,7 @@ def show(
         print_json(facts | ({"png": str(png)} if png else {}))
         return
     for key, value in facts.items():
-        if key == "segments":
+        if key == "segments" and value:
             typer.echo("segments:     " + " ".join(
                 f"{s['symbol']}[{s['start']:.1f}-{s['end']:.1f}]" for s in value
             ))  # fmt: skip
@@ -197,14 +200,15 @@ def remove(
 def fetch_cmu(
     subjects: Annotated[str, typer.Option("--subjects", help="Numbers, such as 14,16.")],
     folder: Annotated[Path, typer.Option("--dir", help="Where the files go.")] = Path("cmu"),
-    yes: Annotated[bool, typer.Option("--yes", help="Accept the terms without being asked.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Accept the terms unasked.")] = False,
     only_fetch: Annotated[bool, typer.Option("--only-fetch", help="Do not add them.")] = False,
     base_url: Annotated[str | None, typer.Option("--base-url", help="Another site.")] = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """Download captures and words of the CMU Graphics Lab database, and add them."""
-    from motiondb.fetch.cmu import CMU_TERMS, CMU_URL, fetch_cmu as fetch
+    from motiondb.fetch.cmu import CMU_TERMS, CMU_URL
+    from motiondb.fetch.cmu import fetch_cmu as fetch
 
     typer.echo(CMU_TERMS, err=True)
     if not yes and not typer.confirm("Do you accept these terms?", err=True):
@@ -219,7 +223,8 @@ def fetch_cmu(
         print_json(asdict(report))
     else:
         typer.echo(
-            f"{len(report.fetched)} files fetched into {folder}, {len(report.skipped)} there already"
+            f"{len(report.fetched)} files fetched into {folder}, "
+            f"{len(report.skipped)} there already"
         )
     for file, reason in report.refused:
         typer.echo(f"  {file}: {reason}", err=True)

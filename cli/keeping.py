@@ -51,6 +51,7 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
             size = store.load_learning_size(base.store)
             facts |= {"symbols": size.n_symbols, "clusters": size.n_clusters, "words": size.n_words}
             facts["current"] = store.learning_is_current(base.store)
+            facts["not yet learned"] = len(base.unlearned())
         runs = [asdict(run) for run in store.load_runs(base.store)]
     if json:
         print_json(facts | {"runs": runs})
@@ -58,7 +59,8 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
     for key, value in facts.items():
         typer.echo(f"{key + ':':22} {value}")
     for run in runs[-10:]:
-        typer.echo(f"run {run['run_id']:<4} {run['kind']:10} {run['started']} motiondb {run['version']}")
+        what = f"run {run['run_id']:<4} {run['kind']:10}"
+        typer.echo(f"{what} {run['started']} motiondb {run['version']}")
     if facts["learned"] and not facts["current"]:
         typer.echo("Captures changed since it learned: run motiondb learn to bring it up to date.")
 

@@ -37,9 +37,8 @@ def learn(
     from motiondb.database.learning import LearnSettings
 
     with database(db, writing=True) as base, progress(not json) as tell:
-        learning = base.learn(
-            LearnSettings(n_symbols=n_symbols, seed=seed), lambda what, share: tell(what, share, 1.0)
-        )
+        settings = LearnSettings(n_symbols=n_symbols, seed=seed)
+        learning = base.learn(settings, lambda what, share: tell(what, share, 1.0))
     table = learning.segments
     facts = {
         "captures": len(set(table.capture_ids.tolist())),
@@ -54,8 +53,8 @@ def learn(
         print_json(facts)
         return
     typer.echo(
-        f"{facts['captures']} captures, {facts['segments']} segments, {facts['symbols']} symbols in "
-        f"{facts['clusters']} clusters ({facts['dimensions']} dimensions), {facts['words']} words."
+        f"{facts['captures']} captures, {facts['segments']} segments, {facts['symbols']} symbols "
+        f"in {facts['clusters']} clusters ({facts['dimensions']} dimensions), {facts['words']} words."
     )
     if not facts["words"]:
         typer.echo("No words yet: `like` works, `search` needs words (motiondb words set).")

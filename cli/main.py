@@ -36,24 +36,38 @@ def _options(
     pass
 
 
+INTERRUPTED = 130
+
 for module in (cataloguing, learning, asking, words, keeping):
     module.register(app)
 
 
 def main() -> None:
     """Run the command line: 0 done, 1 wrong data, 2 wrong use, 130 interrupted."""
+    try:
+        sys.exit(_run())
+    except KeyboardInterrupt:  # while ending or importing
+        sys.exit(_interrupted())
+
+
+def _run() -> int:
     from motiondb.errors import MotionDBError, NotLearnedError, QueryError
 
     try:
         app()
     except (QueryError, NotLearnedError) as error:
         typer.echo(f"error: {error}", err=True)
-        sys.exit(2)
+        return 2
     except MotionDBError as error:
         typer.echo(f"error: {error}", err=True)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        typer.echo("interrupted: the database is as it was", err=True)
-        sys.exit(130)
-    except BrokenPipeError:
-        sys.exit(0)
+        return 1
+    except SystemExit as ended:  # Typer ends every command so, an interrupted one with 130
+        if ended.code == INTERRUPTED:
+            return _interrupted()
+        raise
+    return 0
+
+
+def _interrupted() -> int:
+    typer.echo("interrupted: the database is as it was", err=True)
+    return INTERRUPTED

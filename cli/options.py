@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json as jsonlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -29,12 +29,27 @@ DEFAULT_DB = Path("motions.duckdb")
 
 
 @contextmanager
-def database(path: Path, *, writing: bool = False) -> Iterator[MotionDB]:
-    """The open database; only asking does not need the file to itself."""
-    import motiondb
+def database(path: Path, *, writing: bool = False, create: bool = False) -> Iterator[MotionDB]:
+    """The open database; only writing needs the file to itself, only adding makes a new one."""
+    from motiondb.database import MotionDB
 
-    with motiondb.open(path, read_only=not writing) as db:
+    with MotionDB(path, read_only=not writing, create=create) as db:
         yield db
+
+
+def note_unlearned(db: MotionDB) -> None:
+    """Say on standard error how many captures the answers leave out."""
+    count = len(db.unlearned())
+    if count:
+        what = "1 capture is" if count == 1 else f"{count} captures are"
+        typer.echo(f"note: {what} not yet learned: run motiondb learn to include them", err=True)
+
+
+def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:
+    """Say on standard error which words of a question were left out, and what is near them."""
+    for word, near in unknown.items():
+        hint = f"; the nearest known: {', '.join(near)}" if near else ""
+        typer.echo(f"unknown word {word!r} left out{hint}", err=True)
 
 
 def print_json(value: Any) -> None:
@@ -68,7 +83,11 @@ def progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn("{task.description:22}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
+    columns = (
+        TextColumn("{task.description:22}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+    )
     with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as bar:
         tasks: dict[str, Any] = {}
 

@@ -21,7 +21,7 @@ from motiondb.cli.options import (
 
 def register(app: typer.Typer) -> None:
     """Put the commands into the app."""
-    group = typer.Typer(help="The vocabulary, and the words of captures.", invoke_without_command=True)
+    group = typer.Typer(help="The words known, and those of captures.", invoke_without_command=True)
     group.callback()(words)
     group.command("set")(set_words)
     group.command("import")(import_words)
@@ -51,7 +51,11 @@ def words(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> No
         print_json(rows)
         return
     table = [
-        [r["word"], str(r["count"]), "  ".join(f"{s['symbol']}: {s['probability']:.2f}" for s in r["symbols"])]
+        [
+            r["word"],
+            str(r["count"]),
+            "  ".join(f"{s['symbol']}: {s['probability']:.2f}" for s in r["symbols"]),
+        ]
         for r in rows
     ]
     print_table("", ["word", "count", "symbols t(word | symbol)"], table)

@@ -164,7 +164,7 @@ class Description:
 
 
 def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Description, ...]:
-    """The words of a motion over time; neighbours with the same likeliest words are one interval."""
+    """The words of a motion over time; neighbours with the same likeliest words become one."""
     _, starts, ends, symbols, standardised = recognise(learned, motion)
     margin = WINDOW_MARGIN // FEATURE_STEP
     vectors = score_vectors.interval_vectors(

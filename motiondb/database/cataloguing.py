@@ -1,34 +1,20 @@
-"""Adding captures: find the files, read them in parallel, save all that is new in one transaction."""
+"""Adding captures: find the files, read them, save all that is new in one transaction."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
 
 from motiondb import capture, store
 from motiondb.capture.sheet import Sheet, SheetEntry, capture_name
+from motiondb.database.reading import AddSettings, Reading, read_all
 from motiondb.errors import MotionDBError
-from motiondb.pose import retarget
-from motiondb.records import Caption, CaptureInfo, Motion, Relation
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
 from motiondb.search import copies
 
 Progress = Callable[[str, int, int], None]
 """Called with what is being done, how many are done, how many there are."""
-_FEW = 4
-
-
-@dataclass(frozen=True)
-class AddSettings:
-    """How files are read. unit: metres per length unit (None: found). joint_map: role -> joint."""
-
-    unit: float | None = None
-    fps: float | None = None
-    skip_bad_frames: bool = False
-    joint_map: Mapping[str, str] = field(default_factory=dict)
-    jobs: int = 2
 
 
 @dataclass(frozen=True)
@@ -51,20 +37,6 @@ class AddReport:
     seconds: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Reading:
-    """A file read by a worker: everything to save, or why not."""
-
-    name: str
-    path: str
-    source: store.Source | None = None
-    motion: Motion | None = None
-    fps: float = 0.0
-    n_frames: int = 0
-    notes: tuple[str, ...] = ()
-    problem: str = ""
-
-
 def add_captures(
     database: store.Store,
     folder: Path,
@@ -84,8 +56,8 @@ def add_captures(
     names = {capture_name(_below(path, folder)): path for path in reversed(files)}
     problems = sheet.unknown(names) if sheet else []
     problems += [
-        f"{path}: expected one file per name, found {names[capture_name(_below(path, folder))].name}"
-        " beside it. Rename one of them."
+        f"{path}: expected one file per name, found "
+        f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
         for path in files
         if names[capture_name(_below(path, folder))] != path
     ]
@@ -93,7 +65,7 @@ def add_captures(
         (name, path, _entry(sheet, name), folder, settings) for name, path in sorted(names.items())
     ]
     readings = []
-    for done, reading in enumerate(_read_all(jobs, settings.jobs), start=1):
+    for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
         readings.append(reading)
         tell("reading captures", done, len(jobs))
     problems += [r.problem for r in readings if r.problem]
@@ -105,14 +77,14 @@ def _save(
     folder: Path,
     sheet: Sheet | None,
     settings: AddSettings,
-    readings: Sequence[_Reading],
+    readings: Sequence[Reading],
     problems: list[str],
     tell: Progress,
 ) -> AddReport:
-    known, added, notes, seconds = [], [], list(sheet.notes if sheet else ()), 0.0
+    known, added, notes, seconds = [], [], _sheet_notes(sheet), 0.0
     digests = store.load_digests(database)
     names = {info.name for info in store.load_captures(database)}
-    new: list[_Reading] = []
+    new: list[Reading] = []
     for reading in readings:
         if reading.source is None:
             continue
@@ -120,12 +92,13 @@ def _save(
             known.append((reading.name, digests[reading.source.sha256]))
         elif reading.name in names:
             problems.append(
-                f"{reading.path}: expected a new name, found another capture called {reading.name}. "
-                f"Remove that one first (motiondb remove {reading.name}) or rename the file."
+                f"{reading.path}: expected a new name, found another capture called "
+                f"{reading.name}. Remove that one first (motiondb remove {reading.name}) or rename the file."
             )
         else:
             digests[reading.source.sha256] = reading.name
             new.append(reading)
+    notes += _words_left(database, sheet, known)
     if not new:
         return AddReport((), tuple(known), tuple(problems), (), tuple(notes), 0.0)
     with store.transaction(database):
@@ -152,6 +125,33 @@ def _save(
     )
 
 
+def _sheet_notes(sheet: Sheet | None) -> list[str]:
+    if sheet is None:
+        return []
+    return [*sheet.notes] if sheet.entries else [f"{sheet.path}: holds a header and no rows"]
+
+
+def _words_left(
+    database: store.Store, sheet: Sheet | None, known: Sequence[tuple[str, str]]
+) -> list[str]:
+    """A note where a sheet has other words for captures that are there already."""
+    if sheet is None or not known:
+        return []
+    captions = store.load_captions(database)
+    numbers = {info.name: info.capture_id for info in store.load_captures(database)}
+    count = 0
+    for name, there in known:
+        entry = sheet.find(name)
+        old = captions.get(numbers.get(there, -1), ())
+        count += bool(entry and entry.captions and set(entry.captions) != set(old))
+    if not count:
+        return []
+    return [
+        f"{sheet.path}: has other words for {count} captures that were there already; they were "
+        f"left as they are (motiondb words import {sheet.path} replaces them)"
+    ]
+
+
 def find_relations(database: store.Store, new: set[str]) -> list[Relation]:
     """Copies, mirror images and cuts among the captures, of which at least one is new."""
     infos = store.load_captures(database)
@@ -166,8 +166,8 @@ def find_relations(database: store.Store, new: set[str]) -> list[Relation]:
             infos[c.query].name,
             infos[c.take].name,
             c.kind,
-            c.start / 30.0,
-            c.end / 30.0,
+            c.start / MOTION_FPS,
+            c.end / MOTION_FPS,
             c.distance,
         )
         for c in found
@@ -195,72 +195,8 @@ def _entry(sheet: Sheet | None, name: str) -> SheetEntry | None:
     return sheet.find(name) if sheet else None
 
 
-_Job = tuple[str, Path, "SheetEntry | None", Path, AddSettings]
-
-
-def _read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[_Reading]:
-    """Readings in the order of the jobs; in other processes where there are more than a few."""
-    if len(jobs) <= _FEW or n_jobs == 1:
-        yield from (_read_one(*job) for job in jobs)
-        return
-    from joblib import Parallel, delayed
-
-    yield from Parallel(n_jobs=n_jobs, return_as="generator")(
-        delayed(_read_one)(*job) for job in jobs
-    )
-
-
-def _read_one(
-    name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
-) -> _Reading:
-    try:
-        data = path.read_bytes()
-        kind = capture.capture_format(path)
-        asf = _skeleton(path, entry, folder)
-        skeleton_data = asf.read_bytes() if asf else None
-        fps = entry.fps if entry and entry.fps else settings.fps
-        clip = capture.read_capture_bytes(
-            data,
-            kind,
-            path=path,
-            skeleton=skeleton_data,
-            skeleton_path=asf or "",
-            fps=fps,
-            unit=settings.unit,
-            skip_bad_frames=settings.skip_bad_frames,
-        )
-        motion = retarget.to_motion(clip, settings.joint_map)
-        source = store.pack_source(path.name, data, kind, asf.name if asf else None, skeleton_data)
-    except MotionDBError as error:
-        message = str(error)
-        return _Reading(
-            name, str(path), problem=message if str(path) in message else f"{path}: {message}"
-        )
-    except OSError as error:
-        return _Reading(
-            name, str(path), problem=f"{path}: expected a readable file, found {error.strerror}."
-        )
-    if not np.isfinite(motion.root_positions).all():
-        return _Reading(name, str(path), problem=f"{path}: expected finite positions, found none.")
-    notes = clip.notes + motion.notes
-    return _Reading(name, str(path), source, motion, clip.fps, clip.n_frames, notes)
-
-
-def _skeleton(path: Path, entry: SheetEntry | None, folder: Path) -> Path | None:
-    """The ASF of an AMC: as the sheet names it below the folder or beside the file, or found."""
-    if path.suffix.lower() != ".amc":
-        return None
-    if entry and entry.skeleton:
-        for base in (folder, path.parent):
-            for ending in ("", ".asf"):
-                candidate = base / (entry.skeleton + ending)
-                if candidate.is_file():
-                    return candidate
-    return capture.skeleton_path(path)
-
-
 def _info(
-    reading: _Reading, entry: SheetEntry | None, run_id: int, notes: list[str]
+    reading: Reading, entry: SheetEntry | None, run_id: int, notes: list[str]
 ) -> tuple[CaptureInfo, tuple[Caption, ...]]:
     duration = reading.n_frames / reading.fps
     captions = []
@@ -289,29 +225,3 @@ def _info(
         notes=reading.notes,
     )
     return info, tuple(captions)
-
-
-def read_joint_map(path: Path) -> dict[str, str]:
-    """Read lines ``role = joint`` (# begins a comment) for skeletons that no convention fits.
-
-    Raises
-    ------
-    MotionDBError
-        with every line that is no such pair.
-    """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise MotionDBError(f"{path}: expected a readable joint map, found {error}.") from None
-    pairs: dict[str, str] = {}
-    faults = []
-    for number, line in enumerate(lines, start=1):
-        text = line.split("#")[0].strip()
-        role, equals, joint = (part.strip() for part in text.partition("="))
-        if text and not (role and equals and joint):
-            faults.append(f"{path}:{number}: expected `role = joint`, found {text!r}.")
-        elif text:
-            pairs[role] = joint
-    if faults:
-        raise MotionDBError("\n".join(faults))
-    return pairs

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,7 @@ def describe(made: Generated, words: str, seed: int, method: str) -> dict[str, A
 
 
 def frame_runs(made: Generated) -> list[dict[str, Any]]:
-    """Runs of frames that follow one another in one source: [start, end) here, first frame there."""
+    """Runs of frames that follow one another in one source: [start, end), first frame there."""
     found = made.provenance
     steps = np.diff(found.source_frames)
     breaks = (np.diff(found.source_numbers) != 0) | (np.abs(steps - 1.0) > 1e-6)
@@ -77,7 +78,7 @@ def source_spans(made: Generated) -> list[tuple[float, float, str, str]]:
     cuts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
     names = [s.name for s in made.provenance.sources]
     spans = []
-    for a, b in zip(cuts[:-1], cuts[1:]):
+    for a, b in pairwise(cuts):
         name = names[numbers[a]] if numbers[a] >= 0 else "model"
         spans.append((a / MOTION_FPS, b / MOTION_FPS, name, name))
     return spans

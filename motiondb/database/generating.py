@@ -89,7 +89,7 @@ def generate(learned: Learned, text: str, seed: int, method: str = "stitched") -
 def _decode_actions(
     learned: Learned, actions: Sequence[Sequence[str]]
 ) -> tuple[IntArray, list[int], list[decoding.Decoding]]:
-    """Symbols of all actions, one after another; each decoding starts where the one before ended."""
+    """Symbols of all actions; each decoding starts where the one before it ended."""
     symbols: list[int] = []
     positions: list[int] = []
     decodings = []
@@ -244,7 +244,7 @@ def _stitched(
     rng: np.random.Generator,
 ) -> tuple[Motion, IntArray, FloatArray, tuple[str, ...]]:
     values, owner = _trajectory(model, sequence)
-    scale = np.concatenate([v for v in model.vectors.values()]).std(axis=0) + 1e-6
+    scale = np.concatenate(list(model.vectors.values())).std(axis=0) + 1e-6
     number = {word: n for n, word in enumerate(learned.association.words)}
     candidates = []
     for k, symbol in enumerate(sequence):

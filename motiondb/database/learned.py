@@ -31,7 +31,7 @@ from motiondb.symbols import acquisition, feature_space, hmm
 from motiondb.words import decoding, explanation, transition, word_map
 
 WINDOW_MARGIN = 22
-"""Frames (0.75 s) that a window reaches beyond its segment: one segment alone is too short a look."""
+"""Frames (0.75 s) that a window reaches beyond its segment: one segment alone tells too little."""
 LONGEST_DECODED = 12
 
 
@@ -128,7 +128,7 @@ class Learned:
 
     @cached_property
     def heard(self) -> dict[int, FloatArray]:
-        """What motion alone says: log-odds (segments + 1, words) per capture, the last row whole."""
+        """What motion alone says: log-odds (segments + 1, words) per capture, last row: whole."""
         margin, fit = WINDOW_MARGIN, self.word_map
         heard = {}
         for capture, rows in self.rows.items():
@@ -157,7 +157,7 @@ class Learned:
 
     @cached_property
     def spoken(self) -> FloatArray:
-        """Mean probability of every word at the segments of every symbol: array (symbols, words)."""
+        """Mean probability of the words at the segments of a symbol: array (symbols, words)."""
         odds = np.concatenate([self.heard[c][:-1] for c in self.rows])
         probabilities = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
         sums = np.zeros((self.symbols.n_symbols, odds.shape[1]))

@@ -34,11 +34,12 @@ class MotionDB:
 
     Parameters
     ----------
-    path : the DuckDB file; made when it is not there and ``read_only`` is False.
+    path : the DuckDB file. read_only : only ask; several processes may do so at once.
+    create : make the file when it is not there (never when ``read_only``).
     """
 
-    def __init__(self, path: str | Path, *, read_only: bool = False) -> None:
-        self.store = store.open_store(path, read_only=read_only, create=not read_only)
+    def __init__(self, path: str | Path, *, read_only: bool = False, create: bool = True) -> None:
+        self.store = store.open_store(path, read_only=read_only, create=create)
         self._learned: learned_state.Learned | None = None
 
     def close(self) -> None:
@@ -152,6 +153,33 @@ class MotionDB:
         self._learned = None
         return info
 
+    def unlearned(self) -> list[str]:
+        """Names of captured captures that were added since it learned: answers leave them out."""
+        if not store.is_learned(self.store):
+            return [info.name for info in self.captures() if info.kind == "captured"]
+        if self._learned is not None:
+            learned = set(self._learned.rows)
+        else:
+            learned = set(store.load_segments(self.store, scores=False).capture_ids.tolist())
+        return [
+            info.name
+            for info in self.captures()
+            if info.kind == "captured" and info.capture_id not in learned
+        ]
+
+    def check_name_free(self, name: str) -> None:
+        """Refuse a name that a capture has already.
+
+        Raises
+        ------
+        QueryError : says what to do.
+        """
+        if any(info.name == name for info in self.captures()):
+            raise QueryError(
+                f"{name}: expected a name that is free, found a capture of that name. Remove that "
+                f"one first (motiondb remove {name}), or give another name."
+            )
+
     def captures(self, where: str = "") -> list[CaptureInfo]:
         """The catalogue, filtered by columns and tags, such as ``performer=14``."""
         return store.load_captures(self.store, where)
@@ -242,10 +270,7 @@ class MotionDB:
         if (start or 0.0) >= info.duration or (
             start is not None and end is not None and end <= start
         ):
-            raise QueryError(
-                f"{info.name}: expected an interval within 0 to {info.duration:.2f} s, found "
-                f"{start} to {end}. Times are seconds."
-            )
+            raise QueryError(f"{info.name}: {_outside(info.duration, start, end)}")
         old = (
             store.load_captions(self.store, info.capture_id).get(info.capture_id, ())
             if keep
@@ -294,10 +319,7 @@ def cut_motion(motion: Motion, start: float | None, end: float | None) -> Motion
     low = round((start or 0.0) * MOTION_FPS)
     high = motion.n_frames if end is None else min(round(end * MOTION_FPS), motion.n_frames)
     if not 0 <= low < high:
-        raise QueryError(
-            f"expected an interval within 0 to {motion.n_frames / MOTION_FPS:.2f} s, found "
-            f"{start or 0:g} to {'the end' if end is None else f'{end:g}'}. Times are seconds."
-        )
+        raise QueryError(_outside(motion.n_frames / MOTION_FPS, start, end))
     return replace(
         motion,
         local_rotations=motion.local_rotations[low:high],
@@ -310,10 +332,7 @@ def cut_clip(clip: Clip, start: float | None, end: float | None) -> Clip:
     low = round((start or 0.0) * clip.fps)
     high = clip.n_frames if end is None else min(round(end * clip.fps), clip.n_frames)
     if not 0 <= low < high:
-        raise QueryError(
-            f"expected an interval within 0 to {clip.duration:.2f} s, found {start or 0:g} to "
-            f"{'the end' if end is None else f'{end:g}'}. Times are seconds."
-        )
+        raise QueryError(_outside(clip.duration, start, end))
     part = slice(low, high)
     moved = clip.joint_positions
     return replace(
@@ -321,6 +340,14 @@ def cut_clip(clip: Clip, start: float | None, end: float | None) -> Clip:
         local_rotations=clip.local_rotations[part],
         root_positions=clip.root_positions[part],
         joint_positions=None if moved is None else np.ascontiguousarray(moved[part]),
+    )
+
+
+def _outside(duration: float, start: float | None, end: float | None) -> str:
+    until = "the end" if end is None else f"{end:g}"
+    return (
+        f"expected an interval within 0 to {duration:.2f} s, found {start or 0:g} to {until}. "
+        "Times are seconds."
     )
 
 
