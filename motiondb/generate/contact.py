@@ -3,8 +3,8 @@
 A foot is in contact where its ankle or toe is low and slow. Within a contact the slower of the two
 is held at one place on the ground (the median over the contact); before and after, the correction
 fades out over ``FADE`` frames, so that nothing jumps. Two-bone inverse kinematics brings hip, knee
-and ankle to the corrected place; the foot keeps its own turning in the world, and is lifted where
-ankle or toe would dig into the ground.
+and ankle to the corrected place, or as near as a knee that does not snap straight allows; the foot
+keeps its own turning in the world, and is lifted where ankle or toe would dig into the ground.
 """
 
 from __future__ import annotations
@@ -61,7 +61,9 @@ def lock_feet(motion: Motion) -> Motion:
     for foot, side in enumerate("lr"):
         hip, knee, ankle, toe = (_I[f"{side}_{j}"] for j in ("hip", "knee", "ankle", "toe"))
         moved = _corrections(positions[:, ankle], positions[:, toe], contacts[:, foot])
-        target = positions[:, ankle] + moved
+        target = _without_knee_pop(
+            positions[:, hip], positions[:, knee], positions[:, ankle], moved
+        )
         ahead = rotation.rotate(
             world[:, 0], np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(target), 3))
         )
@@ -79,6 +81,25 @@ def lock_feet(motion: Motion) -> Motion:
         motion.leg_length,
         motion.notes,
     )
+
+
+def _without_knee_pop(
+    hip: FloatArray, knee: FloatArray, ankle: FloatArray, moved: FloatArray
+) -> FloatArray:
+    """Targets (frames, 3) of the ankle that straighten the leg no more suddenly than it moves.
+
+    Near full length a millimetre of reach moves the knee by centimetres. The knee's distance from
+    the line of hip and ankle may shrink by no more than the ankle is moved; else the foot gives.
+    """
+    a, b = np.linalg.norm(knee - hip, axis=1), np.linalg.norm(ankle - knee, axis=1)
+    line = rotation.normalize(ankle - hip)
+    aside = np.linalg.norm(np.cross(knee - hip, line), axis=1)
+    least = np.maximum(aside - np.linalg.norm(moved, axis=1), 0.0)
+    longest = np.sqrt(np.maximum(a * a - least * least, 0.0))
+    longest += np.sqrt(np.maximum(b * b - least * least, 0.0))
+    wanted = ankle + moved - hip
+    reach = np.linalg.norm(wanted, axis=1)
+    return hip + wanted * np.minimum(1.0, longest / np.maximum(reach, 1e-9))[:, None]
 
 
 def _corrections(ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_]) -> FloatArray:

@@ -112,53 +112,68 @@ def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatAr
     ----------
     pieces : as chosen; consecutive ones of one capture are played through without a seam.
     sources : capture -> (path values (frames, 4), heading-relative rotations (frames, 21, 4)).
+
+    Returns
+    -------
+    Stitched, as many frames as all pieces together.
     """
     merged = merge_pieces(pieces)
-    path, turned = _read(merged[0], sources, 0, 0)
-    captures, frames, shares = _provenance(merged[0], len(path), 0)
+    result = _play(merged[0], sources, 0, 0)
     for before, after in pairwise(merged):
-        half = min(
-            BLEND_FRAMES // 2, (before.end - before.start) // 2, (after.end - after.start) // 2
-        )
-        old_path, old_turned = _read(
-            Piece(before.capture, before.end - half, before.end), sources, 0, half
-        )
-        new_path, new_turned = _read(after, sources, half, 0)
-        n = 2 * half
-        share = (np.arange(n) + 0.5) / max(n, 1)
-        share = share * share * (3.0 - 2.0 * share)
-        mixed_path = old_path * (1.0 - share[:, None]) + new_path[:n] * share[:, None]
-        mixed = rotation.slerp(old_turned, new_turned[:n], np.repeat(share[:, None], 21, axis=1))
-        keep = len(path) - half
-        path = np.concatenate([path[:keep], mixed_path, new_path[n:]])
-        turned = np.concatenate([turned[:keep], mixed, new_turned[n:]])
-        c, f, s = _provenance(after, len(new_path), half)
-        new_wins = share > 0.5
-        s[:n] = np.where(new_wins, share, s[:n])
-        old_frames = np.arange(before.end - half, before.end + half)
-        c[:n] = np.where(new_wins, c[:n], before.capture)
-        limit = len(sources[before.capture][0]) - 1
-        f[:n] = np.where(new_wins, f[:n], np.clip(old_frames, 0, limit))
-        s[:n] = np.where(new_wins, share, 1.0 - share)
-        captures = np.concatenate([captures[:keep], c])
-        frames = np.concatenate([frames[:keep], f])
-        shares = np.concatenate([shares[:keep], s])
-    return Stitched(path, turned, captures, frames, shares)
+        longest = min(before.end - before.start, after.end - after.start)
+        half = min(BLEND_FRAMES // 2, longest // 2)
+        tail = Piece(before.capture, before.end - half, before.end)
+        old, new = _play(tail, sources, 0, half), _play(after, sources, half, 0)
+        keep = len(result.path) - half
+        seam = _cross_fade(old, _part(new, 0, 2 * half))
+        result = _join(_part(result, 0, keep), seam, _part(new, 2 * half, len(new.path)))
+    return result
 
 
-def _read(
+def _cross_fade(old: Stitched, new: Stitched) -> Stitched:
+    """From one stretch to another as long; a frame comes from the one that weighs more."""
+    n_frames = len(old.path)
+    share = (np.arange(n_frames) + 0.5) / max(n_frames, 1)
+    share = share * share * (3.0 - 2.0 * share)
+    n_joints = old.rotations.shape[1]
+    wins = share > 0.5
+    return Stitched(
+        old.path * (1.0 - share[:, None]) + new.path * share[:, None],
+        rotation.slerp(old.rotations, new.rotations, np.repeat(share[:, None], n_joints, axis=1)),
+        np.where(wins, new.captures, old.captures),
+        np.where(wins, new.frames, old.frames),
+        np.where(wins, share, 1.0 - share),
+    )
+
+
+def _play(
     piece: Piece, sources: dict[int, tuple[FloatArray, FloatArray]], before: int, after: int
-) -> tuple[FloatArray, FloatArray]:
+) -> Stitched:
     """A piece with frames added before and after; the capture's ends are held."""
     path, turned = sources[piece.capture]
     which = np.arange(piece.start - before, piece.end + after)
     inside = np.clip(which, 0, len(path) - 1)
     values = path[inside].copy()
     values[which != inside, 1:] = 0.0
-    return values, turned[inside]
+    captures = np.full(len(which), piece.capture)
+    return Stitched(values, turned[inside], captures, inside, np.ones(len(which)))
 
 
-def _provenance(piece: Piece, n_frames: int, before: int) -> tuple[IntArray, IntArray, FloatArray]:
-    first = piece.start - before
-    frames = np.maximum(np.arange(first, first + n_frames), 0)
-    return np.full(n_frames, piece.capture), frames, np.ones(n_frames)
+def _part(whole: Stitched, start: int, end: int) -> Stitched:
+    return Stitched(
+        whole.path[start:end],
+        whole.rotations[start:end],
+        whole.captures[start:end],
+        whole.frames[start:end],
+        whole.shares[start:end],
+    )
+
+
+def _join(*parts: Stitched) -> Stitched:
+    return Stitched(
+        np.concatenate([p.path for p in parts]),
+        np.concatenate([p.rotations for p in parts]),
+        np.concatenate([p.captures for p in parts]),
+        np.concatenate([p.frames for p in parts]),
+        np.concatenate([p.shares for p in parts]),
+    )

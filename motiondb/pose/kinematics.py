@@ -69,7 +69,7 @@ def two_bone(
     a = np.linalg.norm(upper_bone, axis=-1)
     b = np.linalg.norm(lower_bone, axis=-1)
     reach = np.clip(
-        np.linalg.norm(target - hip, axis=-1), np.abs(a - b) + 1e-4, (a + b) * (1.0 - 1e-4)
+        np.linalg.norm(target - hip, axis=-1), np.abs(a - b) + 1e-4, (a + b) * (1.0 - 1e-6)
     )
     direction = rotation.normalize(target - hip)
     chain = rotation.between(ankle - hip, direction)

@@ -1,0 +1,167 @@
+"""Feet: contacts found, held and kept above ground, without jumps and without stretched legs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motiondb.capture import read_capture
+from motiondb.generate import contact
+from motiondb.pose import body, features, kinematics, pose_vectors, retarget, rotation
+from motiondb.records import FloatArray, Motion
+
+SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"
+NAMES = ("ana/walk_1", "goran/run_1", "emil/dance_1", "boris/kick_1", "dora/turn_left_1")
+I = body.INDEX  # noqa: E741
+STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT
+
+
+def sample(name: str) -> Motion:
+    return retarget.to_motion(read_capture(SAMPLES / f"{name}.bvh"))
+
+
+def skating(motion: Motion, speed: float = 0.12) -> Motion:
+    """The same steps while the ground slides away sideways, as blended clips do."""
+    drift = np.arange(motion.n_frames) / 30.0 * speed
+    root = motion.root_positions.copy()
+    root[:, 0] += drift
+    return replace(motion, root_positions=root)
+
+
+def standing(n_frames: int, bend: float = 0.0, height: float = STANDING) -> Motion:
+    """Feet together, knees bent by an angle in degrees."""
+    local = np.tile(rotation.IDENTITY, (n_frames, 21, 1))
+    for side in "lr":
+        local[:, I[f"{side}_hip"]] = rotation.from_euler([-bend], "X")
+        local[:, I[f"{side}_knee"]] = rotation.from_euler([2 * bend], "X")
+        local[:, I[f"{side}_ankle"]] = rotation.from_euler([-bend], "X")
+    root = np.tile([0.0, height, 0.0], (n_frames, 1))
+    return Motion(local.astype(np.float32), root.astype(np.float32))
+
+
+def lowest(positions: FloatArray) -> float:
+    """The lowest sole over all frames, metres."""
+    ankles = positions[:, [I["l_ankle"], I["r_ankle"]], 1] - body.ANKLE_HEIGHT
+    toes = positions[:, [I["l_toe"], I["r_toe"]], 1] - 0.02
+    return float(min(ankles.min(), toes.min()))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_skating_feet_are_held(name: str) -> None:
+    motion = skating(sample(name))
+    locked = contact.lock_feet(motion)
+    assert contact.foot_slip(motion) > 0.06
+    assert contact.foot_slip(locked) < min(0.06, 0.5 * contact.foot_slip(motion))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_foot_is_below_the_ground(name: str) -> None:
+    motion = sample(name)
+    root = motion.root_positions - np.array([0, 0.02, 0], dtype=np.float32)
+    positions, _ = retarget.motion_positions(
+        contact.lock_feet(replace(motion, root_positions=root))
+    )
+    assert lowest(positions) > -1e-3
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_jumps(name: str) -> None:
+    motion = skating(sample(name))
+    before, _ = retarget.motion_positions(motion)
+    after, _ = retarget.motion_positions(contact.lock_feet(motion))
+    jerk_before = np.linalg.norm(np.diff(before, 2, axis=0), axis=-1).max(axis=1)
+    jerk_after = np.linalg.norm(np.diff(after, 2, axis=0), axis=-1).max(axis=1)
+    assert (jerk_after - jerk_before).max() < 0.06
+    assert np.linalg.norm(after - before, axis=-1).max() < 0.25
+
+
+def test_only_legs_move_and_bones_keep_their_lengths() -> None:
+    motion = skating(sample("ana/walk_1"))
+    locked = contact.lock_feet(motion)
+    np.testing.assert_array_equal(locked.root_positions, motion.root_positions)
+    legs = [I[f"{s}_{j}"] for s in "lr" for j in ("hip", "knee", "ankle")]
+    others = [j for j in range(21) if j not in legs]
+    dots = np.sum(locked.local_rotations * motion.local_rotations, axis=-1)
+    np.testing.assert_allclose(np.abs(dots[:, others]), 1.0, atol=1e-5)
+    positions, world = retarget.motion_positions(locked)
+    bones = np.linalg.norm(positions[:, 1:] - positions[:, body.PARENTS[1:]], axis=-1)
+    lengths = np.linalg.norm(body.OFFSETS[1:], axis=-1)
+    np.testing.assert_allclose(bones, np.broadcast_to(lengths, bones.shape), atol=1e-5)
+    before = retarget.motion_positions(motion)[1][:, I["l_ankle"]]
+    feet = np.abs(np.sum(world[:, I["l_ankle"]] * before, axis=-1))
+    np.testing.assert_allclose(feet, 1.0, atol=1e-5)
+
+
+def test_one_who_stands_still_stays() -> None:
+    motion = standing(20, bend=20.0, height=STANDING - 0.05126)
+    locked = contact.lock_feet(motion)
+    before, _ = retarget.motion_positions(motion)
+    after, _ = retarget.motion_positions(locked)
+    np.testing.assert_allclose(after, before, atol=2e-3)
+    assert contact.find_contacts(before).all()
+    assert contact.foot_slip(motion) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_foot_under_the_ground_is_lifted_by_hand() -> None:
+    motion = standing(10, bend=10.0, height=STANDING - 0.05)
+    after, _ = retarget.motion_positions(contact.lock_feet(motion))
+    assert lowest(after) == pytest.approx(0.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("n_frames", [1, 2])
+def test_a_frame_or_two_are_left_alone(n_frames: int) -> None:
+    motion = standing(n_frames)
+    assert contact.lock_feet(motion) is motion
+
+
+def test_one_in_the_air_has_no_contact() -> None:
+    motion = standing(12, height=STANDING + 0.4)
+    positions, _ = retarget.motion_positions(motion)
+    assert not contact.find_contacts(positions).any()
+    assert contact.foot_slip(motion) == 0.0
+    after, _ = retarget.motion_positions(contact.lock_feet(motion))
+    np.testing.assert_allclose(after, positions, atol=1e-3)
+
+
+def test_flicker_by_hand() -> None:
+    on = [bool(int(c)) for c in "1111011100000111000011110"]
+    expected = [bool(int(c)) for c in "1111111100000000000011110"]
+    np.testing.assert_array_equal(contact._without_flicker(np.array(on)), expected)
+
+
+def test_corrections_fade_from_one_contact_to_the_next() -> None:
+    moved = np.zeros((20, 2))
+    moved[:4], moved[12:] = 1.0, -1.0
+    fixed = np.zeros(20, dtype=bool)
+    fixed[:4], fixed[12:] = True, True
+    faded = contact._fade(moved, fixed)[:, 0]
+    np.testing.assert_array_equal(faded[:4], 1.0)
+    np.testing.assert_array_equal(faded[12:], -1.0)
+    assert np.abs(np.diff(faded)).max() < 0.45
+    assert np.all(np.diff(faded[3:13]) <= 0)
+    np.testing.assert_allclose(faded[3:13], -faded[12:2:-1], atol=1e-12)
+
+
+def test_a_nearly_straight_knee_does_not_snap() -> None:
+    """One millimetre of reach would move this knee by two centimetres; it may move by one."""
+    hip, ankle = np.array([[0.0, 0.85, 0.0]]), np.array([[0.0, 0.0023, 0.0]])
+    along = (0.43**2 - 0.42**2 + 0.8477**2) / (2 * 0.8477)
+    knee = hip + np.array([[0.0, -along, np.sqrt(0.43**2 - along**2)]])
+    target = contact._without_knee_pop(hip, knee, ankle, np.array([[0.0, -0.0022, 0.0]]))
+    ahead = np.array([[0.0, 0.0, 1.0]])
+    upper, _ = kinematics.two_bone(hip, knee, ankle, target, ahead)
+    moved = np.linalg.norm(hip + rotation.rotate(upper, knee - hip) - knee)
+    assert moved < 2 * 0.0022
+
+
+def test_generated_paths_walk_over_flat_ground() -> None:
+    """From vectors of a walk with a changed speed: the feet would skate, and are held."""
+    path, local = pose_vectors.to_path(sample("dora/walk_1"))
+    path[:, 2] *= 1.15
+    motion = pose_vectors.from_path(path, local)
+    locked = contact.lock_feet(motion)
+    assert contact.foot_slip(locked) < 0.5 * contact.foot_slip(motion)
+    assert features.runs(contact.find_contacts(retarget.motion_positions(locked)[0])[:, 0])
