@@ -53,8 +53,9 @@ def learn(
         print_json(facts)
         return
     typer.echo(
-        f"{facts['captures']} captures, {facts['segments']} segments, {facts['symbols']} symbols "
-        f"in {facts['clusters']} clusters ({facts['dimensions']} dimensions), {facts['words']} words."
+        f"{facts['captures']} captures, {facts['segments']} segments, "
+        f"{facts['symbols']} symbols in {facts['clusters']} clusters "
+        f"({facts['dimensions']} dimensions), {facts['words']} words."
     )
     if not facts["words"]:
         typer.echo("No words yet: `like` works, `search` needs words (motiondb words set).")

@@ -93,7 +93,8 @@ def _save(
         elif reading.name in names:
             problems.append(
                 f"{reading.path}: expected a new name, found another capture called "
-                f"{reading.name}. Remove that one first (motiondb remove {reading.name}) or rename the file."
+                f"{reading.name}. Remove that one first (motiondb remove {reading.name}) or "
+                "rename the file."
             )
         else:
             digests[reading.source.sha256] = reading.name

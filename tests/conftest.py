@@ -1,0 +1,108 @@
+"""One database learned from the sample data, built once per session and shared by its processes."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import motiondb
+
+_SAMPLES = Path(__file__).resolve().parents[1] / "sample_data"
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a command ended: exit code, standard output, standard error."""
+
+    code: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Ended]
+
+
+@pytest.fixture(scope="session")
+def samples_folder() -> Path:
+    """The captures that motiondb made itself."""
+    return _SAMPLES / "captures"
+
+
+@pytest.fixture(scope="session")
+def samples_sheet() -> Path:
+    """Their words."""
+    return _SAMPLES / "captions.tsv"
+
+
+@pytest.fixture(scope="session")
+def learned_file(
+    tmp_path_factory: pytest.TempPathFactory,
+    worker_id: str,
+    samples_folder: Path,
+    samples_sheet: Path,
+) -> Path:
+    """A database with all sample data, learned. Only ask it: tests that write take a copy."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "learned"
+    folder.mkdir(exist_ok=True)
+    path = folder / "samples.duckdb"
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "done").exists():
+            with motiondb.open(path) as db:
+                report = db.add(samples_folder, words=samples_sheet)
+                assert report.problems == ()
+                db.learn()
+            (folder / "done").touch()
+    return path
+
+
+@pytest.fixture
+def learned_copy(tmp_path: Path, learned_file: Path) -> Path:
+    """A copy of the learned database that a test may change."""
+    copy = shutil.copy(learned_file, tmp_path / "motions.duckdb")
+    cache = learned_file.with_name(f"{learned_file.name}.cache")
+    if cache.is_dir():
+        shutil.copytree(cache, copy.with_name(f"{copy.name}.cache"))
+    return copy
+
+
+@pytest.fixture
+def some(tmp_path: Path, samples_folder: Path) -> Path:
+    """A folder with four short captures of two performers."""
+    folder = tmp_path / "captures"
+    for name in ("ana/bow_1", "ana/jump_1", "boris/kick_1", "boris/punch_1"):
+        target = folder / f"{name}.bvh"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(samples_folder / f"{name}.bvh", target)
+    return folder
+
+
+@pytest.fixture
+def command(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Command:
+    """Runs ``motiondb ...`` in this process, in a folder of its own, without terminal colours."""
+    from motiondb.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MOTIONDB", raising=False)
+    monkeypatch.setenv("COLUMNS", "160")
+
+    def run(*words: object) -> Ended:
+        monkeypatch.setattr(sys, "argv", ["motiondb", *map(str, words)])
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main.main()
+        out, err = capsys.readouterr()
+        code = ended.value.code
+        return Ended(code if isinstance(code, int) else 0, out, err)
+
+    return run
