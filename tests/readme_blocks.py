@@ -64,7 +64,11 @@ def run(command: str) -> tuple[int, str, str]:
             code = 0
         except SystemExit as end:
             code = int(end.code or 0)
-    return code, "".join(f"{line.rstrip()}\n" for line in out.getvalue().splitlines()), err.getvalue()
+    return (
+        code,
+        "".join(f"{line.rstrip()}\n" for line in out.getvalue().splitlines()),
+        err.getvalue(),
+    )
 
 
 @contextlib.contextmanager
@@ -76,7 +80,9 @@ def workplace() -> Iterator[Path]:
         (place / "sample_data").symlink_to(ROOT / "sample_data", target_is_directory=True)
         os.chdir(place)
         try:
-            yield place
+            with mock.patch.dict(os.environ):
+                os.environ.pop("MOTIONDB", None)
+                yield place
         finally:
             os.chdir(before)
 

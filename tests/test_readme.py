@@ -1,0 +1,144 @@
+"""README is a test: its commands run in order and say what it shows, its Python is true."""
+
+from __future__ import annotations
+
+import doctest
+import importlib.util
+import re
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+import typer
+
+from motiondb.capture import CAPTURE_ENDINGS, capture_format
+from motiondb.pose import body, joint_names
+
+
+def _load() -> ModuleType:
+    """The module beside this file (tests are no package)."""
+    path = Path(__file__).with_name("readme_blocks.py")
+    spec = importlib.util.spec_from_file_location("readme_blocks", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["readme_blocks"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+readme = _load()
+TEXT = readme.README.read_text(encoding="utf-8")
+EXAMPLES = [e for block in readme.blocks("console", TEXT) for e in readme.examples(block)]
+
+
+MAKING, ASKING = EXAMPLES[:2], EXAMPLES[2:]
+
+
+@pytest.fixture(scope="module")
+def place(learned_file: Path) -> Iterator[Path]:
+    """A folder to work in, with a copy of the database that the first examples make."""
+    with readme.workplace() as folder:
+        shutil.copy(learned_file, folder / "motions.duckdb")
+        yield folder
+
+
+def _words(text: str, lines: int = 3, words: int = 3) -> list[list[str]]:
+    """The first words of the first lines, numbers left out: what every machine must agree on."""
+    return [
+        [w for w in line.split() if not re.fullmatch(r"[\d.,\-]+", w)][:words]
+        for line in text.splitlines()[:lines]
+        if line != "..."
+    ]
+
+
+def _check(example: Any, place: Path) -> None:
+    code, out, err = readme.run(example.command)
+    assert code == 0, err
+    unknown = [line for line in err.splitlines() if line.startswith("unknown word")]
+    expected = _words(example.output)
+    assert _words("\n".join([*unknown, out]), len(expected)) == expected
+    for written in re.findall(r"(?:-o|--png) (\S+)", example.command):
+        assert (place / written).stat().st_size > 1000
+
+
+def test_the_first_commands_make_the_database() -> None:
+    with readme.workplace() as place:
+        for example in MAKING:
+            _check(example, place)
+        assert (place / "motions.duckdb").exists()
+
+
+@pytest.mark.parametrize("example", ASKING, ids=[e.command for e in ASKING])
+def test_commands_say_what_readme_shows(place: Path, example: Any) -> None:
+    _check(example, place)
+
+
+def test_python_is_true(place: Path) -> None:
+    (block,) = readme.blocks("pycon", TEXT)
+    case = doctest.DocTestParser().get_doctest(block, {}, "README.md", "README.md", 0)
+    runner = doctest.DocTestRunner(verbose=False)
+    runner.run(case)
+    assert runner.tries > 5
+    assert runner.failures == 0
+
+
+def test_the_joint_map_of_readme_fits_a_strange_skeleton(tmp_path: Path) -> None:
+    """A sample capture whose legs are named as in README's map is refused without the map."""
+    (text,) = readme.blocks("ini", TEXT)
+    pairs = dict(line.split(" = ") for line in text.splitlines() if " = " in line)
+    names = {"hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "toe": "ToeBase"}
+    source = (readme.ROOT / "sample_data/captures/ana/walk_1.bvh").read_text()
+    for role, strange in pairs.items():
+        usual = ("Left" if role[0] == "l" else "Right") + names[role[2:]]
+        assert f"JOINT {usual}\n" in source
+        source = source.replace(f"JOINT {usual}\n", f"JOINT {strange}\n")
+    (tmp_path / "studio.map").write_text(text)
+    (tmp_path / "takes").mkdir()
+    (tmp_path / "takes" / "walk.bvh").write_text(source)
+    add = f"motiondb add {tmp_path}/takes --db {tmp_path}/strange.duckdb"
+    code, _, err = readme.run(add)
+    assert code == 1
+    assert "expected joints for l_hip, l_knee, l_ankle, r_hip, r_knee, r_ankle" in err
+    code, out, err = readme.run(f"{add} --joint-map {tmp_path}/studio.map")
+    assert code == 0, err
+    assert out.startswith("1 captures added")
+
+
+def test_every_command_stands_in_the_table() -> None:
+    from motiondb.cli.main import app
+
+    rows = "\n".join(line.split("|")[1] for line in TEXT.splitlines() if line.startswith("| `"))
+    told = set(re.findall(r"`([a-z]+(?: [a-z]+)?)", rows))
+    known: set[str] = set()
+    for name, command in typer.main.get_command(app).commands.items():  # type: ignore[attr-defined]
+        known |= {f"{name} {sub}" for sub in getattr(command, "commands", {})} or {name}
+    assert known - told == set()
+
+
+def test_every_format_and_convention_stands_in_readme() -> None:
+    for ending in CAPTURE_ENDINGS:
+        assert f"`{ending}`" in TEXT, capture_format(f"x{ending}")
+    special = {
+        "MotionBuilder without toes and hands": "without toes and hands",
+        "MotionBuilder with two spines": "with two spines",
+        "motiondb": "motiondb",
+    }
+    for name in joint_names.CONVENTIONS:
+        assert special.get(name, name) in TEXT
+    for role in body.JOINTS:
+        assert role.removeprefix("l_").removeprefix("r_") in TEXT
+
+
+def test_links_lead_somewhere() -> None:
+    for target in re.findall(r"\]\(([^)#:]+)\)", TEXT):
+        assert (readme.ROOT / target).exists(), target
+
+
+def test_pictures_are_small() -> None:
+    for name in readme.PICTURES:
+        assert (readme.ROOT / "docs" / "pictures" / name).stat().st_size < 200_000
