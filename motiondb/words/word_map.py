@@ -92,6 +92,9 @@ def _left_out(
     predicted = np.zeros_like(target)
     for group in np.unique(groups):
         test = groups == group
+        if test.all():
+            predicted[test] = target.mean(axis=0)
+            continue
         weights, offsets = _ridge(vectors[~test], target[~test], ridge)
         predicted[test] = vectors[test] @ weights + offsets
     return predicted
