@@ -11,6 +11,7 @@ import platform
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -36,19 +37,26 @@ class MeasuredRun:
 def run_measured(command: Sequence[str], settings: Mapping[str, str] | None = None) -> MeasuredRun:
     """Run a command to its end; ``settings`` are environment variables on top of the present."""
     environment = {**os.environ, **(settings or {})}
-    peak = 0
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         started = time.perf_counter()
         process = subprocess.Popen(list(command), stdout=out, stderr=err, env=environment)
-        while process.poll() is None:
-            peak = max(peak, resident_bytes(process.pid))
-            time.sleep(1.0 / LOOKS_PER_SECOND)
+        ended, sizes = threading.Event(), [0]
+        watcher = threading.Thread(target=_watch, args=(process.pid, ended, sizes))
+        watcher.start()
+        process.wait()
         seconds = time.perf_counter() - started
+        ended.set()
+        watcher.join()
         texts = []
         for file in (out, err):
             file.seek(0)
             texts.append(file.read().decode(errors="replace"))
-    return MeasuredRun(seconds, peak, process.returncode, *texts)
+    return MeasuredRun(seconds, max(sizes), process.returncode, *texts)
+
+
+def _watch(pid: int, ended: threading.Event, sizes: list[int]) -> None:
+    while not ended.wait(1.0 / LOOKS_PER_SECOND):
+        sizes.append(resident_bytes(pid))
 
 
 def resident_bytes(pid: int) -> int:

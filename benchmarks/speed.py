@@ -1,0 +1,224 @@
+"""How fast questions are answered, in one run, against the targets; writes a page.
+
+    python benchmarks/speed.py --database FILE [--output docs] [--repeats 40]
+
+FILE is a learned database of the real captures (see ``real_captures.py --database``). Questions are
+asked in an open database after one of each kind, so that what is loaded and compiled once is not
+counted; commands are whole processes with files in the system's cache. The two comparisons with
+hmmlearn and nltk are benchmarks of their own, run here once each.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import psutil
+from measured_run import machine, motiondb_command, run_measured, versions
+from real_questions import EXAMPLES, SENTENCES, WORDS
+
+import motiondb
+from motiondb.database import MotionDB
+from motiondb.database.learned import decode
+
+HERE = Path(__file__).parent
+EXAMPLE_SECONDS = 3.0
+DECODED_WORDS = 6
+PACKAGES = ("motiondb", "numpy", "scipy", "numba", "duckdb", "hmmlearn", "nltk")
+
+
+@dataclass(frozen=True)
+class Timing:
+    """A row: median and 95th percentile; the target is for ``judged`` ("median" or "p95")."""
+
+    name: str
+    median: float
+    p95: float
+    unit: str
+    n: int
+    target: float
+    judged: str = "p95"
+
+    @property
+    def met(self) -> bool:
+        """Whether the judged figure is within the target."""
+        return (self.median if self.judged == "median" else self.p95) <= self.target
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """How many times faster than a reference, at equal results or not."""
+
+    name: str
+    times: float
+    target: float
+    difference: str
+
+
+def time_each(name: str, asks: Sequence[Callable[[], object]], target_ms: float) -> Timing:
+    """Every question once in turn, after a first round that is not counted."""
+    for ask in dict.fromkeys(asks):
+        ask()
+    seconds = []
+    for ask in asks:
+        started = time.perf_counter()
+        ask()
+        seconds.append(time.perf_counter() - started)
+    low, high = np.quantile(seconds, [0.5, 0.95]) * 1e3
+    return Timing(name, float(low), float(high), "ms", len(seconds), target_ms)
+
+
+def time_questions(db: MotionDB, repeats: int) -> list[Timing]:
+    """Word search, search by example, decoding: each over many different questions."""
+    rng = np.random.default_rng(0)
+    word_asks = [lambda w=w: db.search(w) for w in WORDS]
+    motions = [
+        db.motion(e.capture, e.start or 0.0, (e.start or 0.0) + EXAMPLE_SECONDS)
+        for e in EXAMPLES
+        if e.capture not in ("16/16_35", "16/16_05", "07/07_01")  # shorter than the example
+    ]
+    like_asks = [lambda m=m: db.like(m) for m in motions]
+    counts = db.learned.association.counts
+    common = [w for w, n in zip(db.learned.association.words, counts) if n >= 2]
+    sentences = [
+        [common[i] for i in rng.integers(0, len(common), DECODED_WORDS)] for _ in range(repeats)
+    ]
+    decode_asks = [lambda s=s: decode(db.learned, s) for s in sentences]
+    make_asks = [lambda s=s: db.generate(s, 7) for s in SENTENCES]
+    return [
+        time_each("word search", word_asks * max(1, repeats // 10), 50.0),
+        time_each("search by a 3 s example", like_asks * max(1, repeats // 8), 300.0),
+        time_each(f"decoding of {DECODED_WORDS} random words", decode_asks * 2, 20.0),
+        time_each("generating a sentence", make_asks * max(1, repeats // 20), float("inf")),
+    ]
+
+
+def time_command(
+    name: str, command: list[str], repeats: int, target_s: float
+) -> tuple[Timing, int]:
+    """Whole processes; the peak memory of the largest, bytes."""
+    runs = [run_measured(command) for _ in range(repeats + 1)][1:]
+    for run in runs:
+        if run.exit_code:
+            raise SystemExit(f"{' '.join(command)}: exit code {run.exit_code}\n{run.complaints}")
+    low, high = np.quantile([run.seconds for run in runs], [0.5, 0.95])
+    timing = Timing(name, float(low), float(high), "s", repeats, target_s, "median")
+    return timing, max(run.peak_bytes for run in runs)
+
+
+def compare() -> list[Ratio]:
+    """The ratios to hmmlearn and nltk, from their own benchmarks."""
+    hmm, words = _run_json("hmm.py"), _run_json("association.py")
+    score, fit = hmm["score"], hmm["fit"]
+    score_gap = f"relative difference of scores {score['largest_relative_difference']:.0e}"
+    fit_gap = f"difference of means {fit['largest_difference_of_means']:.0e}"
+    return [
+        Ratio("scoring, against hmmlearn", score["times_faster"], 40.0, score_gap),
+        Ratio("fitting, against hmmlearn", fit["times_faster"], 10.0, fit_gap),
+        Ratio(
+            "IBM Model 2, against nltk",
+            words["ratio"],
+            50.0,
+            f"difference of t {words['largest_difference_of_t']:.0e}",
+        ),
+    ]
+
+
+def _run_json(name: str) -> dict:
+    result = subprocess.run(
+        [sys.executable, str(HERE / name), "--json"], capture_output=True, text=True, check=False
+    )
+    if not result.stdout.strip():
+        raise SystemExit(f"{name}: exit code {result.returncode}\n{result.stderr}")
+    return json.loads(result.stdout)
+
+
+def write_page(
+    timings: list[Timing], ratios: list[Ratio], memory: dict[str, int], path: Path
+) -> Path:
+    """The figures as Markdown."""
+    rows = [
+        f"| {t.name} | {_figure(t.median, t.unit)} | {_figure(t.p95, t.unit)} | {t.n} "
+        f"| {_target(t)} |"
+        for t in timings
+    ]
+    compared = [
+        f"| {r.name} | {r.times:.0f} × | {r.target:.0f} × | "
+        f"{'yes' if r.times >= r.target else '**no**'} | {r.difference} |"
+        for r in ratios
+    ]
+    held = [f"| {name} | {size / 2**20:.0f} MiB |" for name, size in memory.items()]
+    lines = [
+        "# Speed",
+        "",
+        "Written by `python benchmarks/speed.py --database FILE`, FILE a learned database of the "
+        f"CMU captures ([real-captures.md](real-captures.md)), on {machine()}; "
+        f"{versions(*PACKAGES)}. How long adding and learning takes stands in real-captures.md.",
+        "",
+        "| question | median | 95th percentile | of | target met |",
+        "| --- | --- | --- | --- | --- |",
+        *rows,
+        "",
+        "The first four in an open database, after one of each; the commands are whole processes.",
+        "",
+        "| compared | times faster | target | met | equal up to |",
+        "| --- | --- | --- | --- | --- |",
+        *compared,
+        "",
+        "| memory at most | |",
+        "| --- | --- |",
+        *held,
+    ]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def _figure(value: float, unit: str) -> str:
+    return f"{value:.0f} ms" if unit == "ms" and value >= 10 else f"{value:.2g} {unit}"
+
+
+def _target(timing: Timing) -> str:
+    if not np.isfinite(timing.target):
+        return "no target"
+    which = "95th percentile" if timing.judged == "p95" else "median"
+    met = "yes" if timing.met else "**no**"
+    return f"{met} ({which} at most {timing.target:g} {timing.unit})"
+
+
+def main() -> int:
+    """Measure and write; 1 where a target is missed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--database", type=Path, required=True)
+    parser.add_argument("--output", type=Path, default=Path("docs"))
+    parser.add_argument("--repeats", type=int, default=40)
+    arguments = parser.parse_args()
+    with motiondb.open(arguments.database, read_only=True) as db:
+        timings = time_questions(db, arguments.repeats)
+        memory = {"all of these questions in one process": psutil.Process().memory_info().rss}
+    few = max(3, arguments.repeats // 4)
+    search = motiondb_command("search", "walk, turn left", "--db", str(arguments.database))
+    for name, command, target in (
+        ("`motiondb search` from the shell", search, 1.5),
+        ("`motiondb --help`", motiondb_command("--help"), 0.3),
+    ):
+        timing, peak = time_command(name, command, few, target)
+        timings.append(timing)
+        memory[name] = peak
+    ratios = compare()
+    path = write_page(timings, ratios, memory, arguments.output / "speed.md")
+    print(path.read_text(encoding="utf-8"))
+    missed = [t.name for t in timings if not t.met] + [r.name for r in ratios if r.times < r.target]
+    print(f"missed: {', '.join(missed)}" if missed else "every target met")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
