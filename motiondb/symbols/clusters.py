@@ -1,10 +1,10 @@
 """Clusters of symbols: a Gaussian mixture in the symbol space, its size and shape chosen by BIC.
 
 BIC = -2 log L + parameters ln(points). Mixtures of 1, 2, ... components are tried with spherical,
-diagonal and full covariances, since few points cannot pay for full ones; the lowest BIC wins, among
-equals the first tried, and mixtures that spend a component on a single point come last. Every point
-belongs to the one component that is most probable for it; components to which no point belongs are
-left out. Clusters are numbered along the first axis.
+diagonal, tied (one covariance for all) and full covariances, since few points cannot pay for full
+ones; the lowest BIC wins, among equals the first tried, and mixtures that spend a component on a
+single point come last. Every point belongs to the one component that is most probable for it;
+components to which no point belongs are left out. Clusters are numbered along the first axis.
 
 Source: Fraley and Raftery, Model-based clustering, 2002; Schwarz, 1978.
 """
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from sklearn.mixture import GaussianMixture
 
 MAX_CLUSTERS = 20
-SHAPES = ("spherical", "diag", "full")
+SHAPES = ("spherical", "diag", "tied", "full")
 _POINTS_A_CLUSTER = 3  # fewer points than this on average say nothing of a covariance
 _NO_CLUSTER = 1e9  # added to the BIC of mixtures that spend a component on a single point
 _PATIENCE = 4  # sizes in a row that do not lower the BIC before larger ones are left untried
@@ -103,13 +103,14 @@ def _fit_mixture(
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.mixture import GaussianMixture
 
+    # k-means++ starts from single points, which leaves a covariance that all share far too wide
     mixture = GaussianMixture(
         size,
         covariance_type=shape,
         reg_covar=floor,
         n_init=4,
         max_iter=300,
-        init_params="k-means++",
+        init_params="kmeans" if shape == "tied" else "k-means++",
         random_state=seed,
     )
     with warnings.catch_warnings():
@@ -125,7 +126,15 @@ def _in_order(mixture: GaussianMixture, coordinates: FloatArray) -> Clusters:
     number = np.empty(len(mixture.weights_), dtype=np.int64)
     number[alive] = np.arange(len(alive))
     weights, means = mixture.weights_[alive], mixture.means_[alive]
-    covars, n_dims = mixture.covariances_[alive], means.shape[1]
-    if covars.ndim < 3:  # one variance a component, or one a dimension
-        covars = covars.reshape(len(alive), -1, 1) * np.eye(n_dims)
-    return Clusters(number[labels], weights / weights.sum(), means, covars)
+    return Clusters(number[labels], weights / weights.sum(), means, _full_covars(mixture)[alive])
+
+
+def _full_covars(mixture: GaussianMixture) -> FloatArray:
+    """Covariances of all components, whatever their shape: array (components, d, d)."""
+    n_components, n_dims = mixture.means_.shape
+    covars = np.asarray(mixture.covariances_)
+    if mixture.covariance_type == "tied":
+        return np.repeat(covars[None], n_components, axis=0)
+    if mixture.covariance_type == "full":
+        return covars
+    return covars.reshape(n_components, -1, 1) * np.eye(n_dims)
