@@ -93,14 +93,16 @@ def written_evidence(
 
 
 def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | None:
-    """The best interval of a capture for actions in order, or None where segments are too few.
+    """The best interval of a capture for actions in order; None where frames are too few.
 
     Parameters
     ----------
-    take : log-odds of the words in the capture.
+    take : log-odds of the words in the capture. Where it has fewer segments than there are actions
+        (a short run with a turn is one segment), these are cut into equal parts.
     actions : per action the numbers of its words; an empty action asks for anything in between.
         At least one action has words.
     """
+    take = split_segments(take, len(actions))
     values = np.stack(
         [
             take.windows[:, list(words)].mean(axis=1) if words else np.zeros(len(take.starts))
@@ -116,6 +118,21 @@ def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | Non
     log_odds = float(np.mean([0.5 * i + 0.5 * w for i, w in zip(inner, wholes)]))
     frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
     return Hit(frames[0][0], frames[-1][1], log_odds, frames)
+
+
+def split_segments(take: TakeScores, n_least: int) -> TakeScores:
+    """The capture with at least ``n_least`` segments, or as many as its frames allow.
+
+    Segments are cut into equal parts that say the same.
+    """
+    n_parts = -(-n_least // max(len(take.starts), 1))
+    if n_parts < 2:
+        return take
+    bounds = np.linspace(take.starts, take.ends, n_parts + 1, axis=1).round().astype(np.int64)
+    starts, ends = bounds[:, :-1].ravel(), bounds[:, 1:].ravel()
+    kept = ends > starts
+    windows = np.repeat(take.windows, n_parts, axis=0)[kept]
+    return TakeScores(starts[kept], ends[kept], windows, take.whole)
 
 
 def ordered_peaks(values: FloatArray) -> list[int] | None:
@@ -150,7 +167,7 @@ def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
     Strength is measured from the capture's lower quartile; where a capture says the same
     throughout (the peak stands less than one nat above it) the interval is everything allowed.
     """
-    floor = float(np.quantile(values, 0.25))
+    floor = lower_quartile(values)
     if values[peak] - floor < 1.0:
         return low, high
     threshold = floor + 0.5 * (values[peak] - floor)
@@ -160,6 +177,19 @@ def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
     while b + 1 < high and values[b + 1] >= threshold:
         b += 1
     return a, b + 1
+
+
+def lower_quartile(values: FloatArray) -> float:
+    """As ``np.quantile(values, 0.25)``, in a tenth of the time for the few segments of a capture.
+
+    >>> lower_quartile(np.array([4.0, 1, 3, 2]))
+    1.75
+    """
+    ordered = np.sort(values)
+    place = 0.25 * (len(ordered) - 1)
+    low = int(place)
+    high = min(low + 1, len(ordered) - 1)
+    return float(ordered[low] + (place - low) * (ordered[high] - ordered[low]))
 
 
 def _intervals(

@@ -63,8 +63,19 @@ def test_words_of_one_action_hold_together() -> None:
     assert (found.start, found.end) == (10, 20)
 
 
-def test_more_actions_than_segments_are_not_found() -> None:
-    assert by_words.search_take(take([[1.0, 1, 1]]), [[WALK], [TURN]]) is None
+def test_more_actions_than_segments_share_a_segment() -> None:
+    one = take([[2.0, 4, 0]])
+    hit = by_words.search_take(one, [[WALK], [TURN]])
+    assert hit is not None
+    end = int(one.ends[0])
+    assert hit.parts == ((0, end // 2), (end // 2, end))
+    whole = (one.whole[WALK] + one.whole[TURN]) / 2
+    assert hit.log_odds == pytest.approx(0.5 * 3.0 + 0.5 * whole)
+
+
+def test_more_actions_than_frames_are_not_found() -> None:
+    one = by_words.TakeScores(np.array([0]), np.array([1]), np.ones((1, 3)), np.ones(3))
+    assert by_words.search_take(one, [[WALK], [TURN]]) is None
 
 
 def test_an_empty_action_fills_the_gap() -> None:
@@ -158,3 +169,9 @@ def test_windows_reach_over_their_segment() -> None:
     vectors = by_words.window_vectors(np.eye(3), starts, ends, 5)
     expected = score_vectors.unit(np.array([[10.0, 5, 0], [5, 10, 5], [0, 5, 10]]))
     np.testing.assert_allclose(vectors, expected)
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.lists(st.floats(-50, 50), min_size=1, max_size=12))
+def test_the_lower_quartile_is_numpys(values: list[float]) -> None:
+    assert by_words.lower_quartile(np.array(values)) == pytest.approx(np.quantile(values, 0.25))
