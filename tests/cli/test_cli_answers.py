@@ -1,0 +1,188 @@
+"""What the commands print: the promised JSON, tables, notes, and exit codes."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+
+def answer(ended: Any) -> Any:
+    assert ended.code == 0, ended.err
+    return json.loads(ended.out)
+
+
+def test_search_and_like_answer_as_promised(command: Any, learned_file: Path) -> None:
+    for words in (("search", "walk, kick"), ("like", "ana/bow_1", "--from", 0.5, "--to", 2)):
+        found = answer(
+            command(
+                *words, "--where", "performer=ana", "--limit", 3, "--json", "--db", learned_file
+            )
+        )
+        assert [m["rank"] for m in found] == [1, 2, 3]
+        for match in found:
+            assert list(match) == ["rank", "capture", "start", "end", "score", "words"]
+            assert match["capture"].startswith("ana/")
+            assert 0 <= match["start"] < match["end"]
+            assert all(isinstance(word, str) for word in match["words"])
+
+
+def test_describe_answers_as_promised(command: Any, learned_file: Path) -> None:
+    for part in answer(command("describe", "ana/bow_1", "--json", "--db", learned_file)):
+        assert list(part) == ["start", "end", "words"]
+        assert all(list(word) == ["word", "probability"] for word in part["words"])
+
+
+def test_the_environment_names_the_database(
+    command: Any, learned_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MOTIONDB", str(learned_file))
+    found = answer(command("list", "--where", "performer=ana", "--limit", 2, "--json"))
+    assert [c["tags"]["performer"] for c in found] == ["ana", "ana"]
+    assert found[0]["words"][0]["words"] == "someone bows politely"
+    facts = answer(command("info", "--json"))
+    assert (facts["captures"], facts["learned"], facts["not yet learned"]) == (101, True, 0)
+    assert [run["kind"] for run in facts["runs"]] == ["add", "learn"]
+    assert answer(command("check", "--json")) == {"faults": []}
+    symbols = answer(command("symbols", "--json"))
+    assert {s["symbol"] for s in symbols} == set(range(facts["symbols"]))
+    assert sum(s["count"] for s in symbols) > 300
+    words = answer(command("words", "--json"))
+    assert len(words) == facts["words"]
+    assert {"word", "count", "symbols"} == set(words[0])
+
+
+def test_tables_for_people(command: Any, learned_file: Path) -> None:
+    for words in (
+        ("search", "walk, turn left, sit down"),
+        ("search", "walk", "--by-symbols"),
+        ("like", "ana/bow_1"),
+        ("describe", "ana/bow_1"),
+        ("list",),
+        ("show", "ana/bow_1"),
+        ("words",),
+        ("symbols",),
+        ("info",),
+        ("check",),
+    ):
+        ended = command(*words, "--db", learned_file)
+        assert (ended.code, ended.err) == (0, "")
+        assert ended.out.strip()
+    assert f"{learned_file} is sound" in ended.out
+
+
+def test_pictures(command: Any, learned_file: Path) -> None:
+    for name, words in {
+        "a.png": ("show", "ana/bow_1"),
+        "b.png": ("symbols",),
+        "c.png": ("search", "bow", "--limit", 2),
+        "d.png": ("like", "ana/bow_1", "--limit", 2),
+    }.items():
+        ended = command(*words, "--png", name, "--db", learned_file)
+        assert ended.code == 0, ended.err
+        assert Path(name).read_bytes()[:4] == b"\x89PNG"
+
+
+def test_an_unknown_word_is_named_with_the_nearest(command: Any, learned_file: Path) -> None:
+    ended = command("search", "wlak, kick", "--limit", 1, "--json", "--db", learned_file)
+    assert ended.err == "unknown word 'wlak' left out; the nearest known: walk\n"
+    assert answer(ended)[0]["words"] == ["kick"]
+    ended = command("search", "xyzzy", "--db", learned_file)
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err == (
+        "error: query: expected a known word, found xyzzy. "
+        "`motiondb words` lists the words that are known.\n"
+    )
+
+
+def test_generate_writes_motion_and_origin(command: Any, learned_copy: Path) -> None:
+    sentence = ("generate", "a person walks then kicks", "--seed", 7, "--db", learned_copy)
+    one = answer(command(*sentence, "-o", "one.bvh", "--save", "made/one", "--json"))
+    two = answer(command(*sentence, "-o", "two.bvh", "--json"))
+    assert Path("one.bvh").read_bytes() == Path("two.bvh").read_bytes()
+    assert (one["output"], one["capture"]) == ("one.bvh", "made/one")
+    assert one["symbols"] == two["symbols"]
+    origin = json.loads(Path(one["provenance"]).read_text())
+    assert origin["frames"][0]["start"] == 0
+    assert origin["frames"][-1]["end"] == round(one["seconds"] * 30)
+    shown = command("show", "made/one", "--db", learned_copy).out
+    assert "kind:         generated" in shown
+    assert "licence CC0-1.0" in shown
+    ended = command(*sentence, "-o", "three.bvh", "--save", "made/one")
+    assert ended.code == 2
+    assert "made/one: expected a name that is free" in ended.err
+    assert not Path("three.bvh").exists()
+    ended = command(*sentence, "-o", "picture.glb", "--method", "trajectory", "--png", "p.png")
+    assert ended.code == 0, ended.err
+    assert Path("picture.glb").read_bytes()[:4] == b"glTF"
+    assert Path("p.png").exists()
+    assert answer(command("check", "--json", "--db", learned_copy)) == {"faults": []}
+
+
+def test_what_is_not_yet_learned_is_said(command: Any, learned_copy: Path, some: Path) -> None:
+    text = (some / "boris/kick_1.bvh").read_text()
+    (some / "boris/kick_1.bvh").write_text(text + "\n")
+    command("add", some / "boris", "--db", learned_copy)
+    note = "note: 1 capture is not yet learned: run motiondb learn to include them\n"
+    ended = command("search", "walk", "--limit", 1, "--json", "--db", learned_copy)
+    assert ended.err == note
+    assert len(answer(ended)) == 1
+    assert command("like", "ana/bow_1", "--limit", 1, "--db", learned_copy).err == note
+    told = command("info", "--db", learned_copy).out
+    assert "not yet learned:       1" in told
+    assert "Captures changed since it learned: run motiondb learn" in told
+
+
+def test_add_export_remove_compact(command: Any, some: Path, samples_folder: Path) -> None:
+    (some / "broken.bvh").write_text("HIERARCHY\n")
+    shutil.copy(some / "ana/bow_1.bvh", some / "bow again.bvh")
+    ended = command("add", some)
+    assert ended.code == 1
+    assert ended.out.startswith("4 captures added (")
+    assert "1 already there, 1 problems; 4 captures in motions.duckdb." in ended.out
+    assert "  bow again is the same file as ana/bow_1" in ended.out
+    assert f"  {some}/broken.bvh" in ended.err
+    assert all(line.startswith("  ") for line in ended.err.splitlines() if "broken" in line)
+    report = json.loads(command("add", some, "--json").out)
+    assert report["added"] == []
+    assert report["captures"] == 4
+    assert len(report["known"]) == 5
+    assert answer(command("export", "ana/bow_1", "-o", "b.bvh", "--json"))["output"] == "b.bvh"
+    assert Path("b.bvh").read_bytes() == (samples_folder / "ana/bow_1.bvh").read_bytes()
+    assert answer(command("remove", "ana/bow_1", "--json")) == {"removed": ["ana/bow_1"]}
+    sizes = answer(command("compact", "--json"))
+    assert sizes["after"] <= sizes["before"]
+    assert command("check").out == "motions.duckdb is sound\n"
+    assert len(answer(command("list", "--json"))) == 3
+
+
+def test_words_are_set_imported_and_synonyms_kept(command: Any, some: Path) -> None:
+    command("add", some)
+    assert answer(command("words", "set", "ana/bow_1", "she bows", "--json")) == {
+        "capture": "ana/bow_1",
+        "words": ["she bows"],
+    }
+    kept = answer(command("words", "set", "ana/bow_1", "deeply", "--from", 1, "--keep", "--json"))
+    assert kept["words"] == ["she bows", "deeply"]
+    Path("s.tsv").write_text("file\twords\tmood\nboris/kick_1\the boots\tcross\nghost\tflies\t\n")
+    ended = command("words", "import", "s.tsv")
+    assert ended.code == 1
+    assert ended.out == "words of 1 captures replaced, 1 rows without a capture\n"
+    assert ended.err == (
+        "  s.tsv:3: expected a capture of the added folder, found 'ghost'. "
+        "Correct the file column.\n"
+    )
+    assert [c["name"] for c in answer(command("list", "--where", "mood=cross", "--json"))] == [
+        "boris/kick_1"
+    ]
+    Path("synonyms").write_text("boot = kick\n")
+    assert answer(command("words", "synonyms", "synonyms", "--json")) == {"boot": "kick"}
+    assert command("learn").code == 0
+    assert {w["word"] for w in answer(command("words", "--json"))} >= {"kick", "bow"}
+    assert answer(command("search", "boot", "--limit", 1, "--json"))[0]["capture"] == "boris/kick_1"
+    assert command("words", "synonyms", "nothing").err == (
+        "error: nothing: expected a readable file of synonyms, found: No such file or directory.\n"
+    )
