@@ -17,6 +17,7 @@ from motiondb.records import (
     Motion,
 )
 from motiondb.search import alignment, by_motion, by_words, score_vectors
+from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.words import decoding, vocabulary
 
 
@@ -117,6 +118,21 @@ def search_motion(
     learned: Learned, motion: Motion, where: str = "", limit: int = 10
 ) -> tuple[Match, ...]:
     """The stored intervals that move like a motion, best first."""
+    with one_blas_thread():  # the matrices of one query are too small for two threads to gain by
+        refined = _find_motion(learned, motion, where)
+    return tuple(
+        Match(
+            rank,
+            learned.captures[c.capture].name,
+            *_seconds(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
+            c.score,
+            _words_of_interval(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
+        )
+        for rank, c in enumerate(refined[:limit], start=1)
+    )
+
+
+def _find_motion(learned: Learned, motion: Motion, where: str) -> list[by_motion.Candidate]:
     query = make_query(learned, motion)
     takes = {
         capture: by_motion.Take(
@@ -130,17 +146,7 @@ def search_motion(
     }
     candidates = by_motion.find_candidates(query, takes, learned.distances)
     features = {capture: learned.features(capture) for capture in {c.capture for c in candidates}}
-    refined = by_motion.refine(query, candidates, features)
-    return tuple(
-        Match(
-            rank,
-            learned.captures[c.capture].name,
-            *_seconds(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
-            c.score,
-            _words_of_interval(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
-        )
-        for rank, c in enumerate(refined[:limit], start=1)
-    )
+    return by_motion.refine(query, candidates, features)
 
 
 def make_query(learned: Learned, motion: Motion) -> by_motion.Query:
