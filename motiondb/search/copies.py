@@ -26,7 +26,11 @@ NEAR = 0.01
 RELATIVE = 0.25
 """Share of the motion's own spread about its mean pose."""
 KEY_FRAMES = 12
+FIRST_KEYS = [0, 5, 11]
+"""Key frames that are compared with every frame of every take."""
 LEAST_FRAMES = 20
+BLOCK = 32
+"""Queries that are compared with everything in one matrix product."""
 SLACK = 2
 """Frames by which two files of one take may differ in length."""
 
@@ -89,61 +93,75 @@ def find_copies(
     ----------
     queries : take numbers to look for. takes : where to look (default: everywhere).
     """
-    places = range(len(library.bounds) - 1) if takes is None else takes
-    mask = np.zeros(len(library.poses), dtype=bool)
-    for take in places:
-        mask[library.bounds[take] : library.bounds[take + 1]] = True
-    norms = np.einsum("td,td->t", library.poses, library.poses)
+    places = list(range(len(library.bounds) - 1) if takes is None else takes)
+    held = library if takes is None else build_library([_take(library, p) for p in places])
+    norms = np.einsum("td,td->t", held.poses, held.poses)
+    long_enough = [q for q in queries if len(_take(library, q)) >= LEAST_FRAMES]
     copies: list[Copy] = []
-    for query in queries:
-        poses = _take(library, query)
-        if len(poses) < LEAST_FRAMES:
-            continue
-        spread = float(np.sqrt(np.mean(np.sum((poses - poses.mean(axis=0)) ** 2, axis=1) / 21)))
-        limit = min(NEAR, RELATIVE * spread)
-        flipped = mirror_poses(poses)
-        symmetric = float(np.sqrt(np.mean((flipped - poses) ** 2) * 3)) < 2.0 * limit
-        for mirrored in (False,) if symmetric else (False, True):
-            shape = flipped if mirrored else poses
-            for take, offset, distance in _find(library, norms, shape, limit, set(places)):
-                length = int(library.bounds[take + 1] - library.bounds[take])
-                same_length = abs(length - len(poses)) <= SLACK
+    for block in range(0, len(long_enough), BLOCK):
+        asked = [(q, mirrored) for q in long_enough[block : block + BLOCK] for mirrored in (0, 1)]
+        shapes = [(mirror_poses if m else np.asarray)(_take(library, q)) for q, m in asked]
+        first = np.concatenate([shape[_keys(shape)[FIRST_KEYS]] for shape in shapes])
+        products = (first @ held.poses.T).reshape(len(shapes), len(FIRST_KEYS), -1)
+        for (query, mirrored), shape, product in zip(asked, shapes, products):
+            for place, offset, distance in _find(held, norms, shape, product):
+                take, length = places[place], int(held.bounds[place + 1] - held.bounds[place])
+                same_length = abs(length - len(shape)) <= SLACK
                 if take == query or (same_length and take > query):
                     continue
                 kind = "mirror" if mirrored else ("same" if same_length else "cut")
-                end = min(offset + len(poses), length)
+                end = min(offset + len(shape), length)
                 copies.append(Copy(query, take, kind, offset, end, distance))
     return copies
 
 
 def _find(
-    library: Library, norms: Float32Array, poses: Float32Array, limit: float, places: set[int]
+    library: Library, norms: Float32Array, poses: Float32Array, products: Float32Array
 ) -> list[tuple[int, int, float]]:
     """(take, offset, distance) of every take that holds the poses, nearest first."""
-    keys = np.linspace(0, len(poses) - 1 - SLACK, KEY_FRAMES).round().astype(np.int64)
-    n = len(library.poses) - int(keys[-1])
-    if n < 1:
-        return []
-    rough = np.zeros(n, dtype=np.float32)
-    products = library.poses @ poses[keys].T
-    for k, key in enumerate(keys):
-        square = norms[key : key + n] - 2.0 * products[key : key + n, k]
-        rough += square + poses[key] @ poses[key]
-    rough = np.sqrt(np.maximum(rough, 0.0) / (KEY_FRAMES * 21))
-    found = []
-    for offset in np.flatnonzero(rough < 1.5 * limit):
+    spread = float(np.sqrt(np.mean(np.sum((poses - poses.mean(axis=0)) ** 2, axis=1) / 21)))
+    limit = min(NEAR, RELATIVE * spread)
+    best: dict[int, tuple[int, int, float]] = {}
+    for offset in _likely_offsets(library, norms, poses, products, 1.5 * limit):
         take = int(np.searchsorted(library.bounds, offset, side="right")) - 1
-        if take not in places or offset + len(poses) > library.bounds[take + 1] + SLACK:
+        if offset + len(poses) > library.bounds[take + 1] + SLACK:
             continue
         part = library.poses[offset : min(offset + len(poses), int(library.bounds[take + 1]))]
         distance = float(np.sqrt(np.mean((part - poses[: len(part)]) ** 2) * 3))
-        if distance < limit:
-            found.append((take, int(offset - library.bounds[take]), distance))
-    best: dict[int, tuple[int, int, float]] = {}
-    for hit in found:
-        if hit[0] not in best or hit[2] < best[hit[0]][2]:
-            best[hit[0]] = hit
+        if distance < limit and (take not in best or distance < best[take][2]):
+            best[take] = (take, int(offset - library.bounds[take]), distance)
     return sorted(best.values(), key=lambda hit: hit[2])
+
+
+def _likely_offsets(
+    library: Library,
+    norms: Float32Array,
+    poses: Float32Array,
+    products: Float32Array,
+    limit: float,
+) -> IntArray:
+    """Rows of the library from which the key frames are nearer than a limit, metres.
+
+    products : array (first keys, rows), of the first key frames with every row. Their squares
+    alone exceed the limit almost everywhere: only where they do not are the others looked at.
+    """
+    keys = _keys(poses)
+    n = len(library.poses) - int(keys[-1])
+    if n < 1:
+        return np.zeros(0, dtype=np.int64)
+    most = limit * limit * KEY_FRAMES * len(body.JOINTS)
+    total = np.zeros(n, dtype=np.float32)
+    for key, product in zip(keys[FIRST_KEYS], products):
+        total += norms[key : key + n] - 2.0 * product[key : key + n] + poses[key] @ poses[key]
+    rows = np.flatnonzero(total < most + 1e-3)
+    squares = np.zeros(len(rows), dtype=np.float32)
+    for key in keys:
+        squares += np.sum((library.poses[rows + key] - poses[key]) ** 2, axis=1)
+    return rows[squares < most]
+
+
+def _keys(poses: Float32Array) -> IntArray:
+    return np.linspace(0, len(poses) - 1 - SLACK, KEY_FRAMES).round().astype(np.int64)
 
 
 def _take(library: Library, number: int) -> Float32Array:
