@@ -1,0 +1,216 @@
+"""What must hold of answers and of generated motion on the sample data (A5 to A18, X2, X3)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import motiondb
+from motiondb import MotionDB
+from motiondb.database import generated_files
+from motiondb.database.generating import Generated
+from motiondb.records import MOTION_FPS, CaptureInfo
+from motiondb.words import explanation, vocabulary
+
+SENTENCES = (
+    "a person walks then kicks",
+    "jump",
+    "bow then wave",
+    "kick then punch",
+    "run then jump",
+    "walk, turn left, sit down",
+)
+
+
+@pytest.fixture(scope="module")
+def db(learned_file: Path) -> Iterator[MotionDB]:
+    with motiondb.open(learned_file, read_only=True) as opened:
+        yield opened
+
+
+def _single(db: MotionDB) -> list[tuple[CaptureInfo, str]]:
+    """Captures that show one action, with its name."""
+    named = [(info, info.tags["action"]) for info in db.captures()]
+    return [(info, action) for info, action in named if ";" not in action]
+
+
+def _occurs(db: MotionDB, symbols: Sequence[int]) -> bool:
+    """Whether a capture shows these symbols one right after the other."""
+    learned, n = db.learned, len(symbols)
+    sequences = [learned.segments.symbols[rows].tolist() for rows in learned.rows.values()]
+    return any(s[i : i + n] == list(symbols) for s in sequences for i in range(len(s)))
+
+
+def test_a_stored_capture_finds_itself_first(db: MotionDB) -> None:
+    """A5: the answer is an interval; that of a whole capture is the whole of it."""
+    for info in db.captures()[::6]:
+        best = db.like(info.name, limit=1)[0]
+        assert (best.rank, best.capture) == (1, info.name)
+        assert best.score > 0.9
+        assert 0.0 <= best.start < best.end <= info.duration + 0.001  # said in milliseconds
+
+
+def test_a_part_of_a_stored_capture_finds_itself_first(db: MotionDB) -> None:
+    """A5: and where it stands."""
+    for name, start, end in (
+        ("ana/long_1", 7.2, 10.0),
+        ("fatou/kick_1", 0.6, 2.0),
+        ("boris/long_2", 4.0, 7.6),
+        ("goran/long_fight_2", 11.2, 14.0),
+    ):
+        best = db.like(name, start, end, limit=1)[0]
+        assert best.capture == name
+        assert (best.start, best.end) == pytest.approx((start, end), abs=0.2)
+
+
+def test_words_find_what_shows_them(db: MotionDB) -> None:
+    """A5, A11 with words: what people said the word about comes first."""
+    for word in ("kick", "bow", "wave", "jump"):
+        for match in db.search(word, limit=5).matches:
+            said = {w for c in db.captions(match.capture) for w in vocabulary.words_of(c.words)}
+            assert word in said, match
+
+
+def test_words_in_order_are_found_in_order(db: MotionDB) -> None:
+    """A11: intervals of the actions follow one another in the answer."""
+    for match in db.search("walk, turn left, sit down", limit=5).matches:
+        times = [part.split()[-2].split("-") for part in match.reason.split("; ")]
+        starts = [float(start) for start, _ in times]
+        assert len(starts) == 3
+        assert starts == sorted(starts)
+        assert match.start == pytest.approx(starts[0], abs=0.01)
+
+
+def test_a_sequence_that_never_occurred_is_answered_and_says_so(db: MotionDB) -> None:
+    """A11, (a): decoded, aligned with the store; the answer tells whether it was ever seen."""
+    seen = []
+    for words in ("kick, bow", "wave, jump", "sit down, punch", "walk, turn left, sit down", "bow"):
+        answer = db.search(words, by_symbols=True, limit=3)
+        assert answer.decoding is not None
+        assert answer.decoding.certificate == "optimal"
+        assert answer.matches
+        occurs = _occurs(db, answer.decoding.symbols)
+        says = ["this sequence of symbols never occurred" in m.reason for m in answer.matches]
+        assert says == [not occurs] * len(answer.matches)
+        seen.append(occurs)
+    assert not all(seen)
+
+
+@pytest.fixture(scope="module")
+def made(db: MotionDB) -> dict[str, Generated]:
+    return {words: db.generate(words, seed=7) for words in SENTENCES}
+
+
+def test_a_sequence_that_never_occurred_is_generated(
+    db: MotionDB, made: dict[str, Generated]
+) -> None:
+    """A11, (b)."""
+    new = [one for one in made.values() if not _occurs(db, one.symbols)]
+    assert new
+    for one in new:
+        assert one.motion.n_frames > 30
+        assert np.isfinite(one.motion.local_rotations).all()
+        assert np.isfinite(one.motion.root_positions).all()
+
+
+def _differences(one: Sequence[int], other: Sequence[int]) -> int:
+    """Edit distance."""
+    row = list(range(len(other) + 1))
+    for i, a in enumerate(one, start=1):
+        before, row[0] = row[0], i
+        for j, b in enumerate(other, start=1):
+            before, row[j] = row[j], min(row[j] + 1, row[j - 1] + 1, before + (a != b))
+    return row[-1]
+
+
+@pytest.mark.parametrize("method", ["stitched", "trajectory"])
+def test_generated_motion_is_recognised_again(
+    db: MotionDB, made: dict[str, Generated], method: str
+) -> None:
+    """A12: cut and recognised like any motion, it is the sequence that made it, nine in ten."""
+    wrong = total = 0
+    for words in SENTENCES:
+        one = made[words] if method == "stitched" else db.generate(words, seed=7, method=method)
+        wrong += _differences(one.symbols, one.recognised)
+        total += len(one.symbols)
+    assert wrong <= 0.1 * total
+
+
+def test_drawn_frames_tremble_and_trajectories_do_not(db: MotionDB) -> None:
+    """A12: the paper's Monte Carlo beside the smooth trajectory of the same symbols."""
+    jerks = {}
+    for method in ("trajectory", "montecarlo"):
+        one = db.generate("a person walks then kicks", seed=7, method=method)
+        turns = np.diff(one.motion.local_rotations.astype(float), n=3, axis=0)
+        jerks[method] = float(np.median(np.abs(turns)))
+        assert (one.provenance.source_numbers == -1).all()
+    assert jerks["montecarlo"] > 5 * jerks["trajectory"]
+
+
+def test_a_motion_is_told_in_its_words(db: MotionDB) -> None:
+    """A18: the action is among the two likeliest words of a part, for four captures in five."""
+    told = []
+    for info, action in _single(db)[::3]:
+        said = {word for part in db.describe(info.name) for word, _ in part.words[:2]}
+        told.append(bool(said & set(action.split("_"))))
+    assert np.mean(told) >= 0.8
+
+
+def test_model_2_tells_symbols_in_words(db: MotionDB) -> None:
+    """A18: motion to words by the association alone, the same table that decoding inverts."""
+    learned = db.learned
+    fitted = learned.association
+    for word in ("kick", "bow", "wave", "walk"):
+        best = int(np.argmax(fitted.translation[1:, fitted.words.index(word)]))
+        shown = explanation.word_probabilities(fitted, np.array([best]))
+        assert word in [fitted.words[n] for n in np.argsort(-shown)[:3]]
+
+
+def test_every_generated_frame_knows_its_source_and_licence(
+    db: MotionDB, made: dict[str, Generated], tmp_path: Path
+) -> None:
+    """X2: in memory, and in the file beside the motion, whose runs tile the frames."""
+    durations = {info.name: info.duration for info in db.captures()}
+    for words, one in made.items():
+        found = one.provenance
+        assert len(found.source_numbers) == one.motion.n_frames == len(found.edits)
+        assert (found.source_numbers >= 0).all()
+        assert set(found.licences) == {"CC0-1.0"}
+        generated_files.write(one, words, 7, "stitched", tmp_path / "made.bvh")
+        told = json.loads((tmp_path / "made.provenance.json").read_text())
+        assert (told["words"], told["seed"], told["method"]) == (words, 7, "stitched")
+        end = 0
+        for run in told["frames"]:
+            assert run["start"] == end
+            end = run["end"]
+            last = run["source_start"] + run["end"] - run["start"] - 1
+            assert 0 <= run["source_start"] <= last <= durations[run["capture"]] * MOTION_FPS
+        assert end == one.motion.n_frames
+
+
+def test_a_kept_motion_keeps_its_sources(learned_copy: Path) -> None:
+    """X2: in the store as well, and its licence in the catalogue."""
+    with motiondb.open(learned_copy) as db:
+        one = db.generate("jump", seed=1)
+        info = db.save_generated("made/jump", "jump", one, 1)
+        assert info.tags["licence"] == "CC0-1.0"
+        assert db.check() == []
+        assert [i.name for i in db.captures("kind=generated")] == ["made/jump"]
+
+
+@pytest.mark.parametrize("method", ["stitched", "montecarlo"])
+def test_the_same_seed_gives_the_same_bytes(db: MotionDB, tmp_path: Path, method: str) -> None:
+    """X3: of the motion and of its provenance; another seed draws other frames."""
+    words = "bow then wave"
+    for name, seed in (("one", 5), ("two", 5), ("three", 6)):
+        one = db.generate(words, seed=seed, method=method)
+        generated_files.write(one, words, seed, method, tmp_path / f"{name}.bvh")
+    for ending in ("bvh", "provenance.json"):
+        first = (tmp_path / f"one.{ending}").read_bytes()
+        assert first == (tmp_path / f"two.{ending}").read_bytes()
+    if method == "montecarlo":
+        assert (tmp_path / "one.bvh").read_bytes() != (tmp_path / "three.bvh").read_bytes()

@@ -1,0 +1,194 @@
+"""What must hold of everything that was learned from the sample data (requirements A1 to A16)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import motiondb
+from motiondb import MotionDB, store
+from motiondb.database.learned import Learned, decode
+from motiondb.database.learning import LearnSettings
+from motiondb.records import Learning, SymbolSpace
+from motiondb.symbols.segmentation import SegmentationSettings
+from motiondb.words import transition
+
+WORDS = ("walk", "jump", "kick", "punch", "bow", "wave", "sit", "run", "dance", "dribble", "guard")
+
+
+@pytest.fixture(scope="module")
+def db(learned_file: Path) -> Iterator[MotionDB]:
+    with motiondb.open(learned_file, read_only=True) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def learned(db: MotionDB) -> Learned:
+    return db.learned
+
+
+@pytest.fixture(scope="module")
+def space(db: MotionDB) -> SymbolSpace:
+    return store.load_space(db.store)
+
+
+def test_segments_tile_every_capture(learned: Learned) -> None:
+    """A1: no gap, no overlap, first frame to last."""
+    table = learned.segments
+    assert set(learned.rows) == {i.capture_id for i in learned.captures.values()}
+    for capture, rows in learned.rows.items():
+        starts, ends = table.starts[rows], table.ends[rows]
+        assert starts[0] == 0
+        assert ends[-1] == learned.captures[capture].motion_frames
+        np.testing.assert_array_equal(starts[1:], ends[:-1])
+        assert (ends > starts).all()
+
+
+def test_every_segment_has_its_likeliest_symbol(learned: Learned) -> None:
+    """A2: arg max over symbols, the lowest number among equals, with its log-likelihood."""
+    table = learned.segments
+    best = table.scores.max(axis=1, keepdims=True)
+    near = table.scores >= best - 1e-4 * np.abs(best)  # scores are kept as float32
+    assert near[np.arange(len(table.symbols)), table.symbols].all()
+    np.testing.assert_allclose(table.log_likelihoods, best[:, 0], rtol=1e-4, atol=1e-4)
+    assert np.isfinite(table.backgrounds).all()
+    assert np.mean(table.log_likelihoods > table.backgrounds) > 0.9
+
+
+def test_learning_shortened_the_description_each_time(learned: Learned) -> None:
+    """A3: an update is accepted only if the objective does not rise."""
+    lengths = learned.parameters["description_lengths"]
+    assert len(lengths) > 2
+    assert (np.diff(lengths) < 0).all()
+
+
+def test_symbols_are_left_to_right(learned: Learned) -> None:
+    """A4: a state stays or goes on; nothing else has a probability."""
+    symbols = learned.symbols
+    exists = np.arange(symbols.self_loops.shape[1]) < symbols.n_states[:, None]
+    assert ((symbols.self_loops >= 0) & (symbols.self_loops < 1)).all()
+    assert (symbols.self_loops[~exists] == 0).all()
+    assert (symbols.covars[exists] > 0).all()
+
+
+def test_segments_and_words_need_not_agree_in_number(learned: Learned) -> None:
+    """A6: captions about whole captures, with fewer and with more words than segments."""
+    m, n_segments = learned.parameters["length_counts"].T
+    assert (n_segments > m).any()
+    assert (n_segments < m).any()
+
+
+def test_the_association_is_a_distribution_and_grew_likelier(learned: Learned) -> None:
+    """A7, A8: rows of t and a sum to 1; the smallest step of the log-likelihood is no fall."""
+    fitted = learned.association
+    sums = fitted.translation.sum(axis=1)
+    assert np.all(np.isclose(sums, 1.0) | (sums == 0.0))
+    for table in fitted.alignment.values():
+        np.testing.assert_allclose(table.sum(axis=1), 1.0)
+    assert np.diff(fitted.log_likelihoods).min() > -1e-6
+
+
+def test_transitions_are_distributions(db: MotionDB, learned: Learned, space: SymbolSpace) -> None:
+    """A9, A16: plain, by clusters and mixed, begin and end included."""
+    counts = store.load_transition_counts(db.store)
+    for table in (
+        transition.log_bigram(counts),
+        transition.log_clustered_bigram(counts, space.clusters),
+        transition.log_interpolated_bigram(counts, space.clusters),
+    ):
+        np.testing.assert_allclose(np.exp(table).sum(axis=1), 1.0)
+    assert counts[0].sum() == len(learned.rows) == counts[:, 0].sum()
+
+
+def test_decoding_carries_its_certificate(learned: Learned) -> None:
+    """A10: cost, nodes, and whether it is the best there is."""
+    for first, second in pairwise(WORDS):
+        found = decode(learned, [first, second])
+        assert found is not None
+        assert found.certificate == "optimal"
+        assert found.nodes_expanded >= 0
+        assert -np.inf < found.log_probability <= found.bound + 1e-9
+
+
+def test_distances_between_symbols(space: SymbolSpace) -> None:
+    """A13: symmetric, not negative, zero diagonal, each with its variance."""
+    distances = space.distances
+    np.testing.assert_array_equal(distances, distances.T)
+    assert (distances >= 0).all()
+    assert (np.diag(distances) == 0).all()
+    assert distances[~np.eye(len(distances), dtype=bool)].min() > 0
+    assert (space.variances >= 0).all()
+    assert space.variances.max() > 0
+
+
+def test_the_space_keeps_distances(space: SymbolSpace) -> None:
+    """A14: stress falls with dimensions; the stored coordinates have the stored stress."""
+    assert (np.diff(space.stress) <= 1e-9).all()
+    x = space.coordinates
+    found = np.linalg.norm(x[:, None] - x[None], axis=2)
+    upper = np.triu_indices(len(x), 1)
+    gap, size = found[upper] - space.distances[upper], space.distances[upper]
+    stress = np.sqrt(np.sum(gap**2) / np.sum(size**2))
+    assert stress == pytest.approx(space.stress[x.shape[1] - 1], abs=1e-6)
+
+
+def test_every_symbol_belongs_to_one_cluster(learned: Learned, space: SymbolSpace) -> None:
+    """A15."""
+    assert len(space.clusters) == learned.symbols.n_symbols
+    assert set(space.clusters.tolist()) == set(range(len(space.weights)))
+    assert space.weights.sum() == pytest.approx(1.0)
+
+
+def _is_usable(learned: Learned, words: list[str], clustered: bool) -> bool:
+    """Whether each word is spoken by one of the symbols that the words decode to."""
+    found = decode(learned, words, clustered=clustered)
+    if found is None:
+        return False
+    number = [learned.association.words.index(word) for word in words]
+    t = learned.association.translation[1:][np.ix_(found.symbols, number)]
+    return bool((t.max(axis=0) > 0.1).all())
+
+
+def test_clusters_decode_more_word_pairs_to_usable_symbols(learned: Learned) -> None:
+    """A17: pairs of words that are seldom or never seen one after the other."""
+    pairs = [[a, b] for a in WORDS for b in WORDS if a != b]
+    plain = sum(_is_usable(learned, pair, clustered=False) for pair in pairs)
+    mixed = sum(_is_usable(learned, pair, clustered=True) for pair in pairs)
+    assert mixed > plain
+
+
+def test_one_table_of_symbols(db: MotionDB, learned: Learned, space: SymbolSpace) -> None:
+    """X1: segments, words, transitions, space and clusters speak of the same symbols."""
+    n = learned.symbols.n_symbols
+    assert learned.segments.symbols.max() < n
+    assert learned.segments.scores.shape[1] == n
+    assert learned.association.translation.shape[0] == n + 1
+    assert store.load_transition_counts(db.store).shape == (n + 1, n + 1)
+    assert space.distances.shape == (n, n)
+    assert len(space.coordinates) == n
+    assert db.check() == []
+
+
+def _learn(folder: Path, sheet: Path, path: Path, seed: int, n_symbols: int | None) -> Learning:
+    with motiondb.open(path) as db:
+        db.add(folder, words=None)
+        db.import_words(sheet)
+        settings = LearnSettings(
+            n_symbols=n_symbols, seed=seed, first_cut=SegmentationSettings(longest=24)
+        )
+        return db.learn(settings)
+
+
+def test_two_learnings_with_one_seed_agree(some: Path, samples_sheet: Path, tmp_path: Path) -> None:
+    """A3, A14, X3: the same symbols, coordinates and clusters, to the last bit."""
+    one = _learn(some, samples_sheet, tmp_path / "one.duckdb", 3, 5)
+    two = _learn(some, samples_sheet, tmp_path / "two.duckdb", 3, 5)
+    assert one.symbols.n_symbols == two.symbols.n_symbols == 5  # A3: the user's number
+    for record in ("symbols", "segments", "space"):
+        for name, value in vars(getattr(one, record)).items():
+            np.testing.assert_array_equal(value, getattr(getattr(two, record), name), name)
+    np.testing.assert_array_equal(one.association.translation, two.association.translation)
