@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import duckdb
 import pytest
 
 import motiondb
@@ -106,3 +107,16 @@ def command(
         return Ended(code if isinstance(code, int) else 0, out, err)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def contents() -> Callable[[Path], dict[str, list[tuple[object, ...]]]]:
+    """Gives every row of every table of a database file."""
+
+    def read(path: Path) -> dict[str, list[tuple[object, ...]]]:
+        with duckdb.connect(str(path), read_only=True) as connection:
+            run = connection.execute
+            names = [name for (name,) in run("SELECT table_name FROM duckdb_tables()").fetchall()]
+            return {n: sorted(run(f'SELECT * FROM "{n}"').fetchall(), key=repr) for n in names}
+
+    return read

@@ -122,18 +122,28 @@ def test_generate_writes_motion_and_origin(command: Any, learned_copy: Path) -> 
     assert answer(command("check", "--json", "--db", learned_copy)) == {"faults": []}
 
 
-def test_what_is_not_yet_learned_is_said(command: Any, learned_copy: Path, some: Path) -> None:
-    text = (some / "boris/kick_1.bvh").read_text()
-    (some / "boris/kick_1.bvh").write_text(text + "\n")
-    command("add", some / "boris", "--db", learned_copy)
-    note = "note: 1 capture is not yet learned: run motiondb learn to include them\n"
-    ended = command("search", "walk", "--limit", 1, "--json", "--db", learned_copy)
-    assert ended.err == note
-    assert len(answer(ended)) == 1
-    assert command("like", "ana/bow_1", "--limit", 1, "--db", learned_copy).err == note
-    told = command("info", "--db", learned_copy).out
-    assert "not yet learned:       1" in told
-    assert "Captures changed since it learned: run motiondb learn" in told
+def test_what_is_added_after_learning_is_found(
+    command: Any, learned_copy: Path, some: Path
+) -> None:
+    with (some / "boris/kick_1.bvh").open("a") as file:
+        file.write("\n")
+    assert command("add", some / "boris", "--db", learned_copy).code == 0
+    left_out = answer(command("info", "--json", "--db", learned_copy))["not yet learned"]
+    ended = command("like", "boris/kick_1", "--limit", 2, "--json", "--db", learned_copy)
+    assert bool(ended.err) == bool(left_out)
+    if not left_out:
+        assert {m["capture"] for m in answer(ended)} == {"boris/kick_1", "kick_1"}
+
+
+@pytest.mark.parametrize(("count", "what"), [(1, "1 capture is"), (7, "7 captures are")])
+def test_what_answers_leave_out_is_said(
+    command: Any, learned_file: Path, monkeypatch: pytest.MonkeyPatch, count: int, what: str
+) -> None:
+    monkeypatch.setattr("motiondb.database.MotionDB.unlearned", lambda _: ["x"] * count)
+    for words in (("search", "walk"), ("like", "ana/bow_1")):
+        ended = command(*words, "--limit", 1, "--json", "--db", learned_file)
+        assert ended.err == f"note: {what} not yet learned: run motiondb learn to include them\n"
+        assert len(answer(ended)) == 1
 
 
 def test_add_export_remove_compact(command: Any, some: Path, samples_folder: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,13 +16,6 @@ from motiondb.database.reading import AddSettings, read_joint_map
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.pose import body, retarget
 from motiondb.records import Motion
-
-
-def contents(db: motiondb.MotionDB) -> dict[str, list[tuple[object, ...]]]:
-    """Every row of every table."""
-    run = db.store.connection.execute
-    tables = [name for (name,) in run("SELECT table_name FROM duckdb_tables()").fetchall()]
-    return {t: sorted(run(f'SELECT * FROM "{t}"').fetchall(), key=repr) for t in tables}
 
 
 def mirrored(motion: Motion) -> Motion:
@@ -51,16 +45,20 @@ def test_names_tags_words_and_rates_come_from_folder_and_sheet(tmp_path: Path, s
         assert report.seconds == pytest.approx(sum(c.duration for c in db.captures()))
 
 
-def test_adding_again_changes_nothing(tmp_path: Path, some: Path) -> None:
-    with motiondb.open(tmp_path / "m.duckdb") as db:
+def test_adding_again_changes_nothing(
+    tmp_path: Path, some: Path, contents: Callable[[Path], object]
+) -> None:
+    path = tmp_path / "m.duckdb"
+    with motiondb.open(path) as db:
         db.add(some)
-        before = contents(db)
+    before = contents(path)
+    with motiondb.open(path) as db:
         report = db.add(some)
         assert (report.added, len(report.known), report.problems) == ((), 4, ())
         shutil.copy(some / "ana/bow_1.bvh", some / "another name.bvh")
         again = db.add(some / "another name.bvh")
         assert again.known == (("another name", "ana/bow_1"),)
-        assert contents(db) == before
+    assert contents(path) == before
 
 
 def test_another_content_under_a_known_name_is_refused(tmp_path: Path, some: Path) -> None:

@@ -1,0 +1,118 @@
+"""``add`` and ``learn`` killed or interrupted: the store is as it was, or all is done.
+
+Moments are shares of the time that the same command takes when nobody interrupts it.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import motiondb
+
+PROGRAM = [sys.executable, "-c", "from motiondb.cli.main import main; main()"]
+Contents = Callable[[Path], dict[str, list[Any]]]
+
+
+def started(words: list[Any]) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [*PROGRAM, *map(str, words)],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def before(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Path:
+    """A small database that has learned."""
+    path = tmp_path_factory.mktemp("before") / "motions.duckdb"
+    with motiondb.open(path) as db:
+        db.add(samples_folder / "ana/bow_1.bvh")
+        db.add(samples_folder / "ana/jump_1.bvh")
+        db.set_words("bow_1", "bow")
+        db.learn()
+    return path
+
+
+@pytest.fixture(scope="module")
+def commands(before: Path, samples_folder: Path) -> dict[str, tuple[list[Any], float]]:
+    """What is interrupted, and how long it takes, seconds."""
+    folder = before.parent / "more"
+    folder.mkdir()
+    for name in ("dance_1", "kick_1", "punch_1"):
+        found = sorted(samples_folder.glob(f"*/{name}.bvh"))[0]
+        shutil.copy(found, folder)
+    jobs = {"add": ["add", folder], "learn": ["learn", "--symbols", 2]}
+    timed = {}
+    for name, words in jobs.items():
+        path = shutil.copy(before, before.parent / f"{name}.duckdb")
+        start = time.monotonic()
+        ended = started([*words, "--db", path])
+        out = ended.communicate(timeout=120)[0]
+        assert ended.returncode == 0, out
+        timed[name] = (words, time.monotonic() - start)
+    return timed
+
+
+MOMENTS = (0.5, 0.8, 0.95)
+
+
+@pytest.mark.parametrize("name", ["add", "learn"])
+@pytest.mark.parametrize("share", MOMENTS)
+def test_killed(
+    tmp_path: Path, before: Path, commands: Any, contents: Contents, name: str, share: float
+) -> None:
+    words, seconds = commands[name]
+    path = shutil.copy(before, tmp_path / "motions.duckdb")
+    process = started([*words, "--db", path])
+    time.sleep(share * seconds)
+    process.kill()
+    process.communicate(timeout=30)
+    with motiondb.open(path) as db:
+        assert db.check() == []
+        n_captures = len(db.captures())
+        assert db.search("bow").matches[0].capture == "bow_1"
+    now, then = contents(path), contents(before)
+    if now["run"] == then["run"]:
+        assert now == then
+    else:
+        assert len(now["run"]) == len(then["run"]) + 1
+        assert n_captures == (5 if name == "add" else 2)
+
+
+@pytest.mark.parametrize("name", ["add", "learn"])
+@pytest.mark.parametrize("share", [0.5, 0.85])
+def test_interrupted(
+    tmp_path: Path, before: Path, commands: Any, contents: Contents, name: str, share: float
+) -> None:
+    words, seconds = commands[name]
+    path = shutil.copy(before, tmp_path / "motions.duckdb")
+    process = started([*words, "--db", path])
+    time.sleep(share * seconds)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    out = process.communicate(timeout=30)[0]
+    assert "Traceback" not in out
+    if process.returncode == 0:  # it was quicker this time
+        return
+    assert process.returncode == 130
+    assert out.endswith("interrupted: the database is as it was\n")
+    assert contents(path) == contents(before)
+
+
+def test_killed_while_other_processes_read(tmp_path: Path, samples_folder: Path) -> None:
+    path = tmp_path / "m.duckdb"
+    process = started(["add", samples_folder / "ana", "--db", path])
+    time.sleep(1.5)
+    process.kill()
+    process.communicate(timeout=30)  # ends when the processes that read files have ended, too
+    with motiondb.open(path) as db:
+        assert len(db.captures()) in (0, 12)
+        assert db.check() == []
