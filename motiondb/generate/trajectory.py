@@ -15,7 +15,6 @@ Toda and Tokuda (2007) for the global variance.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from motiondb.records import FloatArray
 
@@ -30,6 +29,8 @@ def with_deltas(values: FloatArray) -> FloatArray:
 
 def most_probable(means: FloatArray, covars: FloatArray) -> FloatArray:
     """The trajectory c (frames, D) for means and variances (frames, 3 D) along the states."""
+    from scipy.linalg import solveh_banded
+
     n_frames, n_dims = len(means), means.shape[1] // 3
     result = np.empty((n_frames, n_dims))
     for d in range(n_dims):
