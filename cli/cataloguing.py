@@ -76,6 +76,12 @@ def add(
             f"{len(report.known)} already there, {len(report.problems)} problems; "
             f"{total} captures in {db}."
         )
+        if report.counted:
+            typer.echo(f"  {report.counted} of them searchable at once")
+        if report.new_words:
+            typer.echo(
+                f"  words to be known at the next motiondb learn: {', '.join(report.new_words)}"
+            )
         for relation in report.relations:
             typer.echo(f"  {_relation(relation)}")
         for name, known in report.known:

@@ -72,12 +72,19 @@ def set_words(
 ) -> None:
     """Write down what a capture, or a part of it, shows."""
     with database(db, writing=True) as base:
-        base.set_words(name, text, start, end, keep)
+        change = base.set_words(name, text, start, end, keep)
         captions = base.captions(name)
+    said, new = [c.words for c in captions], list(change.new_words)
     if json:
-        print_json({"capture": name, "words": [c.words for c in captions]})
-    else:
-        typer.echo(f"{name}: {'; '.join(c.words for c in captions)} (learn again to use new words)")
+        print_json(
+            {"capture": name, "words": said, "counted": bool(change.counted), "new_words": new}
+        )
+        return
+    typer.echo(f"{name}: {'; '.join(said)}")
+    if new:
+        typer.echo(f"  to be known at the next motiondb learn: {', '.join(new)}")
+    elif not change.counted:
+        typer.echo("  to be counted at the next motiondb learn")
 
 
 def import_words(
@@ -109,4 +116,4 @@ def set_synonyms(
     if json:
         print_json(dict(table))
     else:
-        typer.echo(f"{len(table)} synonyms kept (learn again to use them on captions)")
+        typer.echo(f"{len(table)} synonyms kept")

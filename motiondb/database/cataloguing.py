@@ -8,6 +8,7 @@ from pathlib import Path
 
 from motiondb import capture, store
 from motiondb.capture.sheet import Sheet, SheetEntry, capture_name
+from motiondb.database import updating
 from motiondb.database.reading import AddSettings, Reading, read_all
 from motiondb.errors import MotionDBError
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
@@ -26,7 +27,8 @@ class AddReport:
     added : names of new captures. known : (name, name it is known by) of files already there.
     problems : a sentence per file or sheet row that could not be used.
     relations : copies, mirror images and cuts found. notes : what was odd but used.
-    seconds : motion added.
+    seconds : motion added. counted : how many of ``added`` are searchable at once, because the
+        database had learned. new_words : words of theirs that it will know at the next learn.
     """
 
     added: tuple[str, ...]
@@ -35,6 +37,8 @@ class AddReport:
     relations: tuple[Relation, ...]
     notes: tuple[str, ...]
     seconds: float
+    counted: int = 0
+    new_words: tuple[str, ...] = ()
 
 
 def add_captures(
@@ -108,22 +112,25 @@ def _save(
             "skip_bad_frames": settings.skip_bad_frames, "joint_map": dict(settings.joint_map),
         }  # fmt: skip
         run_id = store.start_run(database, "add", parameters)
-        for done, reading in enumerate(new, start=1):
-            info, captions = _info(reading, _entry(sheet, reading.name), run_id, notes)
-            assert reading.motion is not None
-            assert reading.source is not None
-            store.save_capture(database, info, reading.motion, reading.source, captions)
-            added.append(reading.name)
-            seconds += info.duration
-            tell("saving captures", done, len(new))
+        with updating.counted(database, run_id) as change:
+            for done, reading in enumerate(new, start=1):
+                info, captions = _info(reading, _entry(sheet, reading.name), run_id, notes)
+                assert reading.motion is not None
+                assert reading.source is not None
+                info = store.save_capture(database, info, reading.motion, reading.source, captions)
+                change.added.append(info.capture_id)
+                added.append(reading.name)
+                seconds += info.duration
+                tell("saving captures", done, len(new))
         tell("looking for copies", 0, 1)
         relations = find_relations(database, set(added))
         store.save_relations(database, relations)
         store.finish_run(database, run_id)
     tell("looking for copies", 1, 1)
     return AddReport(
-        tuple(added), tuple(known), tuple(problems), tuple(relations), tuple(notes), seconds
-    )
+        tuple(added), tuple(known), tuple(problems), tuple(relations), tuple(notes), seconds,
+        len(change.counted), change.new_words,
+    )  # fmt: skip
 
 
 def _sheet_notes(sheet: Sheet | None) -> list[str]:

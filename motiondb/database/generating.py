@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from motiondb import store
+from motiondb.database.counting import described_intervals
 from motiondb.database.learned import Learned, decode, recognise
-from motiondb.database.learning import described_intervals
 from motiondb.errors import QueryError
 from motiondb.generate import contact, generation_model, series, stitching, trajectory
 from motiondb.pose import pose_vectors, rotation

@@ -13,7 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from motiondb import store
-from motiondb.database.learning import FeaturePool, described_intervals, load_features
+from motiondb.database.counting import capture_rows, described_intervals
+from motiondb.database.learning import FeaturePool, load_features
 from motiondb.errors import NotLearnedError
 from motiondb.pose.features import recognition_features
 from motiondb.records import (
@@ -50,9 +51,7 @@ class Learned:
     @cached_property
     def rows(self) -> dict[int, slice]:
         """capture -> its rows of the segment table."""
-        ids = self.segments.capture_ids
-        new = np.flatnonzero(np.diff(ids, prepend=-1))
-        return {int(ids[a]): slice(a, b) for a, b in zip(new, [*new[1:], len(ids)])}
+        return capture_rows(self.segments)
 
     @cached_property
     def score_space(self) -> score_vectors.ScoreSpace:

@@ -6,12 +6,14 @@ scores, symbol space, association of symbols and words, transitions, word map.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
 from motiondb import store
+from motiondb.database import counting
 from motiondb.errors import MotionDBError
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import (
@@ -103,7 +105,7 @@ def learn(
     frames = space.project(np.asarray(pool.features))
     acquired = _acquire(frames, pool, rng, settings, tell)
     tell("scoring", 0.0)
-    table = _segment_table(frames, pool, acquired.symbols, acquired.cutting)
+    table = segment_table(frames, pool, acquired.symbols, acquired.cutting)
     tell("symbol space", 0.0)
     symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
     tell("words", 0.0)
@@ -116,6 +118,7 @@ def learn(
         "feature_mean": space.mean,
         "feature_projection": space.projection,
         "description_lengths": np.array(acquired.description_lengths),
+        "recut": np.array([settings.acquisition.switch_cost, settings.acquisition.shortest]),
     }
     return _save(database, settings, acquired.symbols, table, symbol_space, words, parameters, tell)
 
@@ -131,7 +134,7 @@ def _save(database, settings, symbols, table, space, words, parameters, tell):  
             space=space,
             association=words,
             transition_counts=transition.count_transitions(
-                symbol_sequences(table), symbols.n_symbols
+                counting.symbol_sequences(table), symbols.n_symbols
             ),
             parameters=parameters,
         )
@@ -169,12 +172,13 @@ def _acquire(
     )
 
 
-def _segment_table(
+def segment_table(
     frames: Float32Array,
     pool: FeaturePool,
     symbols: MotionSymbols,
     cutting: acquisition.Cutting,
 ) -> SegmentTable:
+    """What every symbol says of every segment of a cutting; frames as in ``pool.bounds``."""
     owner = np.searchsorted(pool.bounds, cutting.starts, side="right") - 1
     first = pool.bounds[owner]
     per_frame = (cutting.ends - cutting.starts).astype(np.float64)
@@ -200,50 +204,6 @@ def background(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatA
     return (sums[ends] - sums[starts]) / (ends - starts)
 
 
-def symbol_sequences(table: SegmentTable) -> list[IntArray]:
-    """The symbol sequence of every capture, in order of capture number."""
-    new = np.flatnonzero(np.diff(table.capture_ids, prepend=-1))
-    return [table.symbols[a:b] for a, b in zip(new, [*new[1:], len(table.symbols)])]
-
-
-@dataclass(frozen=True, eq=False)
-class Described:
-    """An interval of a capture that somebody wrote about: rows [low, high) of the segment table,
-    frames ``start`` to ``end``; ``words`` in order, of ``n_actions`` actions."""
-
-    capture_id: int
-    low: int
-    high: int
-    start: float
-    end: float
-    words: tuple[str, ...]
-    n_actions: int
-
-
-def described_intervals(
-    table: SegmentTable,
-    captions: Mapping[int, tuple[Caption, ...]],
-    synonyms: Mapping[str, str],
-) -> list[Described]:
-    """Captions with at least one motion word, and the segments they speak of."""
-    found = []
-    for capture_id, rows in sorted(captions.items()):
-        first, last = np.searchsorted(table.capture_ids, [capture_id, capture_id + 1])
-        for caption in rows:
-            actions = vocabulary.split_actions(caption.words, synonyms)
-            words = tuple(word for action in actions for word in action)
-            if not words or first == last:
-                continue
-            start = (caption.start or 0.0) * 30.0
-            end = float(table.ends[last - 1]) if caption.end is None else caption.end * 30.0
-            inside = (table.starts[first:last] < end) & (table.ends[first:last] > start)
-            if inside.any():
-                which = first + np.flatnonzero(inside)
-                rows_of = (int(which[0]), int(which[-1]) + 1)
-                found.append(Described(capture_id, *rows_of, start, end, words, len(actions)))
-    return found
-
-
 def _associate(
     table: SegmentTable,
     captions: Mapping[int, tuple[Caption, ...]],
@@ -251,50 +211,27 @@ def _associate(
     synonyms: Mapping[str, str],
     n_symbols: int,
 ) -> tuple[Association, dict[str, FloatArray]]:
+    """Symbols and words by EM and ridge regression, then published from their counts."""
     scores = score_vectors.fit_score_space(table.scores, table.ends - table.starts)
-    parameters = {"score_mean": scores.mean, "score_spread": scores.spread}
-    described = described_intervals(table, captions, synonyms)
-    words, counts = vocabulary.count_words([d.words for d in described])
+    described = counting.described_intervals(table, captions, synonyms)
+    words, _ = vocabulary.count_words([d.words for d in described])
     number = {word: n for n, word in enumerate(words)}
     pairs = [
         (table.symbols[d.low : d.high], np.array([number[w] for w in d.words])) for d in described
     ]
     fitted = association.fit_association(pairs, n_symbols, words)
-    parameters["length_counts"] = length_counts(pairs)
+    shapes = Counter((len(symbols), len(spoken)) for symbols, spoken in pairs)
+    reference = counting.make_reference(fitted, shapes, scores)
+    counts = counting.count(table, captions, synonyms, reference)
+    ridge, calibration = None, None
     if described:
-        vectors, presence, who = _training_rows(table, described, scores, number, groups)
+        vectors, presence, owners = counting.training_rows(table, described, scores, number)
+        who = np.unique([groups[int(c)] for c in owners], return_inverse=True)[1]
+        if len(vectors) == 1:  # twice, so that something is left when the map leaves one out
+            vectors, presence, who = vectors.repeat(2, 0), presence.repeat(2, 0), np.arange(2)
         fit = word_map.fit_word_map(vectors, presence, who)
-        parameters |= {f"word_{k}": v for k, v in vars(fit).items()}
-    return replace(fitted, counts=counts), parameters
-
-
-def length_counts(pairs: list[tuple[IntArray, IntArray]]) -> FloatArray:
-    """Rows (words m, symbols l) of all pairs: array (pairs, 2)."""
-    return np.array([(len(w), len(s)) for s, w in pairs], dtype=float).reshape(-1, 2)
-
-
-def _training_rows(
-    table: SegmentTable,
-    described: list[Described],
-    scores: score_vectors.ScoreSpace,
-    number: Mapping[str, int],
-    groups: Mapping[int, str],
-) -> tuple[FloatArray, np.ndarray, IntArray]:
-    """One row per described interval (captions of the same interval are one)."""
-    standardised = scores.standardise(table.scores)
-    merged: dict[tuple[int, float, float], tuple[Described, set[str]]] = {}
-    for d in described:
-        merged.setdefault((d.capture_id, d.start, d.end), (d, set()))[1].update(d.words)
-    vectors = np.empty((len(merged), table.scores.shape[1]))
-    presence = np.zeros((len(merged), len(number)), dtype=bool)
-    for row, (d, words) in enumerate(merged.values()):
-        part = slice(d.low, d.high)
-        vectors[row] = score_vectors.interval_vectors(
-            standardised[part], table.starts[part], table.ends[part],
-            np.array([d.start]), np.array([d.end]),
-        )[0]  # fmt: skip
-        presence[row, [number[w] for w in words]] = True
-    who = np.unique([groups[d.capture_id] for d, _ in merged.values()], return_inverse=True)[1]
-    if len(merged) == 1:  # twice, so that something is left when the map leaves one out
-        return vectors.repeat(2, axis=0), presence.repeat(2, axis=0), np.arange(2)
-    return vectors, presence, who
+        ridge, calibration = fit.ridge, fit.calibration
+    parameters = {"score_mean": scores.mean, "score_spread": scores.spread}
+    parameters |= counting.publish_parameters(counts, ridge, calibration)
+    parameters |= counting.pack(counts, reference)
+    return counting.publish_association(counts, reference), parameters

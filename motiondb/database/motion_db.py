@@ -12,7 +12,7 @@ import numpy as np
 
 from motiondb import capture, store
 from motiondb.capture.sheet import read_sheet
-from motiondb.database import answering, cataloguing, generating, learning
+from motiondb.database import answering, cataloguing, generating, learning, updating
 from motiondb.database import learned as learned_state
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.pose import retarget
@@ -246,11 +246,13 @@ class MotionDB:
         return write_clip(cut_clip(self.clip(name), start, end), path)
 
     def remove(self, names: Iterable[str]) -> list[str]:
-        """Take captures out, all or none."""
+        """Take captures out, all or none; what was learned is as if they had never been counted."""
         infos = [store.load_capture(self.store, name) for name in names]
-        with store.transaction(self.store):
-            for info in infos:
-                store.remove_capture(self.store, info.capture_id)
+        numbers = [info.capture_id for info in infos]
+        parameters = {"names": [info.name for info in infos]}
+        with updating.changing(self.store, "remove", parameters, numbers):
+            for number in numbers:
+                store.remove_capture(self.store, number)
         self._learned = None
         return [info.name for info in infos]
 
@@ -261,10 +263,11 @@ class MotionDB:
         start: float | None = None,
         end: float | None = None,
         keep: bool = False,
-    ) -> None:
-        """Write down what a capture, or a part of it (seconds), shows.
+    ) -> updating.Change:
+        """Write down what a capture, or a part of it (seconds), shows, and count it.
 
-        ``keep`` adds to the words that are there instead of replacing them.
+        ``keep`` adds to the words that are there instead of replacing them. Words that are new to
+        the vocabulary are counted at the next ``learn``.
         """
         info = store.load_capture(self.store, name)
         if (start or 0.0) >= info.duration or (
@@ -276,15 +279,18 @@ class MotionDB:
             if keep
             else ()
         )
-        with store.transaction(self.store):
+        parameters = {"name": info.name, "words": words}
+        with updating.changing(self.store, "words", parameters, [info.capture_id]) as change:
             store.save_captions(self.store, info.capture_id, [*old, Caption(words, start, end)])
         self._learned = None
+        return change
 
     def import_words(self, sheet: str | Path) -> tuple[int, list[str]]:
         """Replace words and tags by those of a sheet; number of captures, and unknown rows."""
         read = read_sheet(sheet)
         infos = {info.name: info for info in self.captures()}
-        with store.transaction(self.store):
+        numbers = [infos[name].capture_id for name in read.entries if name in infos]
+        with updating.changing(self.store, "words", {"sheet": str(sheet)}, numbers):
             for name, entry in read.entries.items():
                 if name in infos:
                     number = infos[name].capture_id
@@ -298,11 +304,16 @@ class MotionDB:
         path = Path(path)
         try:
             table = parse_synonyms(path.read_text(encoding="utf-8"), str(path))
-        except (OSError, UnicodeDecodeError) as error:
+        except OSError as error:
             raise MotionDBError(
-                f"{path}: expected a readable file of synonyms, found {error}."
+                f"{path}: expected a readable file of synonyms, found: {error.strerror}."
             ) from None
-        with store.transaction(self.store):
+        except UnicodeDecodeError:
+            raise MotionDBError(
+                f"{path}: expected text in UTF-8, found another encoding. Save it as UTF-8."
+            ) from None
+        every = [info.capture_id for info in self.captures()]
+        with updating.changing(self.store, "words", {"synonyms": str(path)}, every):
             store.save_synonyms(self.store, table)
         self._learned = None
         return table

@@ -16,7 +16,7 @@ Source: the choice measured in the first experiments; Platt (1999) for the logis
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,13 +29,14 @@ RIDGES = (0.1, 0.3, 1.0, 3.0, 10.0)
 @dataclass(frozen=True, eq=False)
 class WordMap:
     """weights: array (symbols, words); offsets, priors, spreads: arrays (words,);
-    calibration: array (3,), a, b, c of the module's docstring."""
+    calibration: array (3,), a, b, c of the module's docstring. ridge: with which it was fitted."""
 
     weights: FloatArray
     offsets: FloatArray
     priors: FloatArray
     spreads: FloatArray
     calibration: FloatArray
+    ridge: float = field(default=1.0, kw_only=True)
 
     def evidence(self, vectors: FloatArray) -> FloatArray:
         """z (n, words) of score vectors (n, symbols), before calibration."""
@@ -75,7 +76,9 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
     both = np.concatenate([held_out[ridge], known_group])[:, shared] - target.mean(axis=0)[shared]
     twice = np.concatenate([target, target])[:, shared]
     calibration = _calibrate(both / spreads[shared], priors[shared], twice)
-    return WordMap(weights, offsets - target.mean(axis=0), priors, spreads, calibration)
+    return WordMap(
+        weights, offsets - target.mean(axis=0), priors, spreads, calibration, ridge=ridge
+    )
 
 
 def _ridge(vectors: FloatArray, target: FloatArray, ridge: float) -> tuple[FloatArray, FloatArray]:
