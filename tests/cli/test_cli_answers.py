@@ -174,6 +174,8 @@ def test_words_are_set_imported_and_synonyms_kept(command: Any, some: Path) -> N
     assert answer(command("words", "set", "ana/bow_1", "she bows", "--json")) == {
         "capture": "ana/bow_1",
         "words": ["she bows"],
+        "counted": False,
+        "new_words": [],
     }
     kept = answer(command("words", "set", "ana/bow_1", "deeply", "--from", 1, "--keep", "--json"))
     assert kept["words"] == ["she bows", "deeply"]
