@@ -92,11 +92,12 @@ def test_the_speed_limit_grows_with_the_performer() -> None:
     assert cleaning.wild_frames(walk() * 10.0 + 0.0, FPS, 0.2).any()
 
 
-@settings(deadline=None, max_examples=25)
-@given(st.sets(st.integers(20, 80), max_size=12), st.integers(0, 10**6))
+@settings(deadline=None, max_examples=100)
+@given(st.sets(st.integers(31, 80), max_size=12), st.integers(0, 10**6))
 def test_whatever_is_broken_the_result_is_finite_and_good_frames_stay(
     broken: set[int], seed: int
 ) -> None:
+    """After the first second: before it, what a leap cuts off may be a pose before the take."""
     points = walk()
     wild = points.copy()
     for frame in broken:
@@ -106,7 +107,7 @@ def test_whatever_is_broken_the_result_is_finite_and_good_frames_stay(
     bad = cleaning.wild_frames(wild, FPS, body.LEG_LENGTH)
     assert bad[sorted(broken)].all()
     np.testing.assert_array_equal(cleaned[~bad], wild[~bad])
-    np.testing.assert_allclose(cleaned[20:], points[20:], atol=1e-9)
+    np.testing.assert_allclose(cleaned, points, atol=1e-9)
 
 
 def test_a_motion_survives_frames_without_numbers() -> None:
