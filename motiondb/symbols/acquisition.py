@@ -39,7 +39,7 @@ class AcquisitionSettings:
 
     n_symbols: int | None = None
     n_states: int = 6
-    variance_floor: float = 0.3
+    variance_floor: float = 0.1
     max_symbols: int = 240
     rounds: int = 12
     recuts: int = 3
@@ -86,28 +86,18 @@ def acquire(
     Raises
     ------
     MotionDBError
-        when there is no segment, or fewer segments than ``n_symbols``.
+        when there is no segment, or fewer segments that differ than ``n_symbols``.
     """
     settings = settings or AcquisitionSettings()
     tell = progress or (lambda _what, _share: None)
-    _check(starts, settings)
+    descriptors = describe_segments(frames, starts, ends)
+    _check(descriptors, settings)
     floor = np.full(frames.shape[1], settings.variance_floor)
     n_first = settings.n_symbols or int(np.clip(len(starts) // 8, 1, settings.max_symbols))
-    winners = seed_groups(describe_segments(frames, starts, ends), n_first, rng)
     arena = _Arena(frames, starts, ends, floor, settings, rng)
-    state = _judge(arena, _fit_new(arena, starts, ends, winners))
+    state = _judge(arena, _fit_new(arena, starts, ends, seed_groups(descriptors, n_first, rng)))
     lengths = [state.length]
-    for number in range(settings.rounds):
-        tell("symbols compete", number / settings.rounds)
-        before = state.length
-        for propose in (_refit,) if settings.n_symbols else (_kill, _create, _refit):
-            candidate = propose(arena, state)
-            judged = None if candidate is None else _judge(arena, candidate)
-            if judged is not None and judged.length < state.length:
-                state = judged
-                lengths.append(state.length)
-        if before - state.length < 1e-4 * abs(before):
-            break
+    state = _compete(arena, state, lengths, tell)
     for number in range(settings.recuts):
         tell("cutting anew", number / settings.recuts)
         recut_arena, judged = _recut(arena, bounds, state)
@@ -119,6 +109,23 @@ def acquire(
     if settings.n_symbols is None:
         symbols, winners = _drop_idle(symbols, winners)
     return Acquired(symbols, Cutting(arena.starts, arena.ends, winners), tuple(lengths))
+
+
+def _compete(arena: _Arena, state: _State, lengths: list[float], tell: Progress) -> _State:
+    """Rounds of dying, creating and refitting, for as long as the description gets shorter."""
+    settings = arena.settings
+    for number in range(settings.rounds):
+        tell("symbols compete", number / settings.rounds)
+        before = state.length
+        for propose in (_refit,) if settings.n_symbols else (_kill, _thin, _create, _refit):
+            candidate = propose(arena, state)
+            judged = None if candidate is None else _judge(arena, candidate)
+            if judged is not None and judged.length < state.length:
+                state = judged
+                lengths.append(state.length)
+        if before - state.length < 1e-4 * abs(before):
+            break
+    return state
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,16 +171,30 @@ def describe_segments(frames: Float32Array, starts: IntArray, ends: IntArray) ->
 
 
 def seed_groups(descriptors: FloatArray, n_groups: int, rng: np.random.Generator) -> IntArray:
-    """First groups by k-means (k-means++ start): array (segments,), every group non-empty."""
-    from sklearn.cluster import KMeans
+    """First groups by k-means (k-means++ start): array (segments,), every group non-empty.
 
-    distinct = len(np.unique(descriptors.round(9), axis=0))
-    n_groups = min(n_groups, distinct)
+    There are fewer than ``n_groups`` where fewer descriptors differ.
+    """
+    from sklearn.cluster import KMeans
+    from threadpoolctl import threadpool_limits
+
+    n_groups = min(n_groups, n_distinct(descriptors))
     if n_groups == 1:
         return np.zeros(len(descriptors), dtype=np.int64)
     seed = int(rng.integers(2**31))
-    labels = KMeans(n_groups, n_init=1, max_iter=30, random_state=seed).fit_predict(descriptors)
+    means = KMeans(n_groups, n_init=1, max_iter=30, random_state=seed)
+    with threadpool_limits(1):  # sums of several threads differ in their last bits
+        labels = means.fit_predict(descriptors)
     return np.unique(labels, return_inverse=True)[1].astype(np.int64)
+
+
+def n_distinct(descriptors: FloatArray) -> int:
+    """How many descriptors differ by more than rounding.
+
+    >>> n_distinct(np.array([[1.0, 2.0], [1.0, 2.0 + 1e-9], [1.0, 3.0]]))
+    2
+    """
+    return len(np.unique(descriptors.round(6), axis=0))
 
 
 def description_length(
@@ -191,13 +212,16 @@ def description_length(
     return float(-log_likelihood + names + 0.5 * parameters * np.log(max(n_frames, 2)))
 
 
-def _check(starts: IntArray, settings: AcquisitionSettings) -> None:
-    if len(starts) == 0:
+def _check(descriptors: FloatArray, settings: AcquisitionSettings) -> None:
+    if len(descriptors) == 0:
         raise MotionDBError("learn: expected at least one segment, found none. Add captures first.")
-    if settings.n_symbols is not None and not 1 <= settings.n_symbols <= len(starts):
+    if settings.n_symbols is None:
+        return
+    most = n_distinct(descriptors)
+    if not 1 <= settings.n_symbols <= most:
         raise MotionDBError(
-            f"learn: expected a number of symbols from 1 to {len(starts)} (the segments), found "
-            f"{settings.n_symbols}. Ask for fewer symbols, or leave the number to motiondb."
+            f"learn: expected a number of symbols from 1 to {most} (the segments that differ), "
+            f"found {settings.n_symbols}. Ask for fewer symbols, or leave the number to motiondb."
         )
 
 
@@ -228,30 +252,60 @@ def _refit(arena: _Arena, state: _State) -> MotionSymbols:
 
 
 def _kill(arena: _Arena, state: _State) -> MotionSymbols | None:
-    """Remove the symbols whose segments lose less elsewhere than the symbol's parameters cost.
+    """Remove the symbols that do not pay for their parameters."""
+    deaths, gains = _deaths(arena, state, 1)
+    return _without(state, deaths[: int(np.sum(gains > 0))])
 
-    Symbols are tried from the cheapest; once one dies, the runners-up of its segments may not die
-    in the same round, so that the losses add up as counted.
+
+def _thin(arena: _Arena, state: _State) -> MotionSymbols | None:
+    """Remove the weakest twentieth though they pay: refitted, the others may do as well.
+
+    Two symbols that share what one should have both seem to pay, because neither is fitted to what
+    the other won.
     """
-    symbols, scores = state.symbols, state.scores
-    if symbols.n_symbols < 2:
+    deaths, _ = _deaths(arena, state, max(1, state.symbols.n_symbols // 20))
+    left = _without(state, deaths)
+    if left is None:
         return None
-    order = np.argsort(-scores, axis=1, kind="stable")[:, :2]
-    rows = np.arange(len(scores))
-    margin = (scores[rows, order[:, 0]] - scores[rows, order[:, 1]]).astype(np.float64)
-    loss = np.bincount(order[:, 0], weights=margin, minlength=symbols.n_symbols)
+    winners = np.argmax(hmm.score(left, arena.frames, arena.starts, arena.ends), axis=1)
+    return _fit(arena, left, arena.starts, arena.ends, winners)
+
+
+def _deaths(arena: _Arena, state: _State, least: int) -> tuple[IntArray, FloatArray]:
+    """Whose death shortens the description most (or lengthens it least), one after another.
+
+    What the others lose is counted anew after every death, so that the gains add up. The order goes
+    on to the first death that does not pay, to ``least`` deaths at least; one symbol stays.
+
+    Returns
+    -------
+    deaths : array (deaths,), symbols.
+    gains : array (deaths,), nats by which each death shortens L, given those before.
+    """
+    symbols, scores = state.symbols, state.scores.astype(np.float64)
     price = 0.5 * symbols.n_states * (2 * symbols.means.shape[2] + 1) * np.log(len(arena.frames))
-    kept, alive = np.zeros((2, symbols.n_symbols), dtype=bool)
-    alive[:] = True
-    for s in np.argsort(loss - price, kind="stable"):
-        if loss[s] >= price[s]:
-            break
-        if not kept[s]:
-            alive[s] = False
-            kept[order[order[:, 0] == s, 1]] = True
-    if alive.all() or not alive.any():
+    alive, rows = np.arange(symbols.n_symbols), np.arange(len(scores))
+    deaths: list[int] = []
+    gains: list[float] = []
+    while len(alive) > 1 and (len(deaths) < least or gains[-1] > 0):
+        left = scores[:, alive]
+        winners = np.argmax(left, axis=1)
+        best = left[rows, winners]
+        left[rows, winners] = -np.inf
+        loss = np.bincount(winners, weights=best - left.max(axis=1), minlength=len(alive))
+        names = len(rows) * np.log(len(alive) / (len(alive) - 1))
+        gain = price[alive] + names - loss
+        weakest = int(np.argmax(gain))
+        deaths.append(int(alive[weakest]))
+        gains.append(float(gain[weakest]))
+        alive = np.delete(alive, weakest)
+    return np.array(deaths, dtype=np.int64), np.array(gains)
+
+
+def _without(state: _State, deaths: IntArray) -> MotionSymbols | None:
+    if len(deaths) == 0:
         return None
-    return take(symbols, np.flatnonzero(alive))
+    return take(state.symbols, np.setdiff1d(np.arange(state.symbols.n_symbols), deaths))
 
 
 def _create(arena: _Arena, state: _State) -> MotionSymbols | None:
