@@ -25,9 +25,11 @@ LOOKS_PER_SECOND = 20
 
 @dataclass(frozen=True)
 class MeasuredRun:
-    """seconds of wall clock; peak_bytes of resident memory, children included; what it printed."""
+    """seconds of wall clock; processor seconds and the peak of resident memory, children included;
+    what it printed."""
 
     seconds: float
+    processor_seconds: float
     peak_bytes: int
     exit_code: int
     output: str
@@ -38,6 +40,7 @@ def run_measured(command: Sequence[str], settings: Mapping[str, str] | None = No
     """Run a command to its end; ``settings`` are environment variables on top of the present."""
     environment = {**os.environ, **(settings or {})}
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        before = _children_seconds()
         started = time.perf_counter()
         process = subprocess.Popen(list(command), stdout=out, stderr=err, env=environment)
         ended, sizes = threading.Event(), [0]
@@ -51,7 +54,14 @@ def run_measured(command: Sequence[str], settings: Mapping[str, str] | None = No
         for file in (out, err):
             file.seek(0)
             texts.append(file.read().decode(errors="replace"))
-    return MeasuredRun(seconds, max(sizes), process.returncode, *texts)
+    worked = _children_seconds() - before
+    return MeasuredRun(seconds, worked, max(sizes), process.returncode, *texts)
+
+
+def _children_seconds() -> float:
+    """Processor time of all ended children so far."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def _watch(pid: int, ended: threading.Event, sizes: list[int]) -> None:

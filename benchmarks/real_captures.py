@@ -102,7 +102,7 @@ def find(data: Path, database: Path, stages: Stages, output: Path) -> Findings:
         return Findings(
             stages,
             count(db, database),
-            _problems(stages, data),
+            *_refusals(stages, data),
             [f"{r.capture} {r.kind} {r.other}" for r in db.relations()],
             words,
             precision,
@@ -115,12 +115,13 @@ def find(data: Path, database: Path, stages: Stages, output: Path) -> Findings:
         )
 
 
-def _problems(stages: Stages, data: Path) -> list[str]:
-    """Sentences of ``add``, without this machine's folders."""
+def _refusals(stages: Stages, data: Path) -> tuple[list[str], list[str]]:
+    """What ``add`` left out, without this machine's folders: problems, and files known already."""
     if stages.add is None:
-        return []
+        return [], []
     report = json.loads(stages.add.output)
-    return [problem.replace(str(data), "DIR") for problem in report["problems"]]
+    problems = [problem.replace(str(data), "DIR") for problem in report["problems"]]
+    return problems, [f"{name} is {other}" for name, other in report["known"]]
 
 
 def main() -> int:

@@ -27,6 +27,7 @@ class Findings:
     stages: Stages
     counts: dict[str, float]
     problems: list[str]
+    known: list[str]
     relations: list[str]
     words: list[WordResult]
     precision: dict[str, WordPrecision]

@@ -50,7 +50,8 @@ def write_report(found: Findings, path: Path) -> Path:
     return path
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
@@ -93,8 +94,11 @@ def _sizes(found: Findings) -> str:
         part
         for part in (
             "## Catalogue and learning",
-            _table(["what", "measured"], rows),
+            table(["what", "measured"], rows),
             f"Left out when adding:\n{problems}" if problems else "",
+            f"Known already by content, so not added again: {', '.join(found.known)}."
+            if found.known
+            else "",
             _note(found.notes, "catalogue"),
             "![The symbol space](pictures/symbols.png)",
             "The symbols and words of one long take:",
@@ -124,7 +128,7 @@ def _words(found: Findings) -> str:
         for part in (
             "## Twenty questions in words",
             ASKED,
-            _table(
+            table(
                 [
                     "question",
                     "there are",
@@ -136,7 +140,7 @@ def _words(found: Findings) -> str:
             ),
             "Right answers among the first five. Mean average precision over single words, for "
             "words that two performers or more were described with:",
-            _table(["captures ranked by", "words", "precision", "chance"], precision),
+            table(["captures ranked by", "words", "precision", "chance"], precision),
             _note(found.notes, "words"),
             *(_word_section(r, found.notes) for r in found.words),
         )
@@ -162,7 +166,7 @@ def _times(match: Match) -> str:
 
 def _answers(head: Sequence[str], columns: Sequence[Sequence[Judged]]) -> str:
     rows = [[str(k + 1), *(_cell(c, k) for c in columns)] for k in range(FIRST)]
-    return _table(["", *head], rows)
+    return table(["", *head], rows)
 
 
 def _word_section(result: WordResult, notes: dict[str, Notes]) -> str:
@@ -195,7 +199,7 @@ def _parts(found: Findings) -> str:
             "Four long takes have parts known by hand. The words were asked of each take alone; "
             "the last column is the intersection over the union of the found and the nearest true "
             f"interval, in the mean {mean:.2f}.",
-            _table(["words", "capture", "found", "true", "overlap"], rows),
+            table(["words", "capture", "found", "true", "overlap"], rows),
             _note(found.notes, "parts"),
         )
         if part
@@ -220,7 +224,7 @@ def _examples(found: Findings) -> str:
             "The example itself must come back at rank 1; it is not counted. An answer counts as "
             "right where its description holds a word for what the example shows, and, in the four "
             "long takes, where at least half of the interval lies in a part that shows it.",
-            _table(
+            table(
                 ["example", "interval", "rank 1", "right of 5, everybody", "other performers"], rows
             ),
             _note(found.notes, "examples"),
@@ -260,7 +264,7 @@ def _made(found: Findings) -> str:
         for part in (
             "## Five generated sentences",
             f"Seed {SEED}. {MEASURES}",
-            _table(["median over sentences", "slip cm/s", "jerk m/s³", "recognised exactly"], rows),
+            table(["median over sentences", "slip cm/s", "jerk m/s³", "recognised exactly"], rows),
             _note(found.notes, "made"),
             *(_made_section(r, found.notes) for r in found.made),
         )
