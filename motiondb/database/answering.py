@@ -16,7 +16,7 @@ from motiondb.records import (
     Match,
     Motion,
 )
-from motiondb.search import alignment, by_motion, by_words, score_vectors
+from motiondb.search import alignment, by_motion, by_words, reasons, score_vectors
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.words import decoding, vocabulary
 
@@ -26,12 +26,15 @@ class WordAnswer:
     """Hits, what of the question was not understood, and the decoded symbols.
 
     unknown : word -> nearest known words. decoding : None where no symbol sequence was found.
+    reasons : per match what every asked word adds to its log-odds; ``search.reasons.total`` of them
+        is the number that ranks the match, and ``score`` its probability.
     """
 
     matches: tuple[Match, ...]
     unknown: Mapping[str, tuple[str, ...]]
     actions: tuple[tuple[str, ...], ...]
     decoding: decoding.Decoding | None = None
+    reasons: tuple[tuple[reasons.WordReason, ...], ...] = ()
 
 
 def search_words(
@@ -64,18 +67,53 @@ def search_words(
         if hit is not None:
             hits.append((capture, hit))
     hits.sort(key=lambda pair: (-pair[1].log_odds, pair[0]))
+    explained = [
+        (capture, hit, explain_hit(learned, capture, hit, actions, written))
+        for capture, hit in hits[:limit]
+    ]
+    explained.sort(key=lambda found: (-reasons.total(found[2]), found[0]))
     matches = tuple(
         Match(
             rank,
             learned.captures[capture].name,
             *_seconds(learned, capture, hit.start, hit.end),
-            hit.probability,
+            float(1.0 / (1.0 + np.exp(-reasons.total(why)))),
             _matched(takes[capture], query.actions, number),
             _reason(hit, query.actions),
         )
-        for rank, (capture, hit) in enumerate(hits[:limit], start=1)
+        for rank, (capture, hit, why) in enumerate(explained, start=1)
     )
-    return WordAnswer(matches, query.unknown, query.actions)
+    return WordAnswer(
+        matches, query.unknown, query.actions, reasons=tuple(why for _, _, why in explained)
+    )
+
+
+def explain_hit(
+    learned: Learned,
+    capture: int,
+    hit: by_words.Hit,
+    actions: Sequence[Sequence[int]],
+    written: bool = True,
+) -> tuple[reasons.WordReason, ...]:
+    """What every asked word adds to an answer, segment by segment (see ``search.reasons``)."""
+    rows = learned.rows[capture]
+    table = learned.segments
+    starts, ends = table.starts[rows], table.ends[rows]
+    said = learned.written.get(capture) if written else None
+    n_asked = sum(bool(words) for words in actions)
+    why = []
+    for number, words in enumerate(actions):
+        peak = int(np.searchsorted(starts, hit.peaks[number], side="right")) - 1
+        window = (int(starts[peak]) - WINDOW_MARGIN, int(ends[peak]) + WINDOW_MARGIN)
+        for word in words:
+            slope, constant = learned.word_map.linear(word)
+            evidence = reasons.Evidence(
+                constant, slope, learned.standardised[rows], starts, ends, table.symbols[rows],
+                np.zeros(len(starts)) if said is None else said[:, word],
+            )  # fmt: skip
+            weight = 1.0 / (n_asked * len(words))
+            why.append(reasons.explain_word(evidence, word, number, window, peak, weight))
+    return tuple(why)
 
 
 def _search_decoded(

@@ -142,7 +142,7 @@ class Learned:
     @cached_property
     def takes(self) -> dict[int, by_words.TakeScores]:
         """Log-odds of all words in every capture, written words included."""
-        written = self._written()
+        written = self.written
         takes = {}
         for capture, rows in self.rows.items():
             odds = self.heard[capture]
@@ -177,7 +177,9 @@ class Learned:
             pool.features[pool.bounds[place] : pool.bounds[place + 1]]
         )
 
-    def _written(self) -> dict[int, FloatArray]:
+    @cached_property
+    def written(self) -> dict[int, FloatArray]:
+        """Log-odds (segments, words) that people's words add, for captures that have any."""
         captions = store.load_captions(self.database)
         number = {word: n for n, word in enumerate(self.association.words)}
         spans: dict[int, list[tuple[int, int, FloatArray]]] = {}

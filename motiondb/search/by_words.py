@@ -47,12 +47,16 @@ class TakeScores:
 
 @dataclass(frozen=True)
 class Hit:
-    """An answer within one capture: frames [start, end), log-odds, and an interval per action."""
+    """An answer within one capture: frames [start, end), log-odds, and an interval per action.
+
+    ``peaks`` holds, per action, a frame of the segment whose window speaks loudest for it.
+    """
 
     start: int
     end: int
     log_odds: float
     parts: tuple[tuple[int, int], ...]
+    peaks: tuple[int, ...] = ()
 
     @property
     def probability(self) -> float:
@@ -114,10 +118,12 @@ def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | Non
         return None
     parts = _intervals(values, peaks, [bool(words) for words in actions])
     wholes = [float(take.whole[list(words)].mean()) for words in actions if words]
-    inner = [float(values[k][a:b].max()) for k, (a, b) in enumerate(parts) if actions[k]]
+    loudest = [a + int(np.argmax(values[k][a:b])) for k, (a, b) in enumerate(parts)]
+    inner = [float(values[k][loudest[k]]) for k in range(len(parts)) if actions[k]]
     log_odds = float(np.mean([0.5 * i + 0.5 * w for i, w in zip(inner, wholes)]))
     frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
-    return Hit(frames[0][0], frames[-1][1], log_odds, frames)
+    peaks_at = tuple(int(take.starts[i]) for i in loudest)
+    return Hit(frames[0][0], frames[-1][1], log_odds, frames, peaks_at)
 
 
 def split_segments(take: TakeScores, n_least: int) -> TakeScores:

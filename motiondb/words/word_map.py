@@ -47,6 +47,13 @@ class WordMap:
         a, b, c = self.calibration
         return a * self.evidence(vectors) / self.spreads + b * _logit(self.priors) + c
 
+    def linear(self, word: int) -> tuple[FloatArray, float]:
+        """Slope (symbols,) and constant of one word: log-odds = vector . slope + constant."""
+        a, b, c = self.calibration
+        scale = float(a / self.spreads[word])
+        prior = float(b * _logit(self.priors[word : word + 1])[0] + c)
+        return scale * self.weights[:, word], scale * float(self.offsets[word]) + prior
+
     def probabilities(self, vectors: FloatArray) -> FloatArray:
         """Calibrated probabilities (n, words)."""
         return 1.0 / (1.0 + np.exp(-np.clip(self.log_odds(vectors), -50.0, 50.0)))
