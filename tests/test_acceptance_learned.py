@@ -12,9 +12,7 @@ import pytest
 import motiondb
 from motiondb import MotionDB, store
 from motiondb.database.learned import Learned, decode
-from motiondb.database.learning import LearnSettings
-from motiondb.records import Learning, SymbolSpace
-from motiondb.symbols.segmentation import SegmentationSettings
+from motiondb.records import SymbolSpace
 from motiondb.words import transition
 
 WORDS = ("walk", "jump", "kick", "punch", "bow", "wave", "sit", "run", "dance", "dribble", "guard")
@@ -171,24 +169,3 @@ def test_one_table_of_symbols(db: MotionDB, learned: Learned, space: SymbolSpace
     assert space.distances.shape == (n, n)
     assert len(space.coordinates) == n
     assert db.check() == []
-
-
-def _learn(folder: Path, sheet: Path, path: Path, seed: int, n_symbols: int | None) -> Learning:
-    with motiondb.open(path) as db:
-        db.add(folder, words=None)
-        db.import_words(sheet)
-        settings = LearnSettings(
-            n_symbols=n_symbols, seed=seed, first_cut=SegmentationSettings(longest=24)
-        )
-        return db.learn(settings)
-
-
-def test_two_learnings_with_one_seed_agree(some: Path, samples_sheet: Path, tmp_path: Path) -> None:
-    """A3, A14, X3: the same symbols, coordinates and clusters, to the last bit."""
-    one = _learn(some, samples_sheet, tmp_path / "one.duckdb", 3, 5)
-    two = _learn(some, samples_sheet, tmp_path / "two.duckdb", 3, 5)
-    assert one.symbols.n_symbols == two.symbols.n_symbols == 5  # A3: the user's number
-    for record in ("symbols", "segments", "space"):
-        for name, value in vars(getattr(one, record)).items():
-            np.testing.assert_array_equal(value, getattr(getattr(two, record), name), name)
-    np.testing.assert_array_equal(one.association.translation, two.association.translation)
