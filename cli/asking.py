@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -48,18 +49,29 @@ def search(
         bool,
         typer.Option("--by-symbols", help="Decode to symbols and align these (the paper's way)."),
     ] = False,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Say what every symbol adds to every word's score.")
+    ] = False,
     png: Png = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """Find the intervals that show what the words ask for, in their order."""
+    from motiondb.cli import explaining
+
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols)
         note_unlearned(base)
-        if png:
+        vocabulary = base.learned.association.words
+        if png and explain and answer.reasons:
+            explaining.draw_reason(base, answer, png, words)
+        elif png:
             _draw(base, answer.matches, png, words)
     note_unknown(answer.unknown)
-    _print_matches(answer.matches, json, reasons=True)
+    why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
+    _print_matches(answer.matches, json, reasons=True, why=why)
+    if explain and not json:
+        explaining.print_reasons(answer, vocabulary)
 
 
 def like(
@@ -81,17 +93,23 @@ def like(
     _print_matches(matches, json)
 
 
-def _print_matches(matches: tuple[Match, ...], json: bool, reasons: bool = False) -> None:
+def _print_matches(
+    matches: tuple[Match, ...],
+    json: bool,
+    reasons: bool = False,
+    why: Sequence[dict[str, Any]] = (),
+) -> None:
     if json:
-        print_json(
-            [
-                {
-                    "rank": m.rank, "capture": m.capture, "start": m.start, "end": m.end,
-                    "score": m.score, "words": list(m.words),
-                }
-                for m in matches
-            ]
-        )  # fmt: skip
+        rows = [
+            {
+                "rank": m.rank, "capture": m.capture, "start": m.start, "end": m.end,
+                "score": m.score, "words": list(m.words),
+            }
+            for m in matches
+        ]  # fmt: skip
+        for row, reason in zip(rows, why):
+            row["explain"] = reason
+        print_json(rows)
         return
     if not matches:
         typer.echo("nothing in this database matches")
