@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -44,30 +46,67 @@ for module in (cataloguing, learning, asking, words, keeping):
 
 def main() -> None:
     """Run the command line: 0 done, 1 wrong data, 2 wrong use, 130 interrupted."""
+    before = sys.unraisablehook, signal.getsignal(signal.SIGINT)
+    sys.unraisablehook = _end_lost_interrupt
+    if before[1] is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupt)
     try:
         sys.exit(_run())
     except KeyboardInterrupt:  # while ending or importing
-        sys.exit(_interrupted())
+        _end_interrupted()
+    finally:
+        sys.unraisablehook = before[0]
+        signal.signal(signal.SIGINT, before[1])
 
 
 def _run() -> int:
     from motiondb.errors import MotionDBError, NotLearnedError, QueryError
 
     try:
-        app()
+        _run_command()
     except (QueryError, NotLearnedError) as error:
         typer.echo(f"error: {error}", err=True)
         return 2
     except MotionDBError as error:
         typer.echo(f"error: {error}", err=True)
         return 1
-    except SystemExit as ended:  # Typer ends every command so, an interrupted one with 130
-        if ended.code == INTERRUPTED:
-            return _interrupted()
-        raise
     return 0
 
 
-def _interrupted() -> int:
+def _run_command() -> None:
+    """Run the command; what goes wrong after Ctrl-C goes wrong because of it.
+
+    DuckDB turns an interrupt into an error of its own, and Typer into the exit code 130.
+    """
+    try:
+        app()
+    except BaseException as ended:
+        if _interrupts and not (isinstance(ended, SystemExit) and not ended.code):
+            _end_interrupted()
+        raise
+
+
+_interrupts: list[int] = []
+
+
+def _interrupt(number: int, _frame: object) -> NoReturn:
+    _interrupts.append(number)
+    raise KeyboardInterrupt
+
+
+def _end_lost_interrupt(lost: sys.UnraisableHookArgs) -> None:
+    """End at once where Ctrl-C meets a callback of a C library, which cannot hand it on.
+
+    The database is safe: a process may stop at any moment.
+    """
+    if not issubclass(lost.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(lost)
+        return
+    _end_interrupted()
+
+
+def _end_interrupted() -> NoReturn:
+    """Say so and end at once: threads must not outlive what they compute with."""
     typer.echo("interrupted: the database is as it was", err=True)
-    return INTERRUPTED
+    sys.stdout.flush()
+    os._exit(INTERRUPTED)

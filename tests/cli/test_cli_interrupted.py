@@ -102,7 +102,7 @@ def test_interrupted(
     assert "Traceback" not in out
     if process.returncode == 0:  # it was quicker this time
         return
-    assert process.returncode == 130
+    assert process.returncode == 130, out
     assert out.endswith("interrupted: the database is as it was\n")
     assert contents(path) == contents(before)
 
@@ -116,3 +116,23 @@ def test_killed_while_other_processes_read(tmp_path: Path, samples_folder: Path)
     with motiondb.open(path) as db:
         assert len(db.captures()) in (0, 12)
         assert db.check() == []
+
+
+LOST = """
+import ctypes, os, signal, time
+from motiondb.cli import main
+
+@ctypes.CFUNCTYPE(None)
+def callback():
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(5)
+
+main._run = lambda: callback() or 0
+main.main()
+"""
+
+
+def test_an_interrupt_inside_a_callback_is_not_lost() -> None:
+    ended = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 130
+    assert ended.stderr == "interrupted: the database is as it was\n"
