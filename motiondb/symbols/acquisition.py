@@ -9,7 +9,7 @@ the description length of the segments, in nats:
         + n ln S                              which symbol each of n segments is
         + S K (2 D + 1) / 2 ln(F)             the symbols: means, variances, self-loops
 
-with S symbols of K states in D dimensions and F frames. An update is kept only if L does not rise.
+with S symbols of K states in D dimensions and F frames. An update is kept only if L falls.
 Then the symbols cut the captures anew (the best path through all symbols, each passed from its
 first state to its last) and are refitted to these segments, so that a symbol's segments begin in
 the same phase of the movement.
@@ -28,7 +28,8 @@ import numpy as np
 
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
-from motiondb.symbols import hmm
+from motiondb.symbols import description, hmm
+from motiondb.symbols.seeding import describe_segments, n_distinct, seed_groups
 
 Progress = Callable[[str, float], None]
 
@@ -154,62 +155,8 @@ def _judge(arena: _Arena, symbols: MotionSymbols) -> _State:
     scores = hmm.score(symbols, arena.frames, arena.starts, arena.ends)
     winners = np.argmax(scores, axis=1)
     total = float(scores[np.arange(len(scores)), winners].sum(dtype=np.float64))
-    length = description_length(total, len(scores), symbols, len(arena.frames))
+    length = description.description_length(total, len(scores), symbols, len(arena.frames))
     return _State(symbols, scores, winners, length)
-
-
-def describe_segments(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
-    """Mean features of every third of a segment: array (segments, 3 * dimensions)."""
-    sums = np.concatenate([np.zeros((1, frames.shape[1])), np.cumsum(frames, axis=0, dtype=float)])
-    parts = []
-    for third in range(3):
-        low = starts + (ends - starts) * third // 3
-        high = np.maximum(starts + (ends - starts) * (third + 1) // 3, low + 1)
-        high = np.minimum(high, len(frames))
-        parts.append((sums[high] - sums[low]) / (high - low)[:, None])
-    return np.concatenate(parts, axis=1)
-
-
-def seed_groups(descriptors: FloatArray, n_groups: int, rng: np.random.Generator) -> IntArray:
-    """First groups by k-means (k-means++ start): array (segments,), every group non-empty.
-
-    There are fewer than ``n_groups`` where fewer descriptors differ.
-    """
-    from sklearn.cluster import KMeans
-    from threadpoolctl import threadpool_limits
-
-    n_groups = min(n_groups, n_distinct(descriptors))
-    if n_groups == 1:
-        return np.zeros(len(descriptors), dtype=np.int64)
-    seed = int(rng.integers(2**31))
-    means = KMeans(n_groups, n_init=1, max_iter=30, random_state=seed)
-    with threadpool_limits(1):  # sums of several threads differ in their last bits
-        labels = means.fit_predict(descriptors)
-    return np.unique(labels, return_inverse=True)[1].astype(np.int64)
-
-
-def n_distinct(descriptors: FloatArray) -> int:
-    """How many descriptors differ by more than rounding.
-
-    >>> n_distinct(np.array([[1.0, 2.0], [1.0, 2.0 + 1e-9], [1.0, 3.0]]))
-    2
-    """
-    return len(np.unique(descriptors.round(6), axis=0))
-
-
-def description_length(
-    log_likelihood: float, n_segments: int, symbols: MotionSymbols, n_frames: int
-) -> float:
-    """L of the module's docstring, nats.
-
-    >>> s = MotionSymbols(np.array([1]), np.ones((1, 1)), np.zeros((1, 1, 2)), np.ones((1, 1, 2)))
-    >>> round(description_length(-10.0, 3, s, 100), 4)  # 10 + 3 ln 1 + 5 / 2 ln 100
-    21.5129
-    """
-    n_dims = symbols.means.shape[2]
-    parameters = float(symbols.n_states.sum()) * (2 * n_dims + 1)
-    names = n_segments * np.log(symbols.n_symbols)
-    return float(-log_likelihood + names + 0.5 * parameters * np.log(max(n_frames, 2)))
 
 
 def _check(descriptors: FloatArray, settings: AcquisitionSettings) -> None:
@@ -253,8 +200,9 @@ def _refit(arena: _Arena, state: _State) -> MotionSymbols:
 
 def _kill(arena: _Arena, state: _State) -> MotionSymbols | None:
     """Remove the symbols that do not pay for their parameters."""
-    deaths, gains = _deaths(arena, state, 1)
-    return _without(state, deaths[: int(np.sum(gains > 0))])
+    price = description.prices(state.symbols, len(arena.frames))
+    order, gains = description.deaths(state.scores, price)
+    return _without(state, order[gains > 0])
 
 
 def _thin(arena: _Arena, state: _State) -> MotionSymbols | None:
@@ -263,49 +211,19 @@ def _thin(arena: _Arena, state: _State) -> MotionSymbols | None:
     Two symbols that share what one should have both seem to pay, because neither is fitted to what
     the other won.
     """
-    deaths, _ = _deaths(arena, state, max(1, state.symbols.n_symbols // 20))
-    left = _without(state, deaths)
+    price = description.prices(state.symbols, len(arena.frames))
+    least = max(1, state.symbols.n_symbols // 20)
+    left = _without(state, description.deaths(state.scores, price, least)[0])
     if left is None:
         return None
     winners = np.argmax(hmm.score(left, arena.frames, arena.starts, arena.ends), axis=1)
     return _fit(arena, left, arena.starts, arena.ends, winners)
 
 
-def _deaths(arena: _Arena, state: _State, least: int) -> tuple[IntArray, FloatArray]:
-    """Whose death shortens the description most (or lengthens it least), one after another.
-
-    What the others lose is counted anew after every death, so that the gains add up. The order goes
-    on to the first death that does not pay, to ``least`` deaths at least; one symbol stays.
-
-    Returns
-    -------
-    deaths : array (deaths,), symbols.
-    gains : array (deaths,), nats by which each death shortens L, given those before.
-    """
-    symbols, scores = state.symbols, state.scores.astype(np.float64)
-    price = 0.5 * symbols.n_states * (2 * symbols.means.shape[2] + 1) * np.log(len(arena.frames))
-    alive, rows = np.arange(symbols.n_symbols), np.arange(len(scores))
-    deaths: list[int] = []
-    gains: list[float] = []
-    while len(alive) > 1 and (len(deaths) < least or gains[-1] > 0):
-        left = scores[:, alive]
-        winners = np.argmax(left, axis=1)
-        best = left[rows, winners]
-        left[rows, winners] = -np.inf
-        loss = np.bincount(winners, weights=best - left.max(axis=1), minlength=len(alive))
-        names = len(rows) * np.log(len(alive) / (len(alive) - 1))
-        gain = price[alive] + names - loss
-        weakest = int(np.argmax(gain))
-        deaths.append(int(alive[weakest]))
-        gains.append(float(gain[weakest]))
-        alive = np.delete(alive, weakest)
-    return np.array(deaths, dtype=np.int64), np.array(gains)
-
-
-def _without(state: _State, deaths: IntArray) -> MotionSymbols | None:
-    if len(deaths) == 0:
+def _without(state: _State, dead: IntArray) -> MotionSymbols | None:
+    if len(dead) == 0:
         return None
-    return take(state.symbols, np.setdiff1d(np.arange(state.symbols.n_symbols), deaths))
+    return take(state.symbols, np.setdiff1d(np.arange(state.symbols.n_symbols), dead))
 
 
 def _create(arena: _Arena, state: _State) -> MotionSymbols | None:

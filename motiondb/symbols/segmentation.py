@@ -1,8 +1,8 @@
 """Cutting a capture into segments that tile it: a cost, and apart from it an exact search.
 
-Notation: x_t the context of frame t (mean and spread of the features in a window of one second: a
-single frame does not show what is being done), s_t the speed of the pose at frame t. A segmentation
-0 = c_0 < c_1 < ... < c_n = T costs
+Notation: x_t the context of frame t (mean and spread of the features in a window of 1.5 seconds:
+a single frame does not show what is being done), s_t the speed of the pose at frame t. A
+segmentation 0 = c_0 < c_1 < ... < c_n = T costs
 
     sum_i [ sum_{t in [c_i, c_i+1)} |x_t - mean|^2 + penalty + rest * s(c_i) ]
 
@@ -31,7 +31,7 @@ class SegmentationSettings:
 
     shortest: int = 8
     longest: int = 36
-    window: int = 15
+    window: int = 22
     penalty: float = 6.0
     rest: float = 2.0
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from motiondb.errors import MotionDBError
 from motiondb.records import MotionSymbols
-from motiondb.symbols import acquisition, hmm, segmentation
+from motiondb.symbols import acquisition, description, hmm, seeding, segmentation
 from motiondb.symbols.acquisition import Acquired, AcquisitionSettings
 
 
@@ -110,7 +110,7 @@ def test_description_lengths_strictly_fall_and_end_at_what_the_twin_counts() -> 
 def test_description_length_by_hand() -> None:
     """2 symbols of 1 and 2 states in 2 dimensions, 50 frames: 5 + 4 ln 2 + 3 * 5 / 2 ln 50."""
     symbols = random_symbols(np.random.default_rng(0), [1, 2], 2)
-    found = acquisition.description_length(-5.0, 4, symbols, 50)
+    found = description.description_length(-5.0, 4, symbols, 50)
     assert found == pytest.approx(5 + 4 * 0.693147181 + 7.5 * 3.912023005)
 
 
@@ -240,14 +240,14 @@ def test_symbols_die_as_in_the_twin(seed: int, n_segments: int, n_symbols: int) 
 def test_seed_groups_are_numbered_without_gaps(seed: int, n: int, n_groups: int) -> None:
     rng = np.random.default_rng(seed)
     descriptors = rng.integers(0, 3, (n, 2)).astype(float)
-    groups = acquisition.seed_groups(descriptors, n_groups, rng)
+    groups = seeding.seed_groups(descriptors, n_groups, rng)
     expected = min(n_groups, len(np.unique(descriptors, axis=0)))
     np.testing.assert_array_equal(np.unique(groups), np.arange(expected))
 
 
 def test_segments_are_described_by_their_thirds() -> None:
     frames = np.arange(12, dtype=np.float32)[:, None]
-    found = acquisition.describe_segments(frames, np.array([0, 6, 11]), np.array([6, 11, 12]))
+    found = seeding.describe_segments(frames, np.array([0, 6, 11]), np.array([6, 11, 12]))
     np.testing.assert_allclose(found, [[0.5, 2.5, 4.5], [6, 7.5, 9.5], [11, 11, 11]])
 
 
