@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -72,11 +73,15 @@ class ExampleResult:
 
 @dataclass(frozen=True)
 class MadeResult:
-    """A generated motion, and its smoothness and recognised symbols by every method."""
+    """A generated motion.
+
+    methods : by every method, smoothness and how the decoded symbols are recognised again:
+        "exactly", "merged" (exactly once repeats are merged) or "otherwise".
+    """
 
     sentence: str
     made: Generated
-    methods: dict[str, tuple[Smoothness, bool]]
+    methods: dict[str, tuple[Smoothness, str]]
     described: tuple[str, ...]
     picture: str
 
@@ -214,12 +219,17 @@ def make_sentences(db: MotionDB, folder: Path) -> list[MadeResult]:
         ]
         target = folder / f"made-{slug(sentence)}.png"
         pictures.draw_strip(best.motion, target, title=sentence, timelines=timelines)
-        methods = {
-            name: (smoothness(g.motion), g.symbols == g.recognised) for name, g in made.items()
-        }
+        methods = {name: (smoothness(g.motion), _recognised(g)) for name, g in made.items()}
         words = tuple(f"{span[2]} {span[0]:.1f}–{span[1]:.1f} s" for span in spans)
         results.append(MadeResult(sentence, best, methods, words, shrink(target).name))
     return results
+
+
+def _recognised(made: Generated) -> str:
+    if made.symbols == made.recognised:
+        return "exactly"
+    asked, found = ([s for s, _ in groupby(row)] for row in (made.symbols, made.recognised))
+    return "merged" if asked == found else "otherwise"
 
 
 def measure_captures(db: MotionDB) -> list[Smoothness]:
