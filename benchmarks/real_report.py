@@ -29,9 +29,9 @@ speaks (to a map learned from these captions); and the same with a map that saw 
 capture's performer, which is what a new performer meets. An answer counts as right where the
 capture's description holds all asked words; where somebody looked, marked by *, that verdict
 counts."""
-MEASURES = """Slip: mean speed over the ground of feet in contact (0 where no foot ever stands); jerk:
-mean over joints and frames; both on the standard body at 30 frames a second. The last columns count
-sentences whose motion, recognised anew, gives the decoded symbols exactly, and exactly once
+MEASURES = """Slip: mean speed over the ground of feet in contact (0 where no foot ever stands);
+jerk: mean over joints and frames; both on the standard body at 30 frames a second. The last columns
+count sentences whose motion, recognised anew, gives the decoded symbols exactly, and exactly once
 repeats of a symbol are merged."""
 
 
