@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,6 +13,7 @@ from motiondb.cli.options import (
     Db,
     From,
     Json,
+    Limit,
     To,
     database,
     print_json,
@@ -26,6 +28,7 @@ def register(app: typer.Typer) -> None:
     group.command("set")(set_words)
     group.command("import")(import_words)
     group.command("synonyms")(set_synonyms)
+    group.command("suggest")(suggest)
     app.add_typer(group, name="words")
 
 
@@ -36,7 +39,7 @@ def words(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> No
     with database(db) as base:
         association = base.learned.association
     t = association.translation[1:]
-    rows = []
+    rows: list[dict[str, Any]] = []
     for number in sorted(range(len(association.words)), key=lambda w: -association.counts[w]):
         column = t[:, number]
         best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > 0.01]
@@ -117,3 +120,23 @@ def set_synonyms(
         print_json(dict(table))
     else:
         typer.echo(f"{len(table)} synonyms kept")
+
+
+def suggest(limit: Limit = 10, db: Db = DEFAULT_DB, json: Json = False) -> None:
+    """Say which captures to write words about next: those that stand for most of the others."""
+    with database(db) as base:
+        found = base.suggest_captions(limit)
+    if json:
+        print_json([asdict(one) for one in found])
+        return
+    if not found:
+        typer.echo("no capture would gain from words: all have some, or move like one that has")
+        return
+    print_table(
+        "",
+        ["rank", "capture", "seconds", "gain", "why"],
+        [
+            [str(one.rank), one.capture, f"{one.seconds:.2f}", f"{one.gain:.1%}", one.reason]
+            for one in found
+        ],
+    )
