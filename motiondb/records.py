@@ -232,6 +232,8 @@ class SegmentTable:
     log_likelihoods : array (segments,), of that symbol, nats per frame.
     backgrounds : array (segments,), of the background model, nats per frame.
     scores : array (segments, symbols), float32, log-likelihood under every symbol, nats per frame.
+    movement : array (segments, columns), float32, see ``search.movement``; no columns where none
+        was computed.
     """
 
     capture_ids: IntArray
@@ -241,6 +243,12 @@ class SegmentTable:
     log_likelihoods: FloatArray
     backgrounds: FloatArray
     scores: Float32Array
+    movement: Float32Array = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
+
+    def __post_init__(self) -> None:
+        if self.movement.size == 0:
+            none = np.zeros((len(self.starts), 0), dtype=np.float32)
+            object.__setattr__(self, "movement", none)
 
 
 @dataclass(frozen=True, eq=False)

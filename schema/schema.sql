@@ -159,6 +159,13 @@ CREATE TABLE segment_score (
     run_id BIGINT NOT NULL
 );
 
+-- How every segment moves, apart from symbols (search/movement.py).
+CREATE TABLE segment_movement (
+    ordinal BIGINT NOT NULL,
+    movement FLOAT[] NOT NULL,              -- places, joint, rhythm
+    run_id BIGINT NOT NULL
+);
+
 -- Left-to-right hidden Markov models.
 CREATE TABLE symbol (
     symbol_id BIGINT PRIMARY KEY,

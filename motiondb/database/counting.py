@@ -150,12 +150,14 @@ def training_rows(
         merged.setdefault((d.capture_id, d.start, d.end), (d, set()))[1].update(d.words)
     rows = capture_rows(table)
     standardised: dict[int, FloatArray] = {}
-    vectors = np.empty((len(merged), table.scores.shape[1]))
+    vectors = np.empty((len(merged), len(scores.mean)))
     presence = np.zeros((len(merged), len(number)), dtype=bool)
     for row, (d, words) in enumerate(merged.values()):
         own = rows[d.capture_id]
         if d.capture_id not in standardised:
-            standardised[d.capture_id] = scores.standardise(np.array(table.scores[own]))
+            standardised[d.capture_id] = scores.standardise(
+                np.array(table.scores[own]), np.array(table.movement[own])
+            )
         inside = slice(d.low - own.start, d.high - own.start)
         part = slice(d.low, d.high)
         vectors[row] = score_vectors.interval_vectors(

@@ -27,7 +27,7 @@ from motiondb.records import (
     MotionSymbols,
     SegmentTable,
 )
-from motiondb.search import by_words, score_vectors
+from motiondb.search import by_words, movement, score_vectors
 from motiondb.symbols import acquisition, feature_space, hmm
 from motiondb.words import decoding, explanation, transition, word_map
 
@@ -62,8 +62,8 @@ class Learned:
 
     @cached_property
     def standardised(self) -> FloatArray:
-        """Standardised scores of all segments (segments, symbols)."""
-        return self.score_space.standardise(self.segments.scores)
+        """Standardised scores and movement of all segments (segments, symbols + columns)."""
+        return self.score_space.standardise(self.segments.scores, self.segments.movement)
 
     @cached_property
     def feature_space(self) -> feature_space.FeatureSpace:
@@ -267,7 +267,7 @@ def decode(
 def recognise(
     learned: Learned, motion: Motion
 ) -> tuple[Float32Array, IntArray, IntArray, IntArray, FloatArray]:
-    """Whitened features, segment starts and ends (feature frames), symbols, standardised scores."""
+    """Whitened features, segment starts and ends (feature frames), symbols, standardised rows."""
     features = learned.feature_space.project(recognition_features(motion))
     bounds = np.array([0, len(features)])
     cutting = acquisition.recut(
@@ -275,5 +275,6 @@ def recognise(
     )
     lengths = (cutting.ends - cutting.starts)[:, None]
     scores = hmm.score(learned.symbols, features, cutting.starts, cutting.ends) / lengths
-    standardised = learned.score_space.standardise(scores.astype(np.float32))
+    moving = movement.describe_movement(features, cutting.starts, cutting.ends)
+    standardised = learned.score_space.standardise(scores.astype(np.float32), moving)
     return features, cutting.starts, cutting.ends, np.argmax(scores, axis=1), standardised

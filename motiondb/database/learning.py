@@ -26,7 +26,7 @@ from motiondb.records import (
     MotionSymbols,
     SegmentTable,
 )
-from motiondb.search import score_vectors
+from motiondb.search import movement, score_vectors
 from motiondb.symbols import acquisition, feature_space, hmm, segmentation
 from motiondb.symbols import space as symbol_spaces
 from motiondb.words import association, transition, vocabulary, word_map
@@ -192,6 +192,20 @@ def segment_table(
         log_likelihoods=scores[np.arange(len(best)), best].astype(np.float64),
         backgrounds=background(frames, cutting.starts, cutting.ends),
         scores=scores.astype(np.float32),
+        movement=_movement(frames, pool.bounds, cutting),
+    )
+
+
+def _movement(frames: Float32Array, bounds: IntArray, cutting: acquisition.Cutting) -> Float32Array:
+    """How every segment moves, capture by capture: array (segments, columns)."""
+    first, last = (np.searchsorted(cutting.starts, b) for b in (bounds[:-1], bounds[1:]))
+    return np.concatenate(
+        [
+            movement.describe_movement(
+                frames[low:high], cutting.starts[a:b] - low, cutting.ends[a:b] - low
+            )
+            for a, b, low, high in zip(first, last, bounds[:-1], bounds[1:])
+        ]
     )
 
 
@@ -212,7 +226,7 @@ def _associate(
     n_symbols: int,
 ) -> tuple[Association, dict[str, FloatArray]]:
     """Symbols and words by EM and ridge regression, then published from their counts."""
-    scores = score_vectors.fit_score_space(table.scores, table.ends - table.starts)
+    scores = score_vectors.fit_score_space(table.scores, table.ends - table.starts, table.movement)
     described = counting.described_intervals(table, captions, synonyms)
     words, _ = vocabulary.count_words([d.words for d in described])
     number = {word: n for n, word in enumerate(words)}

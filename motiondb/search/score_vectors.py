@@ -1,4 +1,4 @@
-"""What all symbols say of an interval of motion: its score vector.
+"""What an interval of motion shows: what all symbols say of it, and how it moves.
 
 A segment's scores are its log-likelihoods under every symbol, nats per frame. Their mean over the
 symbols says how usual the motion is and is taken off; what is left is standardised per symbol over
@@ -6,6 +6,9 @@ all segments and clipped. An interval's vector is the mean over its segments, we
 each lasts inside the interval, scaled to length 1. Compared with the best symbol alone this keeps
 what a performer unseen in training shares with *several* symbols; measured on real captures it is
 the one choice that matters most.
+
+Beside the symbols stand the columns of :mod:`motiondb.search.movement`, standardised and clipped in
+the same way; each of their three blocks is weighed so that it counts as much as the symbols do.
 """
 
 from __future__ import annotations
@@ -15,30 +18,54 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.search.movement import block_sizes
 
 CLIP = 3.0
 
 
 @dataclass(frozen=True, eq=False)
 class ScoreSpace:
-    """mean, spread: arrays (symbols,), of the scores less their mean over symbols."""
+    """mean, spread: arrays (symbols + columns of movement,), over segments; of the symbols, of the
+    scores less their mean over symbols. A space without movement has no columns of it."""
 
     mean: FloatArray
     spread: FloatArray
 
-    def standardise(self, scores: Float32Array) -> FloatArray:
-        """Scores (segments, symbols), nats per frame -> standardised and clipped, same shape."""
-        relative = scores - scores.mean(axis=1, keepdims=True, dtype=np.float64)
-        return np.clip((relative - self.mean) / self.spread, -CLIP, CLIP)
+    def standardise(self, scores: Float32Array, movement: Float32Array | None = None) -> FloatArray:
+        """Standardised, clipped and weighed rows (segments, symbols + columns).
+
+        Parameters
+        ----------
+        scores : array (segments, symbols), nats per frame.
+        movement : array (segments, columns); left out where the space has no such columns.
+        """
+        relative = _relative(scores)
+        n_symbols = relative.shape[1]
+        sizes = block_sizes(len(self.mean) - n_symbols)
+        if sizes and movement is not None:
+            relative = np.concatenate([relative, movement], axis=1)
+        weights = [np.sqrt(n_symbols / size) for size in sizes]
+        weight = np.repeat([1.0, *weights], [n_symbols, *sizes])
+        return weight * np.clip((relative - self.mean) / self.spread, -CLIP, CLIP)
 
 
-def fit_score_space(scores: Float32Array, lengths: IntArray) -> ScoreSpace:
+def fit_score_space(
+    scores: Float32Array, lengths: IntArray, movement: Float32Array | None = None
+) -> ScoreSpace:
     """Mean and spread over segments (weighted by their length in frames)."""
-    relative = scores - scores.mean(axis=1, keepdims=True, dtype=np.float64)
     weights = lengths / lengths.sum()
-    mean = weights @ relative
-    spread = np.sqrt(weights @ (relative - mean) ** 2)
-    return ScoreSpace(mean, np.maximum(spread, 1e-6 + 0.01 * spread.max()))
+    blocks = [_relative(scores)] if movement is None else [_relative(scores), movement]
+    means, spreads = [], []
+    for block in blocks:
+        mean = weights @ block
+        spread = np.sqrt(weights @ (block - mean) ** 2)
+        means.append(mean)
+        spreads.append(np.maximum(spread, 1e-6 + 0.01 * spread.max(initial=0.0)))
+    return ScoreSpace(np.concatenate(means), np.concatenate(spreads))
+
+
+def _relative(scores: Float32Array) -> FloatArray:
+    return scores - scores.mean(axis=1, keepdims=True, dtype=np.float64)
 
 
 def interval_vectors(

@@ -90,11 +90,12 @@ def remove_capture(store: Store, capture_id: int) -> None:
     with transaction(store) as connection:
         for table in _OWN_TABLES:
             connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
-        connection.execute(
-            "DELETE FROM segment_score WHERE ordinal IN "
-            "(SELECT ordinal FROM segment WHERE capture_id = ?)",
-            [capture_id],
-        )
+        for table in ("segment_score", "segment_movement"):
+            connection.execute(
+                f"DELETE FROM {table} WHERE ordinal IN "
+                "(SELECT ordinal FROM segment WHERE capture_id = ?)",
+                [capture_id],
+            )
         connection.execute("DELETE FROM segment WHERE capture_id = ?", [capture_id])
         connection.execute("DELETE FROM relation WHERE ? IN (capture_id, other_id)", [capture_id])
         connection.execute(

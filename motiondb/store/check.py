@@ -88,6 +88,7 @@ _REFERENCES = (
     ("segment", "capture_id", "capture", "capture_id"),
     ("segment", "symbol_id", "symbol", "symbol_id"),
     ("segment_score", "ordinal", "segment", "ordinal"),
+    ("segment_movement", "ordinal", "segment", "ordinal"),
     ("symbol", "cluster_id", "cluster", "cluster_id"),
     ("symbol_state", "symbol_id", "symbol", "symbol_id"),
     ("symbol_distance", "symbol_id", "symbol", "symbol_id"),

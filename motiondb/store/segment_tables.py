@@ -8,7 +8,7 @@ import numpy as np
 from motiondb.records import SegmentTable
 from motiondb.store.columns import fetch, from_rows, insert, to_rows
 
-TABLES = ("segment", "segment_score")
+TABLES = ("segment", "segment_score", "segment_movement")
 
 
 def insert_segments(
@@ -31,6 +31,9 @@ def insert_segments(
     )
     scores = to_rows(segments.scores)
     insert(connection, "segment_score", ordinal=ordinals, scores=scores, run_id=runs)
+    if segments.movement.shape[1]:
+        rows = to_rows(segments.movement)
+        insert(connection, "segment_movement", ordinal=ordinals, movement=rows, run_id=runs)
 
 
 def select_segments(
@@ -43,10 +46,14 @@ def select_segments(
         "FROM segment ORDER BY ordinal",
     )
     n = len(rows["capture_id"])
-    table = np.zeros((n, 0), dtype=np.float32)
+    table, movement = np.zeros((2, n, 0), dtype=np.float32)
     if scores:
         column = fetch(connection, "SELECT scores FROM segment_score ORDER BY ordinal")["scores"]
         table = from_rows(column, (n_symbols,), np.float32)
+        moving = fetch(connection, "SELECT movement FROM segment_movement ORDER BY ordinal")
+        if len(moving["movement"]):
+            width = len(moving["movement"][0])
+            movement = from_rows(moving["movement"], (width,), np.float32)
     return SegmentTable(
         rows["capture_id"],
         rows["start_frame"],
@@ -55,4 +62,5 @@ def select_segments(
         rows["log_likelihood"],
         rows["background"],
         table,
+        movement,
     )

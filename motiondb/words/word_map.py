@@ -3,9 +3,13 @@
 Notation: v the score vector of an interval of motion (see ``search.score_vectors``), y_w = 1 where
 word w was written about it. The association is z_w = v . u_w + c_w, ridge regression from v to
 y - mean(y): additive over symbols and over segments, so that the reason of every score can be
-read off. Held-out predictions are turned to
-probabilities by one logistic map for all words, so that rare words are not calibrated on two
-examples: P(w) = sigmoid(a z_w / sd_w + b logit(prior_w) + c), sd_w = sqrt(prior_w (1 - prior_w)).
+read off. The ridge is the largest one that ranks nearly as well as the best where whole groups are
+left out, words for intervals and intervals for words (squared errors would choose a larger one,
+which blurs rare words). Held-out predictions are turned to probabilities by one logistic map for
+all words, so that rare words are not calibrated on two examples:
+
+    P(w) = sigmoid(a z_w / sd_w + b logit(prior_w) + c),    sd_w = sqrt(prior_w (1 - prior_w)).
+
 It is fitted on predictions with the whole group (performer) left out and on predictions with other
 captures of the group still there, half and half, because both kinds of question are asked. Only
 words that two groups or more were described with take part: of a word that one performer alone has,
@@ -24,6 +28,8 @@ from numpy.typing import NDArray
 from motiondb.records import FloatArray, IntArray
 
 RIDGES = (0.1, 0.3, 1.0, 3.0, 10.0)
+TOLERANCE = 0.06
+"""The largest ridge within this share of the best precision is taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +79,13 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
     if len(np.unique(groups)) < 2:
         groups = np.arange(len(vectors)) % 5
     held_out = {ridge: _left_out(vectors, target, groups, ridge) for ridge in RIDGES}
-    ridge = min(RIDGES, key=lambda r: float(np.sum((held_out[r] - target) ** 2)))
-    weights, offsets = _ridge(vectors, target, ridge)
-    spreads = np.sqrt(priors * (1.0 - priors))
     shared = np.stack([target[groups == g].any(axis=0) for g in np.unique(groups)]).sum(axis=0) > 1
     if not shared.any():
         shared[:] = True
+    reached = [precision(held_out[ridge][:, shared], presence[:, shared]) for ridge in RIDGES]
+    ridge = max(r for r, p in zip(RIDGES, reached) if p >= (1.0 - TOLERANCE) * max(reached))
+    weights, offsets = _ridge(vectors, target, ridge)
+    spreads = np.sqrt(priors * (1.0 - priors))
     known_group = _left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
     both = np.concatenate([held_out[ridge], known_group])[:, shared] - target.mean(axis=0)[shared]
     twice = np.concatenate([target, target])[:, shared]
@@ -88,11 +95,32 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
     )
 
 
+def precision(predicted: FloatArray, presence: NDArray[np.bool_]) -> float:
+    """Mean average precision of both questions: which intervals show a word, which words an
+    interval shows. Rows and columns without a true pair are left out (0 where all are).
+
+    >>> said = np.array([[True, False], [True, False]])
+    >>> round(precision(np.array([[0.1, 0.9], [0.3, 0.2]]), said), 3)
+    0.875
+    """
+    means = []
+    for scores, said in ((predicted, presence), (predicted.T, presence.T)):
+        order = np.argsort(-scores, axis=0, kind="stable")
+        hits = np.take_along_axis(said, order, axis=0)
+        running = np.cumsum(hits, axis=0) / np.arange(1, len(hits) + 1)[:, None]
+        n_said = hits.sum(axis=0)
+        each = (running * hits).sum(axis=0)[n_said > 0] / n_said[n_said > 0]
+        means.append(float(each.mean()) if len(each) else 0.0)
+    return float(np.mean(means))
+
+
 def _ridge(vectors: FloatArray, target: FloatArray, ridge: float) -> tuple[FloatArray, FloatArray]:
     mean_v, mean_y = vectors.mean(axis=0), target.mean(axis=0)
-    v = vectors - mean_v
-    gram = v.T @ v + ridge * np.eye(v.shape[1])
-    weights = np.linalg.solve(gram, v.T @ (target - mean_y))
+    v, y = vectors - mean_v, target - mean_y
+    if len(v) < v.shape[1]:  # the same by its dual, of the smaller matrix
+        weights = v.T @ np.linalg.solve(v @ v.T + ridge * np.eye(len(v)), y)
+    else:
+        weights = np.linalg.solve(v.T @ v + ridge * np.eye(v.shape[1]), v.T @ y)
     return weights, mean_y - mean_v @ weights
 
 
