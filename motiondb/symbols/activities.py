@@ -1,0 +1,269 @@
+"""What a long take does, one thing after another: activities, grouped without labels.
+
+An activity lasts seconds and repeats poses, so a frame alone does not show it. The context x_t of
+frame t is the mean and spread of its features over 2.6 s, the spread weighted more (a bend
+to the left and one to the right share it), on the take's own principal axes. Activities z_t are the
+groups of least cost
+
+    sum_t |x_t - centre of z_t|^2 + switch * (number of changes),    runs of at least ``shortest``,
+
+by segmental k-means: given centres, dynamic programming finds the cheapest z exactly; given z, the
+centres are means; the best of several starts counts. A context is blurred, so the changes are then
+found again with sharper eyes: every activity becomes a mixture of Gaussians over half-second
+contexts, and the best path through all of them, again with runs of at least ``shortest``, replaces
+z. The number of activities, where it is not given, is the one of least description length
+
+    T ln(cost / T) + ``price`` * number,    costs in shares of the take's own variance,
+
+where what lies below ``LEAST_SHARE`` of it counts as noise.
+
+Source: Rabiner, Wilpon, Juang, A segmental k-means training procedure (1986); Truong, Oudre,
+Vayatis (2020) for the cost of change points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numba import njit
+
+from motiondb.errors import MotionDBError
+from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.symbols.segmentation import context
+
+LEAST_SHARE = 0.05
+
+
+@dataclass(frozen=True)
+class ActivitySettings:
+    """Lengths in feature frames (15 a second); ``switch`` in mean squared distances from the mean.
+
+    window, spread_weight, n_axes : of the context. shortest : of a run. starts, rounds : of
+    segmental k-means. most : activities tried where their number is not given, and ``price`` of one
+    more. sharp_window, n_parts, floor, resegmentations : of the mixtures.
+    """
+
+    window: int = 39
+    spread_weight: float = 1.5
+    n_axes: int = 16
+    shortest: int = 30
+    switch: float = 8.0
+    starts: int = 12
+    rounds: int = 15
+    most: int = 10
+    price: float = 95.0
+    sharp_window: int = 7
+    n_parts: int = 6
+    floor: float = 0.1
+    resegmentations: int = 3
+
+
+def find_activities(
+    features: FloatArray | Float32Array,
+    rng: np.random.Generator,
+    n_activities: int | None = None,
+    settings: ActivitySettings | None = None,
+) -> list[tuple[int, int, int]]:
+    """Activities of one capture: (start, end, activity) that tile [0, frames).
+
+    Parameters
+    ----------
+    features : array (frames, 130), recognition features (not whitened), 15 a second.
+    rng : for the starts of the grouping.
+    n_activities : how many different ones; None: as many as the take itself tells apart.
+
+    Returns
+    -------
+    Neighbours differ; activities are numbered by their first appearance. A capture shorter than
+    twice the shortest run is one activity.
+
+    Raises
+    ------
+    MotionDBError
+        when ``n_activities`` is less than 1.
+    """
+    settings = settings or ActivitySettings()
+    if n_activities is not None and n_activities < 1:
+        raise MotionDBError(
+            f"activities: expected a number of at least 1, found {n_activities}. "
+            "Ask for more, or leave the number to motiondb."
+        )
+    n_frames = len(features)
+    if n_frames == 0:
+        return []
+    most = min(n_activities or settings.most, n_frames // settings.shortest)
+    values = np.asarray(features, dtype=np.float64)
+    blurred = view(values, settings.window, settings.spread_weight, settings.n_axes)
+    if most < 2 or not blurred.any():
+        return [(0, n_frames, 0)]
+    counts = [most] if n_activities else range(1, most + 1)
+    grouped = [group(blurred, count, rng, settings) for count in counts]
+    labels = min(grouped, key=lambda g: _description_length(blurred, g, settings.price))
+    sharp = view(values, settings.sharp_window, 1.0, settings.n_axes)
+    return to_runs(_resegment(sharp, labels, rng, settings))
+
+
+def view(features: FloatArray, window: int, spread_weight: float, n_axes: int) -> FloatArray:
+    """Context of every frame on the take's principal axes: array (frames, at most n_axes).
+
+    Centred; divided by the root of the mean squared distance from the mean (1 for all takes).
+    """
+    values = context(features - features.mean(axis=0), window)
+    values[:, features.shape[1] :] *= spread_weight
+    values -= values.mean(axis=0)
+    eigenvalues, axes = np.linalg.eigh(values.T @ values)
+    projected = values @ axes[:, np.argsort(-eigenvalues)[:n_axes]]
+    size = float(np.sqrt(np.mean(np.sum(projected**2, axis=1))))
+    return projected / size if size > 1e-9 else np.zeros_like(projected)
+
+
+def group(
+    values: FloatArray, n_groups: int, rng: np.random.Generator, settings: ActivitySettings
+) -> IntArray:
+    """Segmental k-means: the label of every frame, array (frames,)."""
+    starts = np.array([_spread_out(values, n_groups, rng) for _ in range(settings.starts)])
+    return _segmental_kmeans(values, starts, settings.switch, settings.shortest, settings.rounds)
+
+
+def to_runs(labels: IntArray) -> list[tuple[int, int, int]]:
+    """Runs of equal labels, numbered by first appearance.
+
+    >>> to_runs(np.array([4, 4, 1, 4]))
+    [(0, 2, 0), (2, 3, 1), (3, 4, 0)]
+    """
+    cuts = [0, *(np.flatnonzero(np.diff(labels)) + 1).tolist(), len(labels)]
+    number: dict[int, int] = {}
+    return [(a, b, number.setdefault(int(labels[a]), len(number))) for a, b in pairwise(cuts)]
+
+
+def _description_length(values: FloatArray, labels: IntArray, price: float) -> float:
+    cost = sum(
+        float(np.sum((values[labels == g] - values[labels == g].mean(axis=0)) ** 2))
+        for g in np.unique(labels)
+    )
+    n_frames = len(values)
+    return n_frames * float(np.log(max(cost / n_frames, LEAST_SHARE))) + price * len(
+        np.unique(labels)
+    )
+
+
+def _spread_out(values: FloatArray, n: int, rng: np.random.Generator) -> list[int]:
+    """Frames far from one another (k-means++)."""
+    chosen = [int(rng.integers(len(values)))]
+    distance = np.sum((values - values[chosen[0]]) ** 2, axis=1)
+    while len(chosen) < n:
+        total = distance.sum()
+        shares = distance / total if total > 0 else np.full(len(values), 1.0 / len(values))
+        chosen.append(int(rng.choice(len(values), p=shares)))
+        distance = np.minimum(distance, np.sum((values - values[chosen[-1]]) ** 2, axis=1))
+    return chosen
+
+
+def _resegment(
+    values: FloatArray, labels: IntArray, rng: np.random.Generator, settings: ActivitySettings
+) -> IntArray:
+    """Find the changes again by mixtures of sharper contexts; stops where an activity would go."""
+    for _ in range(settings.resegmentations):
+        costs = np.stack(
+            [_surprise(values, labels == g, rng, settings) for g in np.unique(labels)], axis=1
+        )
+        found, _ = _best_runs(costs, 0.0, settings.shortest)
+        if len(np.unique(found)) < costs.shape[1]:
+            return labels
+        labels = found
+    return labels
+
+
+def _surprise(
+    values: FloatArray,
+    inside: np.ndarray,
+    rng: np.random.Generator,
+    settings: ActivitySettings,
+) -> FloatArray:
+    """-log density (frames,) under a mixture fitted to some frames: parts by k-means."""
+    from scipy.special import logsumexp
+
+    own = values[inside]
+    centres = own[_spread_out(own, min(settings.n_parts, len(own)), rng)]
+    for _ in range(10):
+        nearest = np.argmin(((own[:, None] - centres[None]) ** 2).sum(axis=2), axis=1)
+        for part in np.unique(nearest):
+            centres[part] = own[nearest == part].mean(axis=0)
+    parts = []
+    for part in np.unique(nearest):
+        some = own[nearest == part]
+        variance = some.var(axis=0) + settings.floor * values.var(axis=0) + 1e-9
+        squares = (values - some.mean(axis=0)) ** 2 / variance + np.log(variance)
+        parts.append(np.log(len(some) / len(own)) - 0.5 * squares.sum(axis=1))
+    return -np.asarray(logsumexp(parts, axis=0))
+
+
+@njit(cache=True)
+def _segmental_kmeans(
+    values: FloatArray, starts: IntArray, switch: float, shortest: int, rounds: int
+) -> IntArray:
+    """Labels of least cost over all starts; a start is the frames that are the first centres."""
+    n_frames, n_dims = values.shape
+    n_groups = starts.shape[1]
+    least = 1e300
+    answer = np.zeros(n_frames, np.int64)
+    costs = np.empty((n_frames, n_groups))
+    for start in starts:
+        centres = values[start].copy()
+        labels = np.full(n_frames, -1)
+        total = 1e300
+        for _ in range(rounds):
+            for t in range(n_frames):
+                for g in range(n_groups):
+                    costs[t, g] = np.sum((values[t] - centres[g]) ** 2)
+            found, total = _best_runs(costs, switch, shortest)
+            if (found == labels).all():
+                break
+            labels = found
+            count = np.zeros(n_groups)
+            sums = np.zeros((n_groups, n_dims))
+            for t in range(n_frames):
+                count[labels[t]] += 1
+                sums[labels[t]] += values[t]
+            for g in range(n_groups):
+                if count[g] > 0:
+                    centres[g] = sums[g] / count[g]
+        if total < least:
+            least = total
+            answer = labels
+    return answer
+
+
+@njit(cache=True)
+def _best_runs(costs: FloatArray, switch: float, shortest: int) -> tuple[IntArray, float]:
+    """Labels of least sum of costs (frames, labels), every run ``shortest`` or longer, every run
+    after the first at ``switch``. ``frames`` must be at least ``shortest``."""
+    n_frames, n_labels = costs.shape
+    sums = np.zeros((n_frames + 1, n_labels))
+    for t in range(n_frames):
+        sums[t + 1] = sums[t] + costs[t]
+    inside = np.full((n_frames + 1, n_labels), 1e300)  # cheapest, label running at t, long enough
+    begun = np.zeros((n_frames + 1, n_labels), np.int64)
+    least = np.full(n_frames + 1, 1e300)
+    last = np.zeros(n_frames + 1, np.int64)
+    least[0] = -switch
+    for t in range(shortest, n_frames + 1):
+        for g in range(n_labels):
+            if inside[t - 1, g] < 1e300:
+                inside[t, g] = inside[t - 1, g] + costs[t - 1, g]
+                begun[t, g] = begun[t - 1, g]
+            if least[t - shortest] < 1e300:
+                value = least[t - shortest] + switch + sums[t, g] - sums[t - shortest, g]
+                if value < inside[t, g]:
+                    inside[t, g], begun[t, g] = value, t - shortest
+            if inside[t, g] < least[t]:
+                least[t], last[t] = inside[t, g], g
+    labels = np.zeros(n_frames, np.int64)
+    t = n_frames
+    while t > 0:
+        start = begun[t, last[t]]
+        labels[start:t] = last[t]
+        t = start
+    return labels, least[n_frames]
