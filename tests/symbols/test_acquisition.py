@@ -235,6 +235,20 @@ def test_symbols_die_as_in_the_twin(seed: int, n_segments: int, n_symbols: int) 
     assert (left is None) == (len(alive) == n_symbols)
 
 
+def test_two_symbols_that_share_one_movement_become_one() -> None:
+    planted = plant(16, 1, n_each=12)
+    starts, ends = planted.starts, planted.ends
+    floor, rng = np.full(4, SMALL.variance_floor), np.random.default_rng(0)
+    arena = acquisition._Arena(planted.frames, starts, ends, floor, SMALL, rng)
+    halves = np.arange(12) % 2
+    two = acquisition._judge(arena, acquisition._fit_new(arena, starts, ends, halves))
+    one = acquisition._thin(arena, two)
+    assert one is not None
+    assert one.n_symbols == 1
+    assert acquisition._judge(arena, one).length < two.length
+    assert acquisition._thin(arena, acquisition._judge(arena, one)) is None
+
+
 @settings(deadline=None, max_examples=30)
 @given(st.integers(0, 10**6), st.integers(1, 20), st.integers(1, 8))
 def test_seed_groups_are_numbered_without_gaps(seed: int, n: int, n_groups: int) -> None:
