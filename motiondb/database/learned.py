@@ -128,16 +128,13 @@ class Learned:
     @cached_property
     def heard(self) -> dict[int, FloatArray]:
         """What motion alone says: log-odds (segments + 1, words) per capture, last row: whole."""
-        margin, fit = WINDOW_MARGIN, self.word_map
-        heard = {}
-        for capture, rows in self.rows.items():
-            starts, ends = self.segments.starts[rows], self.segments.ends[rows]
-            low = np.concatenate([starts - margin, [0]])
-            high = np.concatenate([ends + margin, [ends[-1]]])
-            heard[capture] = fit.log_odds(
-                score_vectors.interval_vectors(self.standardised[rows], starts, ends, low, high)
+        starts, ends, fit = self.segments.starts, self.segments.ends, self.word_map
+        return {
+            capture: by_words.heard(
+                fit, self.standardised[rows], starts[rows], ends[rows], WINDOW_MARGIN
             )
-        return heard
+            for capture, rows in self.rows.items()
+        }
 
     @cached_property
     def takes(self) -> dict[int, by_words.TakeScores]:

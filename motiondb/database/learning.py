@@ -103,7 +103,7 @@ def learn(
         [pool.features[a:b] for a, b in zip(pool.bounds[:-1], pool.bounds[1:])]
     )
     frames = space.project(np.asarray(pool.features))
-    acquired = _acquire(frames, pool, rng, settings, tell)
+    acquired = acquire_symbols(frames, pool, rng, settings, tell)
     tell("scoring", 0.0)
     table = segment_table(frames, pool, acquired.symbols, acquired.cutting)
     tell("symbol space", 0.0)
@@ -154,13 +154,14 @@ def _captured_only(pool: FeaturePool, wanted: set[int]) -> FeaturePool:
     return FeaturePool(pool.capture_ids[keep], bounds, pool.features[rows], pool.lengths[keep])
 
 
-def _acquire(
+def acquire_symbols(
     frames: Float32Array,
     pool: FeaturePool,
     rng: np.random.Generator,
     settings: LearnSettings,
     tell: Progress,
 ) -> acquisition.Acquired:
+    """First segmentation and competitive learning; ``frames`` are the pool's, whitened."""
     starts, ends = [], []
     for low, high in zip(pool.bounds[:-1], pool.bounds[1:]):
         for part in segmentation.segment(frames[low:high].astype(np.float64), settings.first_cut):

@@ -21,6 +21,7 @@ import numpy as np
 
 from motiondb.records import FloatArray, IntArray
 from motiondb.search.score_vectors import interval_vectors
+from motiondb.words.word_map import WordMap
 
 WRITTEN = 4.0
 """Log-odds that a word written about the interval adds (people rarely write what is not there)."""
@@ -69,6 +70,18 @@ def window_vectors(
 ) -> FloatArray:
     """Score vectors (segments, symbols) of windows that reach ``margin`` frames past a segment."""
     return interval_vectors(standardised, starts, ends, starts - margin, ends + margin)
+
+
+def heard(
+    fit: WordMap, standardised: FloatArray, starts: IntArray, ends: IntArray, margin: int
+) -> FloatArray:
+    """What the motion of a capture says: log-odds (segments + 1, words), the last row the whole.
+
+    standardised, starts, ends, margin : as for :func:`window_vectors`.
+    """
+    low = np.concatenate([starts - margin, [0]])
+    high = np.concatenate([ends + margin, ends[-1:]])
+    return fit.log_odds(interval_vectors(standardised, starts, ends, low, high))
 
 
 def written_evidence(
