@@ -17,6 +17,7 @@ from motiondb.cli.options import (
     To,
     Where,
     database,
+    note_drift,
     print_json,
     print_table,
     progress,
@@ -67,9 +68,10 @@ def add(
     )
     with database(db, writing=True, create=True) as base, progress(not json) as tell:
         report = base.add(folder, words, settings, tell)
-        total = len(base.captures())
+        total, drift = len(base.captures()), base.drift()
     if json:
-        print_json(asdict(report) | {"captures": total})
+        facts = asdict(report) | {"captures": total, "drift": asdict(drift) if drift else None}
+        print_json(facts)
     else:
         typer.echo(
             f"{len(report.added)} captures added ({report.seconds:.0f} s of motion), "
@@ -78,10 +80,6 @@ def add(
         )
         if report.counted:
             typer.echo(f"  {report.counted} of them searchable at once")
-        if report.new_words:
-            typer.echo(
-                f"  words to be known at the next motiondb learn: {', '.join(report.new_words)}"
-            )
         for relation in report.relations:
             typer.echo(f"  {_relation(relation)}")
         for name, known in report.known:
@@ -89,6 +87,7 @@ def add(
                 typer.echo(f"  {name} is the same file as {known}")
         for note in report.notes:
             typer.echo(f"  note: {note}")
+        note_drift(drift)
     for problem in report.problems:
         typer.echo("\n".join(f"  {line}" for line in problem.splitlines()), err=True)
     if report.problems:

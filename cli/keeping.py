@@ -6,7 +6,7 @@ from dataclasses import asdict
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, database, print_json
+from motiondb.cli.options import DEFAULT_DB, Db, Json, database, note_drift, print_json
 
 
 def register(app: typer.Typer) -> None:
@@ -53,16 +53,18 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
             facts["current"] = store.learning_is_current(base.store)
             facts["not yet learned"] = len(base.unlearned())
         runs = [asdict(run) for run in store.load_runs(base.store)]
+        drift = base.drift()
     if json:
-        print_json(facts | {"runs": runs})
+        print_json(facts | {"drift": asdict(drift) if drift else None, "runs": runs})
         return
     for key, value in facts.items():
         typer.echo(f"{key + ':':22} {value}")
     for run in runs[-10:]:
         what = f"run {run['run_id']:<4} {run['kind']:10}"
         typer.echo(f"{what} {run['started']} motiondb {run['version']}")
-    if facts["learned"] and not facts["current"]:
+    if drift is None and facts["learned"] and not facts["current"]:
         typer.echo("Captures changed since it learned: run motiondb learn to bring it up to date.")
+    note_drift(drift)
 
 
 def compact(db: Db = DEFAULT_DB, json: Json = False) -> None:

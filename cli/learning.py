@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Annotated
 
 import typer
@@ -38,6 +39,7 @@ def learn(
 
     with database(db, writing=True) as base, progress(not json) as tell:
         settings = LearnSettings(n_symbols=n_symbols, seed=seed)
+        drift = base.drift()
         learning = base.learn(settings, lambda what, share: tell(what, share, 1.0))
     table = learning.segments
     facts = {
@@ -48,6 +50,7 @@ def learn(
         "dimensions": learning.space.coordinates.shape[1],
         "words": len(learning.association.words),
         "run": learning.run_id,
+        "drift": asdict(drift) if drift else None,
     }
     if json:
         print_json(facts)
@@ -57,6 +60,8 @@ def learn(
         f"{facts['symbols']} symbols in {facts['clusters']} clusters "
         f"({facts['dimensions']} dimensions), {facts['words']} words."
     )
+    if drift and not (drift.captures_added or drift.captures_removed or drift.words):
+        typer.echo("No capture came or went since it learned before, and no word was new.")
     if not facts["words"]:
         typer.echo("No words yet: `like` works, `search` needs words (motiondb words set).")
 

@@ -12,6 +12,7 @@ import typer
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
+    from motiondb.database.drift import Drift
 
 Db = Annotated[
     Path, typer.Option("--db", envvar="MOTIONDB", help="The database file.", show_default=True)
@@ -43,6 +44,14 @@ def note_unlearned(db: MotionDB) -> None:
     if count:
         what = "1 capture is" if count == 1 else f"{count} captures are"
         typer.echo(f"note: {what} not yet learned: run motiondb learn to include them", err=True)
+
+
+def note_drift(found: Drift | None) -> None:
+    """Say whether learning again is worthwhile, where captures or words changed."""
+    if found and found.relearn:
+        typer.echo(f"Learning again is worthwhile (motiondb learn): {'; '.join(found.reasons)}.")
+    elif found and found.words:
+        typer.echo(f"New words, counted at the next motiondb learn: {', '.join(found.words)}.")
 
 
 def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:

@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass, field, replace
 import numpy as np
 
 from motiondb import store
-from motiondb.database import counting
+from motiondb.database import counting, drift
 from motiondb.errors import MotionDBError
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import (
@@ -118,6 +118,7 @@ def learn(
         "feature_mean": space.mean,
         "feature_projection": space.projection,
         "description_lengths": np.array(acquired.description_lengths),
+        **drift.baseline(table),
         "recut": np.array([settings.acquisition.switch_cost, settings.acquisition.shortest]),
     }
     return _save(database, settings, acquired.symbols, table, symbol_space, words, parameters, tell)

@@ -13,6 +13,7 @@ import numpy as np
 from motiondb import capture, store
 from motiondb.capture.sheet import read_sheet
 from motiondb.database import answering, cataloguing, generating, learning, suggesting, updating
+from motiondb.database import drift as drifting
 from motiondb.database import learned as learned_state
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.pose import retarget
@@ -317,6 +318,10 @@ class MotionDB:
             store.save_synonyms(self.store, table)
         self._learned = None
         return table
+
+    def drift(self) -> drifting.Drift | None:
+        """How far captures and words have moved from what was learned; None where it cannot say."""
+        return drifting.measure(self.store)
 
     def suggest_captions(self, limit: int = 10) -> list[suggesting.CaptionSuggestion]:
         """Captures without words, the one whose words would tell most about the others first."""
