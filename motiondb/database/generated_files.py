@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from motiondb.database.generating import Generated
-from motiondb.database.motion_db import write_bytes, write_clip
+from motiondb.database.parts import write_bytes, write_clip
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS
 

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-
-import numpy as np
 
 from motiondb import capture, store
 from motiondb.capture.sheet import read_sheet
 from motiondb.database import answering, cataloguing, generating, learning, suggesting, updating
 from motiondb.database import drift as drifting
 from motiondb.database import learned as learned_state
+from motiondb.database.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.pose import retarget
+from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import (
     MOTION_FPS,
     Caption,
@@ -27,6 +26,7 @@ from motiondb.records import (
     Motion,
     Relation,
 )
+from motiondb.search.duplicates import DuplicateGroup, group_duplicates
 from motiondb.words.synonyms import parse_synonyms
 
 
@@ -195,6 +195,11 @@ class MotionDB:
         full = store.load_capture(self.store, name).name if name else None
         return store.load_relations(self.store, full)
 
+    def duplicates(self) -> tuple[DuplicateGroup, ...]:
+        """Groups of captures that repeat one another, the one to keep first in each."""
+        durations = {info.name: info.duration for info in self.captures()}
+        return group_duplicates(self.relations(), durations)
+
     def motion(
         self, example: str | Path | Motion, start: float | None = None, end: float | None = None
     ) -> Motion:
@@ -206,7 +211,7 @@ class MotionDB:
         else:
             info = store.load_capture(self.store, str(example))
             motion = store.load_motion(self.store, info.capture_id)
-        return cut_motion(motion, start, end)
+        return cut_motion(motion, start, end, FEATURE_STEP)
 
     def clip(self, name: str) -> Clip:
         """A stored capture on its own skeleton and at its own rate, as it was read when added."""
@@ -274,7 +279,7 @@ class MotionDB:
         if (start or 0.0) >= info.duration or (
             start is not None and end is not None and end <= start
         ):
-            raise QueryError(f"{info.name}: {_outside(info.duration, start, end)}")
+            raise QueryError(f"{info.name}: {outside(info.duration, start, end)}")
         old = (
             store.load_captions(self.store, info.capture_id).get(info.capture_id, ())
             if keep
@@ -330,69 +335,3 @@ class MotionDB:
     def check(self) -> list[str]:
         """Faults of the store, none in a sound one."""
         return store.check_store(self.store, sources=True)
-
-
-def cut_motion(motion: Motion, start: float | None, end: float | None) -> Motion:
-    """The part of a motion from start to end (seconds)."""
-    if start is None and end is None:
-        return motion
-    low = round((start or 0.0) * MOTION_FPS)
-    high = motion.n_frames if end is None else min(round(end * MOTION_FPS), motion.n_frames)
-    if not 0 <= low < high:
-        raise QueryError(_outside(motion.n_frames / MOTION_FPS, start, end))
-    return replace(
-        motion,
-        local_rotations=motion.local_rotations[low:high],
-        root_positions=motion.root_positions[low:high],
-    )
-
-
-def cut_clip(clip: Clip, start: float | None, end: float | None) -> Clip:
-    """The part of a clip from start to end (seconds)."""
-    low = round((start or 0.0) * clip.fps)
-    high = clip.n_frames if end is None else min(round(end * clip.fps), clip.n_frames)
-    if not 0 <= low < high:
-        raise QueryError(_outside(clip.duration, start, end))
-    part = slice(low, high)
-    moved = clip.joint_positions
-    return replace(
-        clip,
-        local_rotations=clip.local_rotations[part],
-        root_positions=clip.root_positions[part],
-        joint_positions=None if moved is None else np.ascontiguousarray(moved[part]),
-    )
-
-
-def _outside(duration: float, start: float | None, end: float | None) -> str:
-    until = "the end" if end is None else f"{end:g}"
-    return (
-        f"expected an interval within 0 to {duration:.2f} s, found {start or 0:g} to {until}. "
-        "Times are seconds."
-    )
-
-
-def write_clip(clip: Clip, path: Path) -> Path:
-    """Write BVH, or glTF for endings .glb and .gltf."""
-    ending = path.suffix.lower()
-    if ending == ".bvh":
-        capture.write_bvh(clip, path)
-    elif ending in (".glb", ".gltf"):
-        capture.write_gltf(clip, path)
-    else:
-        raise QueryError(
-            f"{path}: expected an ending .bvh, .glb or .gltf, found {ending or 'none'!r}."
-        )
-    return path
-
-
-def write_bytes(path: Path, data: bytes) -> Path:
-    """Write a file as a whole or not at all."""
-    new = path.with_name(f"{path.name}.part")
-    try:
-        new.write_bytes(data)
-        new.replace(path)
-    except OSError as error:
-        raise MotionDBError(
-            f"{path}: expected a file that can be written, found {error.strerror}."
-        ) from None
-    return path

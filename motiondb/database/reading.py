@@ -66,7 +66,7 @@ def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
 
     with _interrupts_wait():
         readings = Parallel(n_jobs=n_jobs, return_as="generator")(
-            delayed(_read_beside)(os.getpid(), *job) for job in jobs
+            delayed(_read_beside)(os.getpid(), str(Path.cwd()), *job) for job in jobs
         )
     yield from readings
 
@@ -84,8 +84,12 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _read_beside(parent: int, *job: Any) -> Reading:
-    """Read in another process, which ends when its parent has been killed."""
+def _read_beside(parent: int, folder: str, *job: Any) -> Reading:
+    """Read in another process, which ends when its parent has been killed.
+
+    Processes are used again: ``folder`` is where relative paths begin now.
+    """
+    os.chdir(folder)
     if not any(thread.name == _WATCH for thread in threading.enumerate()):
         threading.Thread(target=_end_with, args=(parent,), name=_WATCH, daemon=True).start()
     return _read_one(*job)

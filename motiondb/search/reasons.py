@@ -4,8 +4,8 @@ The log-odds of a word in a window are linear in the window's score vector v (``
 
     log-odds(w) = const_w + v . k_w,    v = sum_i f_i z_i / |sum_i f_i z_i|
 
-with z_i the standardised scores of segment i and f_i its frames inside the window. So segment i adds
-f_i (z_i . k_w) / |...|, and that is its share, said of the symbol that won the segment. An
+with z_i the standardised scores of segment i and f_i its frames inside the window. So segment i
+adds f_i (z_i . k_w) / |...|, and that is its share, said of the symbol that won the segment. An
 answer's log-odds are means over actions, words, and the two looks (the action's window and the
 whole capture); every share is given with these weights already applied, so that all parts of an
 answer sum (``math.fsum``) to the very number that ranks it.
@@ -115,9 +115,7 @@ def explain_word(
         )
     )
     log_odds = math.fsum([evidence.constant, said, *amounts])
-    return WordReason(
-        word, action, log_odds, weight * evidence.constant, weight * said, shares
-    )
+    return WordReason(word, action, log_odds, weight * evidence.constant, weight * said, shares)
 
 
 def total(reasons: Sequence[WordReason]) -> float:

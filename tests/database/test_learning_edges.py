@@ -11,7 +11,7 @@ import motiondb
 from motiondb import store
 from motiondb.capture import read_capture
 from motiondb.database.learning import LearnSettings
-from motiondb.database.motion_db import cut_clip
+from motiondb.database.parts import cut_clip
 from motiondb.errors import MotionDBError, NotLearnedError
 
 

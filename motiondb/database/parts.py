@@ -1,0 +1,83 @@
+"""Parts of motions and clips, and files that are written as a whole or not at all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from motiondb import capture
+from motiondb.errors import MotionDBError, QueryError
+from motiondb.records import MOTION_FPS, Clip, Motion
+
+
+def cut_motion(motion: Motion, start: float | None, end: float | None, step: int = 1) -> Motion:
+    """The part of a motion from start to end (seconds), from the nearest ``step``-th frame on.
+
+    An example begins at a frame that features are taken of (``FEATURE_STEP``), as the same part of
+    a stored capture does, so that it finds itself.
+    """
+    if start is None and end is None:
+        return motion
+    low = round((start or 0.0) * MOTION_FPS / step) * step
+    high = motion.n_frames if end is None else min(round(end * MOTION_FPS), motion.n_frames)
+    if not 0 <= low < high:
+        raise QueryError(outside(motion.n_frames / MOTION_FPS, start, end))
+    return replace(
+        motion,
+        local_rotations=motion.local_rotations[low:high],
+        root_positions=motion.root_positions[low:high],
+    )
+
+
+def cut_clip(clip: Clip, start: float | None, end: float | None) -> Clip:
+    """The part of a clip from start to end (seconds)."""
+    low = round((start or 0.0) * clip.fps)
+    high = clip.n_frames if end is None else min(round(end * clip.fps), clip.n_frames)
+    if not 0 <= low < high:
+        raise QueryError(outside(clip.duration, start, end))
+    part = slice(low, high)
+    moved = clip.joint_positions
+    return replace(
+        clip,
+        local_rotations=clip.local_rotations[part],
+        root_positions=clip.root_positions[part],
+        joint_positions=None if moved is None else np.ascontiguousarray(moved[part]),
+    )
+
+
+def outside(duration: float, start: float | None, end: float | None) -> str:
+    """The sentence for an interval (seconds) that does not lie within 0 to ``duration``."""
+    until = "the end" if end is None else f"{end:g}"
+    return (
+        f"expected an interval within 0 to {duration:.2f} s, found {start or 0:g} to {until}. "
+        "Times are seconds."
+    )
+
+
+def write_clip(clip: Clip, path: Path) -> Path:
+    """Write BVH, or glTF for endings .glb and .gltf."""
+    ending = path.suffix.lower()
+    if ending == ".bvh":
+        capture.write_bvh(clip, path)
+    elif ending in (".glb", ".gltf"):
+        capture.write_gltf(clip, path)
+    else:
+        raise QueryError(
+            f"{path}: expected an ending .bvh, .glb or .gltf, found {ending or 'none'!r}."
+        )
+    return path
+
+
+def write_bytes(path: Path, data: bytes) -> Path:
+    """Write a file as a whole or not at all."""
+    new = path.with_name(f"{path.name}.part")
+    try:
+        new.write_bytes(data)
+        new.replace(path)
+    except OSError as error:
+        raise MotionDBError(
+            f"{path}: expected a file that can be written, found {error.strerror}."
+        ) from None
+    return path

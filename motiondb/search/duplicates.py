@@ -1,0 +1,64 @@
+"""Groups of captures that repeat one another: same takes, cuts, and mirror images.
+
+Relations say of two captures that one repeats the other; captures that are connected by them, over
+however many steps, are one group. Its first is the one to keep: the longest, and of equally long
+ones the one that was there first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from motiondb.records import Relation
+
+
+@dataclass(frozen=True)
+class DuplicateGroup:
+    """Captures that repeat one another.
+
+    Attributes
+    ----------
+    captures : names, the one to keep first, the others in order of their number.
+    relations : those among them, by names.
+    """
+
+    captures: tuple[str, ...]
+    relations: tuple[Relation, ...]
+
+
+def group_duplicates(
+    relations: Sequence[Relation], durations: Mapping[str, float]
+) -> tuple[DuplicateGroup, ...]:
+    """The connected groups of relations, the largest first.
+
+    Parameters
+    ----------
+    relations : of copies, cuts and mirror images.
+    durations : name -> seconds of all captures, in order of their number.
+
+    >>> cut = Relation("b", "a", "cut", 1.0, 2.0, 0.0)
+    >>> group_duplicates([cut], {"b": 1.0, "a": 5.0, "c": 5.0})[0].captures
+    ('a', 'b')
+    """
+    parent: dict[str, str] = {}
+
+    def root(name: str) -> str:
+        parent.setdefault(name, name)
+        while parent[name] != name:
+            parent[name] = parent[parent[name]]
+            name = parent[name]
+        return name
+
+    for relation in relations:
+        parent[root(relation.capture)] = root(relation.other)
+    order = {name: n for n, name in enumerate(durations)}
+    members: dict[str, list[str]] = {}
+    for name in sorted(parent, key=order.__getitem__):
+        members.setdefault(root(name), []).append(name)
+    groups = []
+    for key, names in members.items():
+        keep = max(names, key=lambda name: (round(durations[name], 1), -order[name]))
+        inside = tuple(r for r in relations if root(r.capture) == key)
+        groups.append(DuplicateGroup((keep, *(n for n in names if n != keep)), inside))
+    return tuple(sorted(groups, key=lambda g: (-len(g.captures), order[g.captures[0]])))
