@@ -10,13 +10,13 @@ import numpy as np
 from motiondb import store
 from motiondb.database.learned import WINDOW_MARGIN, Learned, decode, recognise
 from motiondb.errors import QueryError
-from motiondb.pose.features import FEATURE_STEP
+from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import (
     MOTION_FPS,
     Match,
     Motion,
 )
-from motiondb.search import alignment, by_motion, by_words, reasons, score_vectors
+from motiondb.search import alignment, by_motion, by_words, extents, reasons, score_vectors
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.words import decoding, vocabulary
 
@@ -158,6 +158,7 @@ def search_motion(
     """The stored intervals that move like a motion, best first."""
     with one_blas_thread():  # the matrices of one query are too small for two threads to gain by
         refined = _find_motion(learned, motion, where)
+        refined = _whole_activities(learned, motion, refined[: 2 * limit])
     return tuple(
         Match(
             rank,
@@ -185,6 +186,22 @@ def _find_motion(learned: Learned, motion: Motion, where: str) -> list[by_motion
     candidates = by_motion.find_candidates(query, takes, learned.distances)
     features = {capture: learned.features(capture) for capture in {c.capture for c in candidates}}
     return by_motion.refine(query, candidates, features)
+
+
+def _whole_activities(
+    learned: Learned, motion: Motion, found: list[by_motion.Candidate]
+) -> list[by_motion.Candidate]:
+    """Answers in long captures reach as far as the activity lasts (``search.extents``)."""
+    if learned.context_space is None or motion.n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
+        return found
+    example = learned.context_space.view(recognition_features(motion))
+    lengths = {c.capture: learned.captures[c.capture].motion_frames for c in found}
+    takes = {
+        capture: learned.contexts(capture)
+        for capture, length in lengths.items()
+        if length >= extents.LONG * motion.n_frames
+    }
+    return by_motion.to_activities(example, found, takes)
 
 
 def make_query(learned: Learned, motion: Motion) -> by_motion.Query:

@@ -27,7 +27,7 @@ from motiondb.records import (
     MotionSymbols,
     SegmentTable,
 )
-from motiondb.search import by_words, movement, score_vectors
+from motiondb.search import by_words, extents, movement, score_vectors
 from motiondb.symbols import acquisition, feature_space, hmm
 from motiondb.words import decoding, explanation, transition, word_map
 
@@ -71,6 +71,25 @@ class Learned:
         return feature_space.FeatureSpace(
             self.parameters["feature_mean"], self.parameters["feature_projection"]
         )
+
+    @cached_property
+    def context_space(self) -> extents.ContextSpace | None:
+        """How activities look; None where the database learned before there was such a thing."""
+        names = ("context_features", "context_mean", "context_projection")
+        if any(name not in self.parameters for name in names):
+            return None
+        return extents.ContextSpace(*(self.parameters[name] for name in names))
+
+    def contexts(self, capture_id: int) -> FloatArray:
+        """Contexts of a stored capture, 15 a second: array (frames, axes)."""
+        if self.context_space is None:
+            raise NotLearnedError(
+                f"{self.database.path}: expected contexts of activities, found none. "
+                "Run motiondb learn again."
+            )
+        pool = self.feature_pool
+        place = int(np.searchsorted(pool.capture_ids, capture_id))
+        return self.context_space.view(pool.features[pool.bounds[place] : pool.bounds[place + 1]])
 
     @cached_property
     def word_map(self) -> word_map.WordMap:

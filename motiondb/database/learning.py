@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from motiondb.records import (
     MotionSymbols,
     SegmentTable,
 )
-from motiondb.search import movement, score_vectors
+from motiondb.search import extents, movement, score_vectors
 from motiondb.symbols import acquisition, feature_space, hmm, segmentation
 from motiondb.symbols import space as symbol_spaces
 from motiondb.words import association, transition, vocabulary, word_map
@@ -114,6 +115,8 @@ def learn(
     words, parameters = _associate(
         table, captions, groups, store.load_synonyms(database), acquired.symbols.n_symbols
     )
+    contexts = extents.fit_context_space([pool.features[a:b] for a, b in pairwise(pool.bounds)])
+    parameters |= {f"context_{name}": value for name, value in vars(contexts).items()}
     parameters |= {
         "feature_mean": space.mean,
         "feature_projection": space.projection,

@@ -22,13 +22,14 @@ part of.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from motiondb.records import Float32Array, FloatArray, IntArray
-from motiondb.search import alignment, warping
-from motiondb.search.score_vectors import interval_vectors
+from motiondb.search import alignment, extents, warping
+from motiondb.search.score_vectors import interval_vectors, unit
+from motiondb.words.word_map import WordMap
 
 WARP_WEIGHT = 0.5
 MOST_CELLS = 50_000_000
@@ -40,12 +41,13 @@ NEAR = 0.2
 @dataclass(frozen=True, eq=False)
 class Query:
     """An example: whitened features (frames, D) at 15 a second, its symbols, their shares of its
-    length, and its score vector (symbols,)."""
+    length, its vector (columns,), and the word map where words shall judge likeness too."""
 
     features: Float32Array
     symbols: IntArray
     weights: FloatArray
     vector: FloatArray
+    words: WordMap | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +69,7 @@ class Candidate:
     end: int
     rough: float
     score: float = 0.0
+    warp: float = float("inf")
 
 
 def find_candidates(
@@ -125,7 +128,7 @@ def _scored(candidate: Candidate, start: int, end: int, warp: float) -> Candidat
     """The candidate at its exact place, with its score (see the module)."""
     rough = 1.0 - (1.0 - candidate.rough) * min(1.0, warp / NEAR)
     score = rough - WARP_WEIGHT * warp
-    return Candidate(candidate.capture, start, end, candidate.rough, score)
+    return Candidate(candidate.capture, start, end, candidate.rough, score, warp)
 
 
 def _near_copies(
@@ -144,6 +147,29 @@ def _near_copies(
     return found
 
 
+def to_activities(
+    example: FloatArray, found: Sequence[Candidate], takes: Mapping[int, FloatArray]
+) -> list[Candidate]:
+    """Answers with the interval in which the example's activity goes on, where there is one.
+
+    Parameters
+    ----------
+    example : contexts (frames, axes) of the query, see :mod:`motiondb.search.extents`.
+    found : best first; the order stays. What all but agrees frame by frame keeps its interval.
+    takes : capture -> contexts, of the captures that are long enough to hold more than the answer.
+    """
+    wholes = {capture: extents.extent(example, take) for capture, take in takes.items()}
+    placed = []
+    for c in found:
+        if c.capture in wholes and c.warp >= NEAR:
+            _, start, end = wholes[c.capture]
+            shared = min(end, c.end) - max(start, c.start)
+            if shared > 0.5 * min(end - start, c.end - c.start):
+                c = replace(c, start=start, end=end)
+        placed.append(c)
+    return _without_overlaps(placed)
+
+
 def _windows(query: Query, take: Take, length: int) -> tuple[IntArray, IntArray, FloatArray]:
     """Windows of about the query's length that begin at segments, and their cosines."""
     total = int(take.ends[-1])
@@ -151,7 +177,27 @@ def _windows(query: Query, take: Take, length: int) -> tuple[IntArray, IntArray,
     low = np.unique(np.minimum(low, max(total - length, 0)))
     high = np.minimum(low + length, total)
     vectors = interval_vectors(take.standardised, take.starts, take.ends, low, high)
-    return low, high, vectors @ query.vector
+    return low, high, resemblance(query.vector, vectors, query.words)
+
+
+def resemblance(
+    vector: FloatArray, vectors: FloatArray, words: WordMap | None = None
+) -> FloatArray:
+    """How alike intervals are to one: array (n,), 1 for the same.
+
+    The cosine of their vectors; with a word map (2 m + cosine) / 3, m the cosine between what the
+    two say to all words. Words learned from captions tell which differences matter and which are a
+    performer's style; both cosines are sums over symbols and over columns of movement.
+
+    Parameters
+    ----------
+    vector : array (columns,), of length 1. vectors : array (n, columns), rows of length 1.
+    """
+    cosine: FloatArray = vectors @ vector
+    if words is None:
+        return cosine
+    meaning = unit(words.evidence(vectors)) @ unit(words.evidence(vector))
+    return (2.0 * meaning + cosine) / 3.0
 
 
 def _separate_peaks(rough: FloatArray, low: IntArray, high: IntArray, n_peaks: int) -> list[int]:
