@@ -22,6 +22,7 @@ def reason_facts(words: Sequence[str], why: Sequence[WordReason]) -> dict[str, A
 
     return {
         "log_odds": reasons.total(why),
+        "together": reasons.together(why),
         "words": [
             {
                 "word": words[w.word],
@@ -67,6 +68,8 @@ def print_reasons(answer: WordAnswer, words: Sequence[str]) -> None:
                 f"    {words[w.word]}: {w.contribution:+.3f} = usual {w.prior:+.3f}{written}, "
                 f"{shares}{others}"
             )
+        if joint := reasons.together(why):
+            typer.echo(f"    all of them together: {joint:+.3f}")
 
 
 def draw_reason(base: MotionDB, answer: WordAnswer, path: Path, title: str) -> None:

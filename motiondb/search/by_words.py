@@ -7,13 +7,15 @@ found in order: a dynamic program picks one segment for every action, each after
 with the largest total. Around its peak an action's interval grows over the neighbouring segments
 that say the same more than half as strongly as the peak does compared with the capture's floor.
 
-A capture's score is the mean over actions of the log-odds of the action's interval and of the whole
-capture (a caption describes the whole; an interval must be right in itself); words that a person
-wrote about the capture count as evidence beside the motion. ``score`` is the probability.
+An action's log-odds in a capture are the mean of those of its interval and of the whole capture (a
+caption describes the whole; an interval must be right in itself); words that a person wrote about
+the capture count as evidence beside the motion. A capture's score is the probability that it shows
+all actions, the product of theirs: one that is clearly there does not stand in for one that is not.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -133,10 +135,24 @@ def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | Non
     wholes = [float(take.whole[list(words)].mean()) for words in actions if words]
     loudest = [a + int(np.argmax(values[k][a:b])) for k, (a, b) in enumerate(parts)]
     inner = [float(values[k][loudest[k]]) for k in range(len(parts)) if actions[k]]
-    log_odds = float(np.mean([0.5 * i + 0.5 * w for i, w in zip(inner, wholes)]))
+    log_odds = joint_log_odds([0.5 * i + 0.5 * w for i, w in zip(inner, wholes)])
     frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
     peaks_at = tuple(int(take.starts[i]) for i in loudest)
     return Hit(frames[0][0], frames[-1][1], log_odds, frames, peaks_at)
+
+
+def joint_log_odds(log_odds: Sequence[float]) -> float:
+    """Log-odds that several statements hold, independent ones, from the log-odds of each.
+
+    >>> joint_log_odds([0.25])
+    0.25
+    >>> round(joint_log_odds([0.0, 0.0]), 6)  # 1/2 * 1/2 = 1/4, whose log-odds are -ln 3
+    -1.098612
+    """
+    if len(log_odds) == 1:
+        return float(log_odds[0])
+    log_p = -float(np.logaddexp(0.0, -np.asarray(log_odds)).sum())
+    return log_p - math.log(-math.expm1(log_p))
 
 
 def split_segments(take: TakeScores, n_least: int) -> TakeScores:

@@ -5,10 +5,11 @@ The log-odds of a word in a window are linear in the window's score vector v (``
     log-odds(w) = const_w + v . k_w,    v = sum_i f_i z_i / |sum_i f_i z_i|
 
 with z_i the standardised scores of segment i and f_i its frames inside the window. So segment i
-adds f_i (z_i . k_w) / |...|, and that is its share, said of the symbol that won the segment. An
-answer's log-odds are means over actions, words, and the two looks (the action's window and the
-whole capture); every share is given with these weights already applied, so that all parts of an
-answer sum (``math.fsum``) to the very number that ranks it.
+adds f_i (z_i . k_w) / |...|, and that is its share, said of the symbol that won the segment. Means
+over an action's words and over the two looks (the action's window and the whole capture) are
+applied to every share already. Several actions are wanted together, and the log-odds of all are not
+the mean of theirs: what that changes is one further part, ``together``. All parts of an answer sum
+(``math.fsum``) to the very number that ranks it.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.records import FloatArray, IntArray
+from motiondb.search.by_words import joint_log_odds
 
 
 @dataclass(frozen=True)
@@ -118,9 +120,22 @@ def explain_word(
     return WordReason(word, action, log_odds, weight * evidence.constant, weight * said, shares)
 
 
+def together(reasons: Sequence[WordReason]) -> float:
+    """What asking for all actions at once adds to the mean of their log-odds (0 for one action)."""
+    actions = sorted({reason.action for reason in reasons})
+    if len(actions) < 2:
+        return 0.0
+    each = [
+        len(actions) * math.fsum(p for reason in reasons if reason.action == k for p in reason.parts)
+        for k in actions
+    ]
+    return joint_log_odds(each) - math.fsum(p for reason in reasons for p in reason.parts)
+
+
 def total(reasons: Sequence[WordReason]) -> float:
     """The answer's log-odds: the exactly rounded sum of all parts of all words."""
-    return math.fsum(part for reason in reasons for part in reason.parts)
+    parts = [part for reason in reasons for part in reason.parts]
+    return math.fsum([*parts, together(reasons)])
 
 
 def strongest(reason: WordReason, limit: int = 3) -> list[Share]:

@@ -45,7 +45,7 @@ def test_explained_json_sums_to_its_log_odds(learned_file: Path) -> None:
                 *(share["share"] for share in word["symbols"]),
             )
         ]
-        assert math.fsum(parts) == row["explain"]["log_odds"]
+        assert math.fsum([*parts, row["explain"]["together"]]) == row["explain"]["log_odds"]
         assert {word["word"] for word in words} == {"walk", "sit", "down"}
 
 

@@ -29,6 +29,12 @@ WALK_TURN_SIT = take(
 )
 
 
+def all_of(*log_odds: float) -> float:
+    """Log-odds of the product of probabilities, the long way."""
+    probability = np.prod([1 / (1 + np.exp(-odds)) for odds in log_odds])
+    return float(np.log(probability / (1 - probability)))
+
+
 def test_one_action_is_found_where_it_is() -> None:
     hit = by_words.search_take(WALK_TURN_SIT, [[TURN]])
     assert hit is not None
@@ -42,7 +48,7 @@ def test_ordered_actions_are_found_in_order() -> None:
     assert hit is not None
     assert hit.parts == ((0, 30), (30, 40), (40, 60))
     assert (hit.start, hit.end) == (0, 60)
-    assert hit.log_odds == pytest.approx(0.5 * 4.0 + 0.5 * 2.0)
+    assert hit.log_odds == pytest.approx(all_of(2.0 + 1.0, 2.0 + 0.5, 2.0 + 1.5))
 
 
 def test_actions_in_the_wrong_order_score_less() -> None:
@@ -50,10 +56,9 @@ def test_actions_in_the_wrong_order_score_less() -> None:
     wrong = by_words.search_take(WALK_TURN_SIT, [[SIT], [WALK]])
     assert right is not None
     assert wrong is not None
-    assert right.log_odds == pytest.approx(0.5 * 4.0 + 0.5 * 2.5)
-    assert wrong.log_odds == pytest.approx(
-        0.5 * 0.0 + 0.5 * 2.5
-    )  # sits first, nothing to walk then
+    assert right.log_odds == pytest.approx(all_of(2.0 + 1.0, 2.0 + 1.5))
+    # sits where nobody sits, walks then
+    assert wrong.log_odds == pytest.approx(all_of(-2.0 + 1.5, 2.0 + 1.0))
 
 
 def test_words_of_one_action_hold_together() -> None:
@@ -69,8 +74,7 @@ def test_more_actions_than_segments_share_a_segment() -> None:
     assert hit is not None
     end = int(one.ends[0])
     assert hit.parts == ((0, end // 2), (end // 2, end))
-    whole = (one.whole[WALK] + one.whole[TURN]) / 2
-    assert hit.log_odds == pytest.approx(0.5 * 3.0 + 0.5 * whole)
+    assert hit.log_odds == pytest.approx(all_of(0.5 * 2.0, 0.5 * 4.0))
 
 
 def test_more_actions_than_frames_are_not_found() -> None:
@@ -82,7 +86,7 @@ def test_an_empty_action_fills_the_gap() -> None:
     hit = by_words.search_take(WALK_TURN_SIT, [[WALK], [], [SIT]])
     assert hit is not None
     assert hit.parts == ((0, 30), (30, 40), (40, 60))
-    assert hit.log_odds == pytest.approx(0.5 * 4.0 + 0.25 * (2.0 + 3.0))
+    assert hit.log_odds == pytest.approx(all_of(2.0 + 1.0, 2.0 + 1.5))
 
 
 def test_a_capture_that_says_the_same_throughout_is_found_whole() -> None:

@@ -51,9 +51,13 @@ def test_all_parts_sum_exactly_to_the_total() -> None:
         reasons.explain_word(make_evidence(), 5, 1, (60, 120), 3, 0.5),
     ]
     parts = [part for word in words for part in word.parts]
-    assert reasons.total(words) == math.fsum(parts)
-    by_word = 0.25 * words[0].log_odds + 0.25 * words[1].log_odds + 0.5 * words[2].log_odds
-    assert math.isclose(reasons.total(words), by_word, rel_tol=1e-12)
+    joint = reasons.together(words)
+    assert reasons.total(words) == math.fsum([*parts, joint])
+    by_action = [0.5 * words[0].log_odds + 0.5 * words[1].log_odds, words[2].log_odds]
+    probability = math.prod(1.0 / (1.0 + math.exp(-odds)) for odds in by_action)
+    expected = math.log(probability / (1.0 - probability))
+    assert math.isclose(reasons.total(words), expected, rel_tol=1e-12)
+    assert reasons.together(words[2:]) == 0.0
     assert words[0].written == 0.25 * 4.0
     assert words[0].log_probability == pytest.approx(-math.log1p(math.exp(-words[0].log_odds)))
 
