@@ -45,8 +45,8 @@ def test_an_activity_is_found_from_its_beginning_to_its_end(
     example = swinging(45, 4.0, rng)
     space = extents.fit_context_space([take, example])
     distance, start, end = extents.extent(space.view(example), space.view(take))
-    assert abs(start - 90) <= extents.WINDOW // 2
-    assert abs(end - 210) <= extents.WINDOW // 2
+    assert abs(start - 90) <= 25
+    assert abs(end - 210) <= 25
     assert distance < 2.0
 
 
