@@ -42,6 +42,7 @@ class Generated:
     motion : on the canonical body. symbols : the decoded sequence; positions : per symbol the
         number of its action. decodings : per action. recognised : symbols found again in it.
     provenance : per frame. unknown : words not understood, with the nearest known ones.
+    spans : first and last + 1 frame of every action.
     """
 
     motion: Motion
@@ -52,6 +53,7 @@ class Generated:
     recognised: tuple[int, ...]
     provenance: store.Provenance
     unknown: Mapping[str, tuple[str, ...]]
+    spans: tuple[tuple[int, int], ...] = ()
 
 
 def generate(learned: Learned, text: str, seed: int, method: str = "stitched") -> Generated:
@@ -70,11 +72,11 @@ def generate(learned: Learned, text: str, seed: int, method: str = "stitched") -
     symbols, positions, decodings = _decode_actions(learned, actions)
     model = _Model(learned, symbols)
     if method == "stitched":
-        motion, captures, frames, edits = _stitched(
+        motion, captures, frames, edits, lengths = _stitched(
             learned, model, symbols, positions, actions, rng
         )
     else:
-        motion = _from_model(model, symbols, rng, method)
+        motion, lengths = _from_model(model, symbols, rng, method)
         captures = np.full(motion.n_frames, -1)
         frames = np.zeros(motion.n_frames)
         edits = (method,) * motion.n_frames
@@ -83,7 +85,19 @@ def generate(learned: Learned, text: str, seed: int, method: str = "stitched") -
         motion, tuple(int(s) for s in symbols), tuple(positions), tuple(actions),
         tuple(decodings), tuple(int(s) for s in found),
         store.to_provenance(learned.database, captures, frames, edits=edits), query.unknown,
+        _spans(positions, lengths),
     )  # fmt: skip
+
+
+def _spans(positions: Sequence[int], lengths: Sequence[int]) -> tuple[tuple[int, int], ...]:
+    """Frames of every action, from the frames of every symbol.
+
+    >>> _spans([0, 0, 1], [10, 5, 20])
+    ((0, 15), (15, 35))
+    """
+    totals = np.bincount(positions, weights=lengths).astype(int)
+    ends = np.cumsum(totals)
+    return tuple((int(end - total), int(end)) for end, total in zip(ends, totals))
 
 
 def _decode_actions(
@@ -222,17 +236,22 @@ def _trajectory(model: _Model, sequence: IntArray) -> tuple[FloatArray, IntArray
     return values, joined.positions[states]
 
 
-def _from_model(model: _Model, sequence: IntArray, rng: np.random.Generator, method: str) -> Motion:
+def _from_model(
+    model: _Model, sequence: IntArray, rng: np.random.Generator, method: str
+) -> tuple[Motion, list[int]]:
+    """The motion, and the frames of every symbol."""
     if method == "trajectory":
-        values, _ = _trajectory(model, sequence)
+        values, owner = _trajectory(model, sequence)
     else:
         joined = model.series(sequence)
         states = series.sample_states(joined, rng)
         n_dims = joined.means.shape[1] // 3
         values = series.sample_outputs(joined, states, rng)[:, :n_dims]
+        owner = joined.positions[states]
     leg_length = float(np.median(list(model.leg_lengths.values())))
     motion = pose_vectors.from_vectors(values, model.means, leg_length=leg_length)
-    return contact.lock_feet(motion) if method == "trajectory" else motion
+    motion = contact.lock_feet(motion) if method == "trajectory" else motion
+    return motion, np.bincount(owner, minlength=len(sequence)).tolist()
 
 
 def _stitched(
@@ -242,7 +261,7 @@ def _stitched(
     positions: Sequence[int],
     actions: Sequence[Sequence[str]],
     rng: np.random.Generator,
-) -> tuple[Motion, IntArray, FloatArray, tuple[str, ...]]:
+) -> tuple[Motion, IntArray, FloatArray, tuple[str, ...], list[int]]:
     values, owner = _trajectory(model, sequence)
     scale = np.concatenate(list(model.vectors.values())).std(axis=0) + 1e-6
     number = {word: n for n, word in enumerate(learned.association.words)}
@@ -263,7 +282,8 @@ def _stitched(
     )
     motion = contact.lock_feet(motion)
     edits = tuple("foot lock" if s == 1 else f"blend {s:.2f}, foot lock" for s in stitched.shares)
-    return motion, stitched.captures, stitched.frames.astype(float), edits
+    frames = stitched.frames.astype(float)
+    return motion, stitched.captures, frames, edits, [piece.end - piece.start for piece in pieces]
 
 
 def _candidates(
