@@ -55,9 +55,10 @@ def learn(
     if json:
         print_json(facts)
         return
+    plural = "" if facts["clusters"] == 1 else "s"
     typer.echo(
         f"{facts['captures']} captures, {facts['segments']} segments, "
-        f"{facts['symbols']} symbols in {facts['clusters']} clusters "
+        f"{facts['symbols']} symbols in {facts['clusters']} cluster{plural} "
         f"({facts['dimensions']} dimensions), {facts['words']} words."
     )
     if drift and not (drift.captures_added or drift.captures_removed or drift.words):
