@@ -13,7 +13,15 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
 
-__all__ = ["MotionDB", "MotionDBError", "__version__", "open", "read_capture", "write_bvh", "write_gltf"]
+__all__ = [
+    "MotionDB",
+    "MotionDBError",
+    "__version__",
+    "open",
+    "read_capture",
+    "write_bvh",
+    "write_gltf",
+]
 __version__ = "0.1.0"
 
 _PUBLIC = {

@@ -1,6 +1,7 @@
 """The errors that motiondb raises, all children of :class:`MotionDBError`.
 
-A message reads ``where: expected X, found Y. What to do.`` The library raises; only ``cli/`` prints.
+A message reads ``where: expected X, found Y. What to do.`` The library raises; only ``cli/``
+prints.
 """
 
 from __future__ import annotations

@@ -49,7 +49,8 @@ class Clip:
     ----------
     skeleton : see :class:`Skeleton`.
     fps : frames per second.
-    local_rotations : array (frames, joints, 4), unit quaternions w, x, y, z, relative to the parent.
+    local_rotations : array (frames, joints, 4), unit quaternions w, x, y, z, relative to the
+        parent.
     root_positions : array (frames, 3), metres, world frame, y up.
     joint_positions : array (frames, joints, 3) or None; where a file moves joints below the root,
         the translation of each joint in its parent's frame, metres, in place of ``offsets``
@@ -183,7 +184,7 @@ class CaptureInfo:
 
 @dataclass(frozen=True)
 class Relation:
-    """How one capture repeats another: kind "same", "mirror" or "cut" (seconds within ``other``)."""
+    """How one capture repeats another: kind "same", "mirror" or "cut"; seconds in ``other``."""
 
     capture: str
     other: str

@@ -139,7 +139,8 @@ def _entry(cells: dict[str, str], line: int) -> SheetEntry:
     start, end = _number(cells, "start"), _number(cells, "end")
     if start is not None and end is not None and end <= start:
         raise ValueError(
-            f"expected an end after the start, found start {start:g}, end {end:g}. Times are seconds."
+            f"expected an end after the start, found start {start:g}, end {end:g}. "
+            "Times are seconds."
         )
     fps = _number(cells, "fps")
     if fps is not None and not 1.0 <= fps <= 10_000.0:
@@ -160,7 +161,8 @@ def _merged(first: SheetEntry, second: SheetEntry) -> SheetEntry:
         a, b = getattr(first, what), getattr(second, what)
         if a is not None and b is not None and a != b:
             raise ValueError(
-                f"expected one {what} for {first.file}, found {b} here and {a} at line {first.line}."
+                f"expected one {what} for {first.file}, found {b} here and {a} at line "
+                f"{first.line}."
             )
     tags = dict(first.tags)
     for key, value in second.tags.items():

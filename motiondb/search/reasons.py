@@ -126,7 +126,8 @@ def together(reasons: Sequence[WordReason]) -> float:
     if len(actions) < 2:
         return 0.0
     each = [
-        len(actions) * math.fsum(p for reason in reasons if reason.action == k for p in reason.parts)
+        len(actions)
+        * math.fsum(p for reason in reasons if reason.action == k for p in reason.parts)
         for k in actions
     ]
     return joint_log_odds(each) - math.fsum(p for reason in reasons for p in reason.parts)

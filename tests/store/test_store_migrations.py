@@ -89,7 +89,8 @@ def test_a_newer_database_is_refused(tmp_path: Path) -> None:
         with pytest.raises(StoreError) as error:
             store.open_store(path, read_only=read_only)
         assert str(error.value) == (
-            f"{path}: expected a schema of version {len(migrations.known_migrations())} or below, which motiondb "
+            f"{path}: expected a schema of version {len(migrations.known_migrations())} or below, "
+            "which motiondb "
             f"{migrations.motiondb_version()} reads, found version 9, written by motiondb 3.1. "
             "Install that version of motiondb or a newer one."
         )
