@@ -181,7 +181,10 @@ def _windows(query: Query, take: Take, length: int) -> tuple[IntArray, IntArray,
 
 
 def resemblance(
-    vector: FloatArray, vectors: FloatArray, words: WordMap | None = None
+    vector: FloatArray,
+    vectors: FloatArray,
+    words: WordMap | None = None,
+    meanings: FloatArray | None = None,
 ) -> FloatArray:
     """How alike intervals are to one: array (n,), 1 for the same.
 
@@ -192,12 +195,18 @@ def resemblance(
     Parameters
     ----------
     vector : array (columns,), of length 1. vectors : array (n, columns), rows of length 1.
+    meanings : ``word_meanings`` of the vectors, where they are there already.
     """
     cosine: FloatArray = vectors @ vector
     if words is None:
         return cosine
-    meaning = unit(words.evidence(vectors)) @ unit(words.evidence(vector))
-    return (2.0 * meaning + cosine) / 3.0
+    meanings = word_meanings(words, vectors) if meanings is None else meanings
+    return (2.0 * (meanings @ word_meanings(words, vector)) + cosine) / 3.0
+
+
+def word_meanings(words: WordMap, vectors: FloatArray) -> FloatArray:
+    """What vectors (..., columns) say to all words, scaled to length 1: array (..., words)."""
+    return unit(words.evidence(vectors))
 
 
 def _separate_peaks(rough: FloatArray, low: IntArray, high: IntArray, n_peaks: int) -> list[int]:

@@ -1,4 +1,4 @@
-"""How a segment moves, apart from symbols: where the body is, what moves together, how fast it swings.
+"""How a segment moves, apart from symbols: where it is, what moves together, how fast it swings.
 
 Notation: x_t the whitened features of frame t (15 a second, D dimensions). Every column is a mean
 over the segment's frames:

@@ -8,7 +8,7 @@ left out, words for intervals and intervals for words (squared errors would choo
 which blurs rare words). Held-out predictions are turned to probabilities by one logistic map for
 all words, so that rare words are not calibrated on two examples:
 
-    P(w) = sigmoid(a z_w / sd_w + b logit(prior_w) + c),    sd_w = sqrt(prior_w (1 - prior_w)).
+    P(w) = sigmoid(a z_w / sd_w + b logit(prior_w) + c),    sd_w = (prior_w (1 - prior_w))^(1/4).
 
 It is fitted on predictions with the whole group (performer) left out and on predictions with other
 captures of the group still there, half and half, because both kinds of question are asked. Only
@@ -27,7 +27,9 @@ from numpy.typing import NDArray
 
 from motiondb.records import FloatArray, IntArray
 
-RIDGES = (0.1, 0.3, 1.0, 3.0, 10.0)
+RIDGES = (0.1, 0.3, 1.0)
+SPREAD_POWER = 0.25
+"""0.5 would make every word's evidence equally wide, and rare words too loud beside common ones."""
 TOLERANCE = 0.06
 """The largest ridge within this share of the best precision is taken."""
 
@@ -85,7 +87,7 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
     reached = [precision(held_out[ridge][:, shared], presence[:, shared]) for ridge in RIDGES]
     ridge = max(r for r, p in zip(RIDGES, reached) if p >= (1.0 - TOLERANCE) * max(reached))
     weights, offsets = _ridge(vectors, target, ridge)
-    spreads = np.sqrt(priors * (1.0 - priors))
+    spreads = word_spreads(priors)
     known_group = _left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
     both = np.concatenate([held_out[ridge], known_group])[:, shared] - target.mean(axis=0)[shared]
     twice = np.concatenate([target, target])[:, shared]
@@ -93,6 +95,11 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
     return WordMap(
         weights, offsets - target.mean(axis=0), priors, spreads, calibration, ridge=ridge
     )
+
+
+def word_spreads(priors: FloatArray) -> FloatArray:
+    """sd_w of the module's docstring."""
+    return np.asarray((priors * (1.0 - priors)) ** SPREAD_POWER)
 
 
 def precision(predicted: FloatArray, presence: NDArray[np.bool_]) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import FloatArray
-from motiondb.words.word_map import WordMap
+from motiondb.words.word_map import WordMap, word_spreads
 
 _GRAIN = 2.0**16
 
@@ -74,6 +74,6 @@ def solve_word_map(moments: WordMoments, ridge: float, calibration: FloatArray) 
     target = moments.cross - n * np.outer(mean_v, mean_y)
     weights = np.linalg.solve(gram, target).astype(np.float64, copy=False)
     priors = np.clip(mean_y, 0.5 / n, 1.0 - 0.5 / n)
-    spreads = np.sqrt(priors * (1.0 - priors))
+    spreads = word_spreads(priors)
     offsets = -(mean_v @ weights)
     return WordMap(weights, offsets, priors, spreads, calibration, ridge=ridge)
