@@ -42,12 +42,12 @@ class Capture:
 
 def load_cmu(data: Path) -> list[Capture]:
     """All CMU captures of the sheet, in its order."""
-    return _load(data / "cmu", data / "cmu-captions.tsv")
+    return load_sheet(data / "cmu", data / "cmu-captions.tsv")
 
 
 def load_bandai(data: Path) -> list[Capture]:
     """All Bandai-Namco captures of the sheet, in its order."""
-    return _load(data / "bandai", data / "bandai-captions.tsv")
+    return load_sheet(data / "bandai", data / "bandai-captions.tsv")
 
 
 def without_copies(captures: Sequence[Capture]) -> list[Capture]:
@@ -74,7 +74,7 @@ def performer_folds(performers: Sequence[str], n_folds: int = N_FOLDS) -> IntArr
     return np.array([fold_of[p] for p in performers])
 
 
-def _load(folder: Path, sheet: Path) -> list[Capture]:
+def load_sheet(folder: Path, sheet: Path) -> list[Capture]:
     rows: dict[str, list[dict[str, str]]] = {}
     with sheet.open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file, delimiter="\t"):
