@@ -108,12 +108,18 @@ def _relation(relation: object) -> str:
 def list_captures(
     where: Where = "",
     limit: Annotated[int | None, typer.Option("--limit", min=1, help="How many at most.")] = None,
+    duplicates: Annotated[
+        bool, typer.Option("--duplicates", help="Groups of same takes, cuts and mirror images.")
+    ] = False,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """List the captures of the database."""
+    """List the captures of the database, or with --duplicates those that repeat one another."""
     from motiondb import store
 
+    if duplicates:
+        _list_duplicates(where, limit, db, json)
+        return
     with database(db) as base:
         infos = base.captures(where)
         captions = store.load_captions(base.store)
@@ -132,6 +138,27 @@ def list_captures(
     print_table("", ["capture", "seconds", "fps", "format", "performer", "words"], rows)
     fewer = f", {len(shown)} shown" if len(shown) < len(infos) else ""
     typer.echo(f"{len(infos)} captures{fewer}")
+
+
+def _list_duplicates(where: str, limit: int | None, db: Path, json: bool) -> None:
+    with database(db) as base:
+        infos = {info.name: info for info in base.captures()}
+        wanted = {info.name for info in base.captures(where)}
+        groups = [g for g in base.duplicates() if wanted & set(g.captures)]
+    if json:
+        print_json([asdict(group) for group in groups[:limit]])
+        return
+    rows = [
+        [
+            str(number) if name == group.captures[0] else "", name, f"{infos[name].duration:.2f}",
+            "; ".join(_relation(r).partition(" ")[2] for r in group.relations if r.capture == name),
+        ]
+        for number, group in enumerate(groups[:limit], start=1)
+        for name in group.captures
+    ]  # fmt: skip
+    print_table("", ["group", "capture", "seconds", "repeats"], rows)
+    extra = sum(len(group.captures) - 1 for group in groups)
+    typer.echo(f"{len(groups)} groups, {extra} captures repeat others")
 
 
 def show(

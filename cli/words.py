@@ -130,7 +130,7 @@ def suggest(limit: Limit = 10, db: Db = DEFAULT_DB, json: Json = False) -> None:
         print_json([asdict(one) for one in found])
         return
     if not found:
-        typer.echo("no capture would gain from words: all have some, or move like one that has")
+        typer.echo("no capture would gain from words: all have some")
         return
     print_table(
         "",

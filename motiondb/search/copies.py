@@ -6,9 +6,9 @@ standard body. A query of n frames at offset o of a take differs by
     distance(o) = sqrt(mean over frames and joints of |p_t - p'_{o + t}|^2), metres.
 
 A few frames of the query, spread evenly, are compared with every frame of every take at once; the
-best offsets are then measured over all frames. A copy is nearer than ``NEAR`` metres and much
-nearer than the motion itself is wide, so that two people standing still are no copies of one
-another.
+best offsets are then measured over all frames, also up to half a frame aside. A copy is nearer than
+``NEAR`` metres and much nearer than the motion itself is wide, so that two people standing still
+are no copies of one another.
 """
 
 from __future__ import annotations
@@ -121,16 +121,35 @@ def _find(
     """(take, offset, distance) of every take that holds the poses, nearest first."""
     spread = float(np.sqrt(np.mean(np.sum((poses - poses.mean(axis=0)) ** 2, axis=1) / 21)))
     limit = min(NEAR, RELATIVE * spread)
+    half_a_frame = 0.5 * float(np.sqrt(np.mean(np.diff(poses, axis=0) ** 2) * 3))
     best: dict[int, tuple[int, int, float]] = {}
-    for offset in _likely_offsets(library, norms, poses, products, 1.5 * limit):
+    for offset in _likely_offsets(library, norms, poses, products, 1.5 * limit + half_a_frame):
         take = int(np.searchsorted(library.bounds, offset, side="right")) - 1
         if offset + len(poses) > library.bounds[take + 1] + SLACK:
             continue
-        part = library.poses[offset : min(offset + len(poses), int(library.bounds[take + 1]))]
-        distance = float(np.sqrt(np.mean((part - poses[: len(part)]) ** 2) * 3))
+        distance = _distance(_take(library, take), int(offset - library.bounds[take]), poses)
         if distance < limit and (take not in best or distance < best[take][2]):
             best[take] = (take, int(offset - library.bounds[take]), distance)
     return sorted(best.values(), key=lambda hit: hit[2])
+
+
+def _distance(take: Float32Array, offset: int, poses: Float32Array) -> float:
+    """Distance of poses to a take at an offset, or up to half a frame before or after it.
+
+    A cut seldom begins where a frame of the take lies; half a frame of a fast movement is more
+    than copies may differ by. Frames in between are interpolated at the best place,
+    f = <q - p, n - p> / |n - p|^2 with n the frames before or after, kept within 0 and 1/2.
+    """
+    part = take[offset : offset + len(poses)]
+    gap = poses[: len(part)] - part
+    squares = [float(np.mean(gap**2))]
+    for aside in (-1, 1):
+        low, high = max(-aside - offset, 0), min(len(part), len(take) - offset - aside)
+        step = take[offset + aside + low : offset + aside + high] - part[low:high]
+        length = float(np.sum(step**2))
+        f = float(np.clip(np.sum(gap[low:high] * step) / length, 0.0, 0.5)) if length else 0.0
+        squares.append(float(np.mean((gap[low:high] - f * step) ** 2)))
+    return float(np.sqrt(min(squares) * 3))
 
 
 def _likely_offsets(

@@ -169,6 +169,34 @@ def test_add_export_remove_compact(command: Any, some: Path, samples_folder: Pat
     assert len(answer(command("list", "--json"))) == 3
 
 
+def test_duplicates_are_listed_in_groups(command: Any, some: Path) -> None:
+    command("add", some)
+    for name, source in (("again", "boris/kick_1"), ("once more", "boris/kick_1")):
+        text = (some / f"{source}.bvh").read_text()
+        (some / f"{name}.bvh").write_text(text + "\n" * len(name))
+    command("add", some)
+    groups = answer(command("list", "--duplicates", "--json"))
+    assert [group["captures"] for group in groups] == [["boris/kick_1", "again", "once more"]]
+    assert {r["kind"] for r in groups[0]["relations"]} == {"same"}
+    told = command("list", "--duplicates").out
+    assert "1 groups, 2 captures repeat others" in told
+    assert "is the same motion as boris/kick_1 (0.00-" in told
+    assert answer(command("list", "--duplicates", "--where", "name=ana/bow_1", "--json")) == []
+
+
+def test_what_to_caption_next_is_said(command: Any, some: Path) -> None:
+    command("add", some)
+    command("words", "set", "ana/bow_1", "she bows")
+    command("learn")
+    rows = answer(command("words", "suggest", "--json"))
+    assert {row["capture"] for row in rows} == {"ana/jump_1", "boris/kick_1", "boris/punch_1"}
+    assert len(answer(command("words", "suggest", "--limit", 1, "--json"))) == 1
+    assert "% known from other words" in command("words", "suggest").out
+    for row in rows:
+        command("words", "set", row["capture"], "move")
+    assert command("words", "suggest").out.startswith("no capture would gain from words")
+
+
 def test_words_are_set_imported_and_synonyms_kept(command: Any, some: Path) -> None:
     command("add", some)
     said = answer(command("words", "set", "ana/bow_1", "she bows", "--json"))

@@ -1,0 +1,141 @@
+"""Groups of duplicates: by hand, against a slow twin, and planted among sample takes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.capture import read_capture
+from motiondb.pose import retarget
+from motiondb.records import Motion, Relation
+from motiondb.search import copies
+from motiondb.search.duplicates import group_duplicates
+
+SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"
+TAKES = tuple(
+    f"{who}/{what}"
+    for who, what in (
+        ("ana", "dance_1"), ("ana", "long_1"), ("ana", "turn_left_1"), ("boris", "stand_up_1"),
+        ("boris", "long_2"), ("boris", "sit_down_1"), ("boris", "push_1"),
+    )
+)  # fmt: skip
+
+
+def relation(capture: str, other: str, kind: str = "same") -> Relation:
+    return Relation(capture, other, kind, 0.0, 1.0, 0.001)
+
+
+def test_groups_by_hand() -> None:
+    """a is a cut of b, d mirrors b: one group, whose longest comes first. e and f are another."""
+    durations = {"a": 1.0, "b": 9.0, "c": 5.0, "d": 9.0, "e": 3.0, "f": 3.0}
+    relations = [relation("f", "e"), relation("a", "b", "cut"), relation("d", "b", "mirror")]
+    first, second = group_duplicates(relations, durations)
+    assert first.captures == ("b", "a", "d")
+    assert [r.kind for r in first.relations] == ["cut", "mirror"]
+    assert second.captures == ("e", "f")
+    assert group_duplicates([], durations) == ()
+
+
+def test_two_files_of_one_take_that_differ_by_a_frame_keep_the_first() -> None:
+    assert group_duplicates([relation("b", "a")], {"a": 4.0, "b": 4.03})[0].captures == ("a", "b")
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), max_size=14))
+def test_groups_are_the_connected_ones(pairs: list[tuple[int, int]]) -> None:
+    """Against spreading from every capture until nothing more is reached."""
+    durations = {f"n{n}": float(n % 4) for n in range(10)}
+    relations = [relation(f"n{a}", f"n{b}") for a, b in pairs if a != b]
+    reached = {name: {name} for name in durations}
+    for _ in durations:
+        for r in relations:
+            both = reached[r.capture] | reached[r.other]
+            for name in both:
+                reached[name] = both | reached[name]
+    expected = {frozenset(group) for group in reached.values() if len(group) > 1}
+    groups = group_duplicates(relations, durations)
+    assert {frozenset(g.captures) for g in groups} == expected
+    assert sorted(map(id, (r for g in groups for r in g.relations))) == sorted(map(id, relations))
+    for group in groups:
+        assert durations[group.captures[0]] == max(durations[n] for n in group.captures)
+
+
+def planted(motion: Motion, rng: np.random.Generator) -> list[tuple[str, Motion]]:
+    """The same take at another rate, turned, moved, scaled and noisy; a cut of it; its mirror."""
+
+    def rewritten(shown: Motion, start: float, end: float) -> Motion:
+        positions, _ = retarget.motion_positions(shown)
+        fps = float(rng.choice([50.0, 60.0, 100.0]))
+        times = np.arange(start, end, 1.0 / fps) * 30.0
+        times = times[times <= len(positions) - 1]
+        low = np.minimum(times.astype(int), len(positions) - 2)
+        share = (times - low)[:, None, None]
+        points = positions[low] * (1 - share) + positions[low + 1] * share
+        turn = rng.uniform(0, 2 * np.pi)
+        c, s = np.cos(turn), np.sin(turn)
+        points = points @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).T + [2.0, 0.0, -1.0]
+        points = points * rng.uniform(0.8, 1.2) + rng.normal(0, 0.001, points.shape)
+        return retarget.motion_from_positions(points, fps)
+
+    seconds = motion.n_frames / 30.0
+    start = float(rng.uniform(0.0, 0.4)) * seconds
+    return [
+        ("same", rewritten(motion, 0.0, seconds)),
+        ("cut", rewritten(motion, start, start + 0.5 * seconds)),
+        ("mirror", rewritten(retarget.mirror(motion), 0.0, seconds)),
+    ]
+
+
+def test_planted_duplicates_are_found_and_nothing_else() -> None:
+    """21 planted among 7 takes: all relations found are true, and each is of the right kind."""
+    rng = np.random.default_rng(0)
+    takes = [retarget.to_motion(read_capture(SAMPLES / f"{name}.bvh")) for name in TAKES]
+    truth, motions = {}, list(takes)
+    for number, take in enumerate(takes):
+        for kind, motion in planted(take, rng):
+            truth[len(motions)] = (number, kind)
+            motions.append(motion)
+    library = copies.build_library([copies.copy_poses(m) for m in motions])
+    found = copies.find_copies(library, range(len(motions)))
+    right = {(c.query, c.take, c.kind) for c in found if c.query in truth and c.take < len(takes)}
+    expected = {(query, *original) for query, original in truth.items()}
+    assert len(right & expected) >= 0.95 * len(expected)  # recall
+    names = [*TAKES, *(f"{TAKES[take]} {kind}" for take, kind in truth.values())]
+    relations = [
+        Relation(names[c.query], names[c.take], c.kind, c.start / 30, c.end / 30, c.distance)
+        for c in found
+    ]
+    durations = {name: m.n_frames / 30 for name, m in zip(names, motions)}
+    groups = group_duplicates(relations, durations)
+    assert {frozenset(g.captures) for g in groups} == {  # precision: no group holds two takes
+        frozenset(name for name in names if name.split(" ")[0] == take) for take in TAKES
+    }
+
+
+def test_a_cut_between_frames_is_found() -> None:
+    """Half a frame of a kick is more than copies may differ by; frames in between are looked at."""
+    take = retarget.to_motion(read_capture(SAMPLES / "boris/kick_1.bvh"))
+    poses = copies.copy_poses(take)
+    between = (0.5 * poses[10:50] + 0.5 * poses[11:51]).astype(np.float32)
+    for offset in (10, 11):
+        near = poses[offset : offset + 40]
+        assert np.sqrt(np.mean((near - between) ** 2) * 3) > copies.NEAR
+    (copy,) = copies.find_copies(copies.build_library([poses, between]), [1])
+    assert (copy.kind, copy.take) == ("cut", 0)
+    assert copy.start in (10, 11)
+    assert copy.distance < 1e-4
+
+
+def test_a_cut_keeps_its_place() -> None:
+    take = retarget.to_motion(read_capture(SAMPLES / "ana/long_1.bvh"))
+    part = replace(
+        take, local_rotations=take.local_rotations[90:200],
+        root_positions=take.root_positions[90:200],
+    )  # fmt: skip
+    library = copies.build_library([copies.copy_poses(take), copies.copy_poses(part)])
+    (copy,) = copies.find_copies(library, [1])
+    assert (copy.kind, copy.start, copy.end) == ("cut", 90, 200)
