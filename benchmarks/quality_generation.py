@@ -101,7 +101,7 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         "on real captures of performers other than those whose motion went into the action "
         "(Monte-Carlo and trajectory go by no single performer: all take part). Last row: real "
         "captures of performers whom the judge has not seen. Medians over sentences; *within "
-        "95 %*: share of sentences at most at the real captures' 95th percentile in both foot slip and "
+        "95 %*: share of sentences at most at the real captures' 95th percentile in foot slip and "
         "jerk.",
         (
             "method", "recognised by motiondb", "by logistic regression", "by DTW 1-NN",
