@@ -16,6 +16,7 @@ from motiondb.cli.options import (
     Limit,
     To,
     database,
+    note_drift,
     print_json,
     print_table,
 )
@@ -98,10 +99,12 @@ def import_words(
     """Replace words and tags of captures by those of a sheet; unknown rows are listed (exit 1)."""
     with database(db, writing=True) as base:
         count, problems = base.import_words(sheet)
+        drift = base.drift()
     if json:
         print_json({"captures": count, "problems": problems})
     else:
         typer.echo(f"words of {count} captures replaced, {len(problems)} rows without a capture")
+        note_drift(drift)
     for problem in problems:
         typer.echo(f"  {problem}", err=True)
     if problems:

@@ -95,7 +95,7 @@ def measure(database: store.Store) -> Drift | None:
     shares = {
         "strange_of_all": strange / max(float(_frames(table).sum()), 1.0),
         "new_words": sum(unknown.values()) / max(said, 1),
-        "turnover": (float(frames.sum()) + frames_before - left) / max(frames_before, 1.0),
+        "turnover": float((frames.sum() + frames_before - left) / max(frames_before, 1.0)),
     }
     reasons = _reasons(shares, tuple(sorted(unknown)))
     return Drift(
