@@ -28,7 +28,8 @@ MEMBERS = 60
 """Segments per symbol that take part: the likeliest ones."""
 LENGTHS = (2, 4)
 """Fewest and most symbols of one action."""
-SPOKEN_FLOOR = 0.02
+UNSAID = 1e-4
+"""Most that NULL may say of a word: what is asked for is to be seen."""
 WORD_WEIGHT = 3.0
 JOIN_WEIGHT = 0.5
 
@@ -139,15 +140,18 @@ def _said_throughout(action: Sequence[str], n_symbols: int) -> list[str]:
 
 
 def _spoken_association(learned: Learned) -> Association:
-    """t(word | symbol) weighted by how clearly the symbol's own segments say the word.
+    """How well a symbol shows a word, in place of t(word | symbol): (t + said) * said.
 
     Captions speak of whole captures, so t alone cannot tell the jump from the standing before it;
-    the word map, which compares captures with and without the word, can. Rows sum to 1 as before.
+    the word map, which compares captures with and without the word, can. ``said`` is the geometric
+    mean of what it gives the symbol's segments on average and what it gives the clearest of them:
+    those are what generation shows. Rows need not sum to 1: a symbol that shows nothing clearly
+    says nothing.
     """
+    said = np.sqrt(learned.spoken * learned.clearest)
     t = learned.smoothed_association.translation.copy()
-    weighted = t[1:] * (learned.spoken + SPOKEN_FLOOR)
-    totals, weights = t[1:].sum(axis=1), weighted.sum(axis=1)
-    t[1:] = weighted * (totals / np.where(weights > 0, weights, 1.0))[:, None]
+    t[0] = np.minimum(t[0], UNSAID)
+    t[1:] = (t[1:] + said) * said
     return replace(learned.smoothed_association, translation=t)
 
 

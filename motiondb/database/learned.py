@@ -34,6 +34,8 @@ from motiondb.words import decoding, explanation, transition, word_map
 WINDOW_MARGIN = 22
 """Frames (0.75 s) that a window reaches beyond its segment: one segment alone tells too little."""
 LONGEST_DECODED = 12
+CLEAREST = 3
+"""Segments by which a symbol is judged to be able to show a word."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,6 +181,17 @@ class Learned:
         np.add.at(sums, self.segments.symbols, probabilities)
         count = np.bincount(self.segments.symbols, minlength=len(sums))
         return sums / np.maximum(count, 1)[:, None]
+
+    @cached_property
+    def clearest(self) -> FloatArray:
+        """As :attr:`spoken`, over the three segments of a symbol that say the word most clearly."""
+        odds = np.concatenate([self.heard[c][:-1] for c in self.rows])
+        probabilities = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+        clearest = np.zeros((self.symbols.n_symbols, odds.shape[1]))
+        for symbol in np.unique(self.segments.symbols):
+            own = np.sort(probabilities[self.segments.symbols == symbol], axis=0)
+            clearest[symbol] = own[-CLEAREST:].mean(axis=0)
+        return clearest
 
     @cached_property
     def feature_pool(self) -> FeaturePool:
