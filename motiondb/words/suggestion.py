@@ -14,9 +14,8 @@ greedily, over the captures without words: a capture that stands for many others
 what is like an earlier choice gains little, so that the list is diverse.
 
 Source: Cohn, Ghahramani, Jordan (1996), Seo et al. (2000): active learning by the expected
-reduction of variance. Kernel and noise were chosen on real captures (``benchmarks/suggest.py``):
-plain coverage by the nearest capture does as well where the performers are known, and no better
-than chance where they are not.
+reduction of variance. Kernel and noise were chosen on real captures (``benchmarks/suggest.py``).
+Words of performers who have none at all are not found sooner than by chance.
 """
 
 from __future__ import annotations
