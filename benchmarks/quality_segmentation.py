@@ -158,7 +158,7 @@ def _report(
     space: feature_space.FeatureSpace,
     seed: int,
 ) -> TaskReport:
-    rows = []
+    rows: list[tuple[str | float | Measure, ...]] = []
     for name, method in METHODS.items():
         values = [_judge(take, method, space, seed) for take in takes]
         rows.append((name, *_measures(values, seed)))

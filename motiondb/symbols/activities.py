@@ -34,6 +34,7 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.symbols.segmentation import context
 
 LEAST_SHARE = 0.05
+"""Share of a take's variance below which groups explain noise."""
 
 
 @dataclass(frozen=True)
@@ -237,7 +238,7 @@ def _segmental_kmeans(
 
 
 @njit(cache=True)
-def _best_runs(costs: FloatArray, switch: float, shortest: int) -> tuple[IntArray, float]:
+def _best_runs(costs, switch, shortest):  # type: ignore[no-untyped-def]
     """Labels of least sum of costs (frames, labels), every run ``shortest`` or longer, every run
     after the first at ``switch``. ``frames`` must be at least ``shortest``."""
     n_frames, n_labels = costs.shape
@@ -261,9 +262,9 @@ def _best_runs(costs: FloatArray, switch: float, shortest: int) -> tuple[IntArra
             if inside[t, g] < least[t]:
                 least[t], last[t] = inside[t, g], g
     labels = np.zeros(n_frames, np.int64)
-    t = n_frames
-    while t > 0:
-        start = begun[t, last[t]]
-        labels[start:t] = last[t]
-        t = start
-    return labels, least[n_frames]
+    end = n_frames
+    while end > 0:
+        start = int(begun[end, last[end]])
+        labels[start:end] = last[end]
+        end = start
+    return labels, float(least[n_frames])
