@@ -28,6 +28,8 @@ MEMBERS = 60
 """Segments per symbol that take part: the likeliest ones."""
 LENGTHS = (2, 4)
 """Fewest and most symbols of one action."""
+SAID_WEIGHT = 3.0
+"""w: how much more than t counts what the symbol's own segments say."""
 UNSAID = 1e-4
 """Most that NULL may say of a word: what is asked for is to be seen."""
 WORD_WEIGHT = 3.0
@@ -67,7 +69,7 @@ def generate(learned: Learned, text: str, seed: int, method: str = "stitched") -
     """
     if method not in METHODS:
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
-    query = vocabulary.parse_query(text, learned.association.words, learned.synonyms)
+    query = vocabulary.parse_query(text, learned.known_words, learned.synonyms)
     actions = [action for action in query.actions if action]
     rng = np.random.default_rng(seed)
     symbols, positions, decodings = _decode_actions(learned, actions)
@@ -111,14 +113,17 @@ def _decode_actions(
     association = _spoken_association(learned)
     lengths = _typical_lengths(learned, actions)
     for number, action in enumerate(actions):
-        decoded = decode(
-            learned,
-            _said_throughout(action, lengths[number]),
-            after=symbols[-1] if symbols else None,
-            last=number == len(actions) - 1,
-            length=lengths[number],
-            association=association,
-        )
+        for length in dict.fromkeys((lengths[number], 1)):  # one symbol, where none ever followed
+            decoded = decode(
+                learned,
+                _said_throughout(action, length),
+                after=symbols[-1] if symbols else None,
+                last=number == len(actions) - 1,
+                length=length,
+                association=association,
+            )
+            if decoded is not None:
+                break
         if decoded is None:
             raise QueryError(
                 f"generate: expected symbols for {' '.join(action)!r}, found none that the words "
@@ -140,7 +145,7 @@ def _said_throughout(action: Sequence[str], n_symbols: int) -> list[str]:
 
 
 def _spoken_association(learned: Learned) -> Association:
-    """How well a symbol shows a word, in place of t(word | symbol): (t + said) * said.
+    """How well a symbol shows a word, in place of t(word | symbol): (t + w said) * said.
 
     Captions speak of whole captures, so t alone cannot tell the jump from the standing before it;
     the word map, which compares captures with and without the word, can. ``said`` is the geometric
@@ -151,7 +156,7 @@ def _spoken_association(learned: Learned) -> Association:
     said = np.sqrt(learned.spoken * learned.clearest)
     t = learned.smoothed_association.translation.copy()
     t[0] = np.minimum(t[0], UNSAID)
-    t[1:] = (t[1:] + said) * said
+    t[1:] = (t[1:] + SAID_WEIGHT * said) * said
     return replace(learned.smoothed_association, translation=t)
 
 
@@ -159,6 +164,11 @@ def _typical_lengths(learned: Learned, actions: Sequence[Sequence[str]]) -> list
     """How many symbols an action takes: the median over captures described with its words."""
     captions = store.load_captions(learned.database)
     described = described_intervals(learned.segments, captions, learned.synonyms)
+    if not described:
+        raise QueryError(
+            "generate: expected captures with words, found none. Write some down (motiondb words "
+            "set) and learn again."
+        )
     lengths = []
     for action in actions:
         said = [d for d in described if set(action) <= set(d.words)]
