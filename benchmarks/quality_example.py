@@ -191,11 +191,12 @@ def _table(
             row.append("" if name == OURS else _measure((ours - values)[asked], weights))
         rows.append((*row, f"{times[name]:.3f}" if name in times else "-"))
     classes = len(set(question.labels[asked].tolist()))
+    own = "performer or style" if len(set(question.groups)) < len(asked) else "capture"
     protocol = (
-        f"{int(asked.sum())} queries of {classes} classes; the query's own "
-        f"{'performer or style' if len(set(question.groups)) < len(asked) else 'capture'} is never "
+        f"{int(asked.sum())} queries of {classes} classes; the query's own {own} is never "
         "searched. motiondb judges likeness by its vectors and by the words learned from captions "
-        "of the others (never the query's group); the row below it by motion alone. HMM and "
+        "of the others (never the query's group), as `like(..., meaning=True)` does; the row below "
+        "it by motion alone, as `like` does without. HMM and "
         "logistic regression are trained on the others' labels."
     )
     columns = (

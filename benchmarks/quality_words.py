@@ -52,7 +52,7 @@ def run(data: Path, seed: int) -> TaskReport:
     asked = [[[[number[w] for w in a] for a in actions] for actions in texts] for texts in said]
     answers, folds = _all_answers(captures, words, seed)
     judged = {name: _judge(found, folds, words, asked) for name, found in answers.items()}
-    return _report(judged, names, [c.name for c in captures], folds, seed)
+    return _report(judged, names, captures, folds, seed)
 
 
 def _all_answers(
@@ -190,7 +190,7 @@ def mean_per_draw(values: FloatArray, weights: FloatArray) -> FloatArray:
 def _report(
     judged: dict[str, Judged],
     names: Sequence[str],
-    captures: Sequence[str],
+    captures: Sequence[Capture],
     folds: Sequence[Fold],
     seed: int,
 ) -> TaskReport:
@@ -200,9 +200,9 @@ def _report(
     head = f"{n_captures} CMU captures, 15 performers, five folds by performer"
     words = _table(
         judged, weights, "Words to motion",
-        f"{head}; {n_queries} queries of one word each, known from at least {LEAST_TRAINED} training "
-        f"captures and true of at least {LEAST_SHOWN} in the gallery. Mean average precision, and "
-        "first true capture in the top 1, 5, 10 and its median rank; intervals over captures.",
+        f"{head}; {n_queries} queries of one word each, known from at least {LEAST_TRAINED} "
+        f"training captures and true of at least {LEAST_SHOWN} in the gallery. Mean average precision, "
+        "and first true capture in the top 1, 5, 10 and its median rank; intervals over captures.",
         {"mean average precision": average_precisions}, _first_ranks,
     )  # fmt: skip
     captions = _table(
@@ -226,7 +226,8 @@ def _report(
     )  # fmt: skip
     return TaskReport(
         words.title, words.protocol, words.columns, words.rows,
-        (*_word_notes(judged, names, folds),), _pictures(judged, names), (captions, spoken),
+        (*_word_notes(judged, names, folds), _above(judged, names, captures)),
+        _pictures(judged, names), (captions, spoken),
     )  # fmt: skip
 
 
@@ -278,6 +279,26 @@ def _word_notes(
             f"{len(folds[k].gallery)} in the gallery, fold {k + 1})"
         )
     return ["Worst words: " + "; ".join(lines) + "."]
+
+
+def _above(
+    judged: dict[str, Judged],
+    names: Sequence[str],
+    captures: Sequence[Capture],
+) -> str:
+    """What stands above the true captures where a word of some weight fails."""
+    ours = _per_query(judged[OURS])
+    lines = ["What stands first where words that several captures show fail:", ""]
+    several = [key for key in ours if judged[OURS].queries[key][1].sum() >= 4]
+    for k, word in sorted(several, key=lambda key: ours[key])[:6]:
+        order, right = judged[OURS].queries[k, word]
+        told = [f"{captures[n].name} ({captures[n].captions[0][:50]})" for n in order[:4]]
+        missed = [f"{captures[n].name} ({captures[n].captions[0][:50]})" for n in order[right][:3]]
+        lines.append(
+            f"- **{names[word]}**, {ours[k, word]:.2f}, fold {k + 1}: first {'; '.join(told)}. "
+            f"True: {'; '.join(missed)}."
+        )
+    return "\n".join(lines)
 
 
 def _pictures(judged: dict[str, Judged], names: Sequence[str]) -> tuple[Picture, ...]:

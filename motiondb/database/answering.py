@@ -54,7 +54,7 @@ def search_words(
     """
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
-    query = vocabulary.parse_query(text, learned.association.words, learned.synonyms)
+    query = vocabulary.parse_query(text, learned.known_words, learned.synonyms)
     allowed = _allowed(learned, where)
     if by_symbols:
         return _search_decoded(learned, query, allowed, limit)
@@ -153,11 +153,15 @@ def _search_decoded(
 
 
 def search_motion(
-    learned: Learned, motion: Motion, where: str = "", limit: int = 10
+    learned: Learned, motion: Motion, where: str = "", limit: int = 10, meaning: bool = False
 ) -> tuple[Match, ...]:
-    """The stored intervals that move like a motion, best first."""
+    """The stored intervals that move like a motion, best first.
+
+    meaning : let what words were learned for judge likeness too, so that the same action in another
+        style counts as alike (NotLearnedError where no words were learned).
+    """
     with one_blas_thread():  # the matrices of one query are too small for two threads to gain by
-        refined = _find_motion(learned, motion, where)
+        refined = _find_motion(learned, motion, where, meaning)
         refined = _whole_activities(learned, motion, refined[: 2 * limit])
     return tuple(
         Match(
@@ -171,8 +175,10 @@ def search_motion(
     )
 
 
-def _find_motion(learned: Learned, motion: Motion, where: str) -> list[by_motion.Candidate]:
-    query = make_query(learned, motion)
+def _find_motion(
+    learned: Learned, motion: Motion, where: str, meaning: bool
+) -> list[by_motion.Candidate]:
+    query = make_query(learned, motion, meaning)
     takes = {
         capture: by_motion.Take(
             learned.segments.starts[rows] // FEATURE_STEP,
@@ -204,14 +210,15 @@ def _whole_activities(
     return by_motion.to_activities(example, found, takes)
 
 
-def make_query(learned: Learned, motion: Motion) -> by_motion.Query:
-    """Segment and recognise an example as the captures were."""
+def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_motion.Query:
+    """Segment and recognise an example as the captures were; see :func:`search_motion`."""
     features, starts, ends, symbols, standardised = recognise(learned, motion)
     weights = (ends - starts) / max(int((ends - starts).sum()), 1)
     vector = score_vectors.interval_vectors(
         standardised, starts, ends, np.array([0.0]), np.array([float(len(features))])
     )[0]
-    return by_motion.Query(features, symbols, weights, vector)
+    words = learned.word_map if meaning else None
+    return by_motion.Query(features, symbols, weights, vector, words)
 
 
 @dataclass(frozen=True)
@@ -231,7 +238,7 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
     vectors = score_vectors.interval_vectors(
         standardised, starts, ends, starts - margin, ends + margin
     )
-    probabilities = learned.word_map.probabilities(vectors)
+    probabilities = learned.word_map.probabilities(vectors) * (learned.association.counts > 0)
     groups: list[list[int]] = []
     for n, row in enumerate(probabilities):
         likeliest = set(np.argsort(-row)[:2])
@@ -243,7 +250,7 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
     answers = []
     for group in groups:
         mean = np.average(probabilities[group], axis=0, weights=(ends - starts)[group])
-        order = np.argsort(-mean, kind="stable")[:n_words]
+        order = [w for w in np.argsort(-mean, kind="stable")[:n_words] if mean[w] > 0.0]
         answers.append(
             Description(
                 round(float(starts[group[0]]) * seconds, 3),
@@ -282,7 +289,7 @@ def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> 
         return ()
     take = learned.takes[capture]
     inside = (take.starts < end) & (take.ends > start)
-    odds = take.windows[inside].mean(axis=0)
+    odds = np.where(learned.association.counts > 0, take.windows[inside].mean(axis=0), -np.inf)
     order = np.argsort(-odds, kind="stable")[:3]
     return tuple(learned.association.words[w] for w in order if odds[w] > -1.0)
 

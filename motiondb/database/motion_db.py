@@ -117,10 +117,14 @@ class MotionDB:
         end: float | None = None,
         where: str = "",
         limit: int = 10,
+        meaning: bool = False,
     ) -> tuple[Match, ...]:
-        """Intervals that move like an example: a file, a stored capture, or a motion (seconds)."""
+        """Intervals that move like an example: a file, a stored capture, or a motion (seconds).
+
+        ``meaning`` looks for the same action in other styles, by the words that were learned.
+        """
         motion = self.motion(example, start, end)
-        return answering.search_motion(self.learned, motion, where, limit)
+        return answering.search_motion(self.learned, motion, where, limit, meaning)
 
     def describe(
         self, example: str | Path | Motion, start: float | None = None, end: float | None = None
@@ -276,10 +280,11 @@ class MotionDB:
         the vocabulary are counted at the next ``learn``.
         """
         info = store.load_capture(self.store, name)
-        if (start or 0.0) >= info.duration or (
-            start is not None and end is not None and end <= start
-        ):
+        first, last = start or 0.0, info.duration if end is None else end
+        if not 0.0 <= first < last <= info.duration + 1.0:
             raise QueryError(f"{info.name}: {outside(info.duration, start, end)}")
+        if not words.strip():
+            raise QueryError(f"{info.name}: expected words, found none. Say what it shows.")
         old = (
             store.load_captions(self.store, info.capture_id).get(info.capture_id, ())
             if keep
@@ -292,7 +297,10 @@ class MotionDB:
         return change
 
     def import_words(self, sheet: str | Path) -> tuple[int, list[str]]:
-        """Replace words and tags by those of a sheet; number of captures, and unknown rows."""
+        """Replace words and tags by those of a sheet; number of captures, and unknown rows.
+
+        Captures for which the sheet has no words keep theirs.
+        """
         read = read_sheet(sheet)
         infos = {info.name: info for info in self.captures()}
         numbers = [infos[name].capture_id for name in read.entries if name in infos]
@@ -300,7 +308,8 @@ class MotionDB:
             for name, entry in read.entries.items():
                 if name in infos:
                     number = infos[name].capture_id
-                    store.save_captions(self.store, number, entry.captions)
+                    if entry.captions:
+                        store.save_captions(self.store, number, entry.captions)
                     store.save_tags(self.store, number, {**infos[name].tags, **entry.tags})
         self._learned = None
         return sum(name in infos for name in read.entries), read.unknown(infos)
