@@ -25,7 +25,9 @@ Limit = Annotated[int, typer.Option("--limit", min=1, help="How many answers at 
 From = Annotated[float | None, typer.Option("--from", min=0.0, help="Start, seconds.")]
 To = Annotated[float | None, typer.Option("--to", min=0.0, help="End, seconds.")]
 Png = Annotated[Path | None, typer.Option("--png", help="Draw a picture into this file.")]
-Seed = Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same result.")]
+Seed = Annotated[
+    int, typer.Option("--seed", min=0, max=2**63 - 1, help="The same seed gives the same result.")
+]
 DEFAULT_DB = Path("motions.duckdb")
 
 
@@ -80,7 +82,7 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
     console = Console()
     if not console.is_terminal:
         console = Console(width=160)
-    console.print(table, markup=False)
+    console.print(table, markup=False, emoji=False)
 
 
 @contextmanager

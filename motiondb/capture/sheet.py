@@ -14,6 +14,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
+from motiondb.capture.formats import CAPTURE_ENDINGS
 from motiondb.errors import SheetError, suggestion
 from motiondb.records import Caption
 
@@ -64,7 +65,7 @@ def capture_name(file: str) -> str:
     ('16/16_01', 'a.b/take 1')
     """
     path = PurePosixPath(file.strip().replace("\\", "/"))
-    return str(path.with_suffix("")) if path.suffix else str(path)
+    return str(path.with_suffix("")) if path.suffix.lower() in CAPTURE_ENDINGS else str(path)
 
 
 def read_sheet(path: Path | str) -> Sheet:
@@ -90,7 +91,7 @@ def read_sheet(path: Path | str) -> Sheet:
         )
     header_line = text.splitlines()[0]
     delimiter = "\t" if "\t" in header_line else (";" if header_line.count(";") else ",")
-    rows = list(csv.reader(io.StringIO(text), delimiter=delimiter))
+    rows = _split(path, text, delimiter)
     header = [_SYNONYMS.get(c.strip().lower(), c.strip()) for c in rows[0]]
     header = [c.lower() if c.lower() in KNOWN else c for c in header]
     if "file" not in header:
@@ -99,6 +100,21 @@ def read_sheet(path: Path | str) -> Sheet:
             f"Known columns: {', '.join(KNOWN)}; others are kept as tags."
         )
     return _gather(path, header, rows[1:])
+
+
+def _split(path: Path, text: str, delimiter: str) -> list[list[str]]:
+    """Rows of cells; a cell never holds a line break, so that no quote swallows the rows below."""
+    try:
+        rows = list(csv.reader(io.StringIO(text), delimiter=delimiter))
+    except csv.Error as error:
+        raise SheetError(f"{path}: expected rows of cells, found: {error}.") from None
+    for line, row in enumerate(rows, start=1):
+        if any("\n" in cell for cell in row):
+            raise SheetError(
+                f"{path}:{line}: expected a quote that ends in its own line, found one that does "
+                "not. Close it, or double a quote that is part of the words."
+            )
+    return rows
 
 
 def _gather(path: Path, header: list[str], rows: list[list[str]]) -> Sheet:

@@ -14,7 +14,7 @@ import numpy as np
 
 from motiondb import store
 from motiondb.database.counting import capture_rows, described_intervals
-from motiondb.database.learning import FeaturePool, load_features
+from motiondb.database.learning import FeaturePool, load_features, recut_settings
 from motiondb.errors import NotLearnedError
 from motiondb.pose.features import recognition_features
 from motiondb.records import (
@@ -173,6 +173,12 @@ class Learned:
         return takes
 
     @cached_property
+    def known_words(self) -> tuple[str, ...]:
+        """Words that some description holds; those whose captures are all gone are not known."""
+        pairs = zip(self.association.words, self.association.counts)
+        return tuple(word for word, count in pairs if count > 0)
+
+    @cached_property
     def spoken(self) -> FloatArray:
         """Mean probability of the words at the segments of a symbol: array (symbols, words)."""
         odds = np.concatenate([self.heard[c][:-1] for c in self.rows])
@@ -299,9 +305,8 @@ def recognise(
     """Whitened features, segment starts and ends (feature frames), symbols, standardised rows."""
     features = learned.feature_space.project(recognition_features(motion))
     bounds = np.array([0, len(features)])
-    cutting = acquisition.recut(
-        features, bounds, learned.symbols, acquisition.AcquisitionSettings()
-    )
+    settings = recut_settings(learned.parameters)
+    cutting = acquisition.recut(features, bounds, learned.symbols, settings)
     lengths = (cutting.ends - cutting.starts)[:, None]
     scores = hmm.score(learned.symbols, features, cutting.starts, cutting.ends) / lengths
     moving = movement.describe_movement(features, cutting.starts, cutting.ends)

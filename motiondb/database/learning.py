@@ -177,6 +177,13 @@ def acquire_symbols(
     )
 
 
+def recut_settings(parameters: Mapping[str, FloatArray]) -> acquisition.AcquisitionSettings:
+    """How symbols cut a motion, as they did when they were learned."""
+    defaults = acquisition.AcquisitionSettings()
+    stored = parameters.get("recut", np.array([defaults.switch_cost, defaults.shortest]))
+    return replace(defaults, switch_cost=float(stored[0]), shortest=int(stored[1]))
+
+
 def segment_table(
     frames: Float32Array,
     pool: FeaturePool,

@@ -20,6 +20,7 @@ def cut_motion(motion: Motion, start: float | None, end: float | None, step: int
     """
     if start is None and end is None:
         return motion
+    _check_finite(motion.n_frames / MOTION_FPS, start, end)
     low = round((start or 0.0) * MOTION_FPS / step) * step
     high = motion.n_frames if end is None else min(round(end * MOTION_FPS), motion.n_frames)
     if not 0 <= low < high:
@@ -33,6 +34,7 @@ def cut_motion(motion: Motion, start: float | None, end: float | None, step: int
 
 def cut_clip(clip: Clip, start: float | None, end: float | None) -> Clip:
     """The part of a clip from start to end (seconds)."""
+    _check_finite(clip.duration, start, end)
     low = round((start or 0.0) * clip.fps)
     high = clip.n_frames if end is None else min(round(end * clip.fps), clip.n_frames)
     if not 0 <= low < high:
@@ -45,6 +47,11 @@ def cut_clip(clip: Clip, start: float | None, end: float | None) -> Clip:
         root_positions=clip.root_positions[part],
         joint_positions=None if moved is None else np.ascontiguousarray(moved[part]),
     )
+
+
+def _check_finite(duration: float, start: float | None, end: float | None) -> None:
+    if not np.isfinite([start or 0.0, end or 0.0]).all():
+        raise QueryError(outside(duration, start, end))
 
 
 def outside(duration: float, start: float | None, end: float | None) -> str:

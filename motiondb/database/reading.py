@@ -64,6 +64,7 @@ def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
         return
     from joblib import Parallel, delayed
 
+    n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
     with _interrupts_wait():
         readings = Parallel(n_jobs=n_jobs, return_as="generator")(
             delayed(_read_beside)(os.getpid(), str(Path.cwd()), *job) for job in jobs

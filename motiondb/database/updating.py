@@ -18,7 +18,7 @@ import numpy as np
 
 from motiondb import store
 from motiondb.database import counting
-from motiondb.database.learning import FeaturePool, segment_table
+from motiondb.database.learning import FeaturePool, recut_settings, segment_table
 from motiondb.pose.features import recognition_features
 from motiondb.records import Caption, FloatArray, Learning, SegmentTable
 from motiondb.symbols import acquisition, feature_space
@@ -111,10 +111,9 @@ def recognise_captures(
     database: store.Store, learning: Learning, captures: list[int]
 ) -> SegmentTable:
     """Cut and score stored captures by the learned symbols, as ``learn`` does at its end."""
-    arrays, defaults = learning.parameters, acquisition.AcquisitionSettings()
+    arrays = learning.parameters
     space = feature_space.FeatureSpace(arrays["feature_mean"], arrays["feature_projection"])
-    switch_cost, shortest = arrays.get("recut", np.array([defaults.switch_cost, defaults.shortest]))
-    settings = replace(defaults, switch_cost=float(switch_cost), shortest=int(shortest))
+    settings = recut_settings(arrays)
     tables = []
     for capture in captures:
         motion = store.load_motion(database, capture)
@@ -183,5 +182,6 @@ def _join(*tables: SegmentTable) -> SegmentTable:
         not len(a.capture_ids) or not len(b.capture_ids) or a.capture_ids[-1] < b.capture_ids[0]
         for a, b in pairwise(tables)
     )
-    columns = zip(*(vars(table).values() for table in tables))
+    filled = [table for table in tables if len(table.capture_ids)] or list(tables[:1])
+    columns = zip(*(vars(table).values() for table in filled))
     return SegmentTable(*(np.concatenate(column) for column in columns))
