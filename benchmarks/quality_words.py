@@ -201,8 +201,9 @@ def _report(
     words = _table(
         judged, weights, "Words to motion",
         f"{head}; {n_queries} queries of one word each, known from at least {LEAST_TRAINED} "
-        f"training captures and true of at least {LEAST_SHOWN} in the gallery. Mean average precision, "
-        "and first true capture in the top 1, 5, 10 and its median rank; intervals over captures.",
+        f"training captures and true of at least {LEAST_SHOWN} in the gallery. Mean average "
+        "precision, and first true capture in the top 1, 5, 10 and its median rank; intervals over "
+        "captures.",
         {"mean average precision": average_precisions}, _first_ranks,
     )  # fmt: skip
     captions = _table(
