@@ -100,8 +100,9 @@ def test_interrupted(
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     out = process.communicate(timeout=30)[0]
     assert "Traceback" not in out
-    if process.returncode == 0:  # it was quicker this time
-        return
+    done = contents(path)["run"] != contents(before)["run"]
+    if process.returncode == 0 or (done and process.returncode == -signal.SIGINT):
+        return  # it was quicker this time: saved, and perhaps met while Python itself was ending
     assert process.returncode == 130, out
     assert out.endswith("interrupted: the database is as it was\n")
     assert contents(path) == contents(before)
