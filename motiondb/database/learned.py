@@ -179,11 +179,16 @@ class Learned:
         return tuple(word for word, count in pairs if count > 0)
 
     @cached_property
+    def segment_probabilities(self) -> FloatArray:
+        """Probability of every word at every segment, from the motion alone: (segments, words)."""
+        odds = np.concatenate([self.heard[c][:-1] for c in self.rows])
+        return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+
+    @cached_property
     def spoken(self) -> FloatArray:
         """Mean probability of the words at the segments of a symbol: array (symbols, words)."""
-        odds = np.concatenate([self.heard[c][:-1] for c in self.rows])
-        probabilities = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
-        sums = np.zeros((self.symbols.n_symbols, odds.shape[1]))
+        probabilities = self.segment_probabilities
+        sums = np.zeros((self.symbols.n_symbols, probabilities.shape[1]))
         np.add.at(sums, self.segments.symbols, probabilities)
         count = np.bincount(self.segments.symbols, minlength=len(sums))
         return sums / np.maximum(count, 1)[:, None]
@@ -191,9 +196,8 @@ class Learned:
     @cached_property
     def clearest(self) -> FloatArray:
         """As :attr:`spoken`, over the three segments of a symbol that say the word most clearly."""
-        odds = np.concatenate([self.heard[c][:-1] for c in self.rows])
-        probabilities = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
-        clearest = np.zeros((self.symbols.n_symbols, odds.shape[1]))
+        probabilities = self.segment_probabilities
+        clearest = np.zeros((self.symbols.n_symbols, probabilities.shape[1]))
         for symbol in np.unique(self.segments.symbols):
             own = np.sort(probabilities[self.segments.symbols == symbol], axis=0)
             clearest[symbol] = own[-CLEAREST:].mean(axis=0)
