@@ -51,6 +51,10 @@ class QueryError(MotionDBError):
     """A question that cannot be answered as asked (unknown name, empty query, bad filter)."""
 
 
+class SceneError(MotionDBError):
+    """A motion grammar, a tactics diagram or a scene that cannot be used."""
+
+
 def suggestion(name: str, known: Iterable[str]) -> str:
     """Say which known names are near a wrong one, or nothing.
 

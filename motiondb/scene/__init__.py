@@ -1,0 +1,1 @@
+"""From a grammar of actions and a diagram of tactics to scenes of several characters."""
