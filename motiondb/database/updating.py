@@ -97,16 +97,6 @@ def can_count(database: store.Store) -> bool:
     return bool(store.load_parameters(database, "counted_pairs"))
 
 
-def recount(database: store.Store) -> Learning:
-    """What was learned with everything counted from nothing; equal to what is stored."""
-    learning = store.load_learning(database)
-    _, reference = counting.unpack(
-        learning.parameters, learning.association, learning.transition_counts
-    )
-    counts = _count(database, learning.segments, reference)
-    return _publish(learning, learning.run_id, learning.segments, counts, reference)
-
-
 def recognise_captures(
     database: store.Store, learning: Learning, captures: list[int]
 ) -> SegmentTable:

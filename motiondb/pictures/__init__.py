@@ -1,7 +1,7 @@
 """Pictures of motions, symbols and answers: still ones as PNG, moving ones as GIF."""
 
 from motiondb.pictures.animation import draw_animation
-from motiondb.pictures.hits import draw_comparison, draw_hits
+from motiondb.pictures.hits import draw_hits
 from motiondb.pictures.space import draw_symbol_space
 from motiondb.pictures.strip import draw_strip
 from motiondb.pictures.timelines import Timeline
@@ -9,7 +9,6 @@ from motiondb.pictures.timelines import Timeline
 __all__ = [
     "Timeline",
     "draw_animation",
-    "draw_comparison",
     "draw_hits",
     "draw_strip",
     "draw_symbol_space",

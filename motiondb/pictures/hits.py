@@ -45,23 +45,6 @@ def draw_hits(
     return style.save_png(hits_figure(hits, title, query, n_figures), path)
 
 
-def draw_comparison(
-    rows: Sequence[tuple[str, Motion]], path: str | Path, *, title: str = "", n_figures: int = 7
-) -> Path:
-    """Write labelled motions as rows of stick figures, as PNG; return its path.
-
-    Parameters
-    ----------
-    rows : (label, motion); the label's first line is set bold.
-
-    Raises
-    ------
-    MotionDBError
-        for no rows, a motion without frames, or an unwritable path.
-    """
-    return style.save_png(comparison_figure(rows, title, n_figures), path)
-
-
 def hits_figure(
     hits: Sequence[tuple[Match, Motion]],
     title: str = "",

@@ -93,13 +93,6 @@ def from_path(
     )
 
 
-def to_vectors(motion: Motion, means: FloatArray) -> FloatArray:
-    """Vectors (frames, 52) of a motion about the mean rotations (21, 4)."""
-    path, local = to_path(motion)
-    relative = rotation.multiply(rotation.conjugate(means)[TURNING], local[:, TURNING])
-    return np.concatenate([path, rotation.log(relative).reshape(len(path), -1)], axis=1)
-
-
 def from_vectors(
     vectors: FloatArray,
     means: FloatArray,

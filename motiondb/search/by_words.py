@@ -67,19 +67,13 @@ class Hit:
         return float(1.0 / (1.0 + np.exp(-self.log_odds)))
 
 
-def window_vectors(
-    standardised: FloatArray, starts: IntArray, ends: IntArray, margin: int
-) -> FloatArray:
-    """Score vectors (segments, symbols) of windows that reach ``margin`` frames past a segment."""
-    return interval_vectors(standardised, starts, ends, starts - margin, ends + margin)
-
-
 def heard(
     fit: WordMap, standardised: FloatArray, starts: IntArray, ends: IntArray, margin: int
 ) -> FloatArray:
     """What the motion of a capture says: log-odds (segments + 1, words), the last row the whole.
 
-    standardised, starts, ends, margin : as for :func:`window_vectors`.
+    standardised : array (segments, symbols) of one capture. starts, ends : arrays (segments,).
+    margin : frames that the window of a segment reaches past it.
     """
     low = np.concatenate([starts - margin, [0]])
     high = np.concatenate([ends + margin, ends[-1:]])

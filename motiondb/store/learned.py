@@ -72,13 +72,6 @@ def save_learning(store: Store, learning: Learning) -> None:
         finish_run(store, run_id)
 
 
-def clear_learning(store: Store) -> None:
-    """Forget everything derived."""
-    with transaction(store) as connection:
-        for table in DERIVED_TABLES:
-            connection.execute(f"DELETE FROM {table}")
-
-
 def load_learning(store: Store, *, segments: bool = True, scores: bool = True) -> Learning:
     """Everything derived; without ``segments`` (or their ``scores``) those arrays are empty.
 

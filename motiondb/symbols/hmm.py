@@ -43,7 +43,6 @@ __all__ = [
     "sample",
     "score",
     "segment_by_symbols",
-    "state_posteriors",
     "viterbi",
     "viterbi_all",
 ]
@@ -125,20 +124,6 @@ def viterbi_all(
         path = kernels.best_path(frames[start:end], prepared, s, exit)
         states[offsets[place] - len(path) : offsets[place]] = path
     return states
-
-
-def state_posteriors(
-    symbols: MotionSymbols, s: int, frames: FloatArray | Float32Array, *, exit: bool = False
-) -> FloatArray:
-    """P(state k at frame t | all frames) of one segment under symbol s: array (frames, states).
-
-    Rows sum to 1. With ``exit`` the path ends in the last state, if there are frames enough.
-    """
-    check_symbols(symbols)
-    frames, starts, ends = check_segments(symbols, frames, *_one_segment(s, frames)[:2])
-    check_assignment(symbols, starts, ends, np.array([s]))
-    frames = np.ascontiguousarray(frames, dtype=np.float64)
-    return kernels.posteriors(frames, log_symbols(symbols), s, exit)[0]
 
 
 def sample(

@@ -114,16 +114,6 @@ def decode_words(
     )
 
 
-def count_shapes(pairs: Sequence[tuple[IntArray, IntArray]]) -> dict[tuple[int, int], int]:
-    """How many captures have l symbols and m words: (l, m) -> count; additive over captures."""
-    shapes: dict[tuple[int, int], int] = {}
-    for symbols, words in pairs:
-        if len(symbols) and len(words):
-            shape = (len(symbols), len(words))
-            shapes[shape] = shapes.get(shape, 0) + 1
-    return dict(sorted(shapes.items()))
-
-
 def log_length_prior(
     shapes: Mapping[tuple[int, int], float], n_words: int, longest: int | None = None
 ) -> FloatArray:

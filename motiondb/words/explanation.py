@@ -12,7 +12,7 @@ in whatever order.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -169,27 +169,6 @@ def word_probabilities(association: Association, symbols: IntArray) -> FloatArra
     """
     t = association.translation[np.asarray(symbols, dtype=np.int64) + 1].sum(axis=0)
     return t / max(float(t.sum()), np.finfo(float).tiny)
-
-
-def describe_symbols(
-    association: Association, symbols: IntArray, limit: int = 10
-) -> list[tuple[str, float]]:
-    """The words of a symbol sequence with their presence, best first.
-
-    Ties go to the word that is likelier as a single word, then to the alphabet.
-    """
-    presence = word_presence(association, symbols)
-    single = word_probabilities(association, symbols)
-    order = np.lexsort((np.arange(len(presence)), -single, -presence))
-    return [(association.words[k], float(presence[k])) for k in order[:limit] if presence[k] > 0]
-
-
-def total_counts(counts: Sequence[ExpectedCounts]) -> ExpectedCounts:
-    """The sum of the counts of several captures (at least one)."""
-    total = counts[0]
-    for more in counts[1:]:
-        total = total + more
-    return total
 
 
 def _joint(association: Association, symbols: IntArray, words: IntArray) -> FloatArray:

@@ -90,12 +90,6 @@ def log_interpolated_bigram(
     return _log(share * plain + (1.0 - share) * clustered)
 
 
-def sequence_log_probability(log_transitions: FloatArray, symbols: IntArray) -> float:
-    """log P(symbols), from begin to end, nats."""
-    nodes = np.concatenate([[0], np.asarray(symbols, dtype=np.int64) + 1, [0]])
-    return float(log_transitions[nodes[:-1], nodes[1:]].sum())
-
-
 def _rows_to_one(counts: FloatArray) -> FloatArray:
     totals = counts.sum(axis=1, keepdims=True)
     probabilities = counts / np.where(totals > 0, totals, 1.0)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from motiondb.records import FloatArray
 from motiondb.search import by_words, score_vectors
+from motiondb.words import word_map
 
 WALK, TURN, SIT = range(3)
 
@@ -170,9 +171,10 @@ def test_nothing_written_is_no_evidence() -> None:
 
 def test_windows_reach_over_their_segment() -> None:
     starts, ends = np.array([0, 10, 20]), np.array([10, 20, 30])
-    vectors = by_words.window_vectors(np.eye(3), starts, ends, 5)
-    expected = score_vectors.unit(np.array([[10.0, 5, 0], [5, 10, 5], [0, 5, 10]]))
-    np.testing.assert_allclose(vectors, expected)
+    same = word_map.WordMap(np.eye(3), np.zeros(3), np.full(3, 0.5), np.ones(3), np.eye(3)[0])
+    said = by_words.heard(same, np.eye(3), starts, ends, 5)
+    expected = score_vectors.unit(np.array([[10.0, 5, 0], [5, 10, 5], [0, 5, 10], [1, 1, 1]]))
+    np.testing.assert_allclose(said, expected)
 
 
 @settings(deadline=None, max_examples=50)

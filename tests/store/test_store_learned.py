@@ -113,9 +113,6 @@ def test_a_change_of_the_catalogue_makes_learning_stale(
     _learn(filled, samples)
     samples.add(filled, "ccc")
     assert not store.learning_is_current(filled)
-    store.clear_learning(filled)
-    assert not store.is_learned(filled)
-    assert store.check_store(filled) == []
 
 
 def test_failing_to_save_keeps_the_earlier_learning(
