@@ -259,3 +259,91 @@ CREATE TABLE parameter (
     run_id BIGINT NOT NULL,
     PRIMARY KEY (name, piece)
 );
+
+-- ── Grammars: what `grammar learn` makes, a grammar replaced or removed as a whole ───────────
+
+-- A context-free grammar of movements. Its settings and seed are those of its run.
+CREATE TABLE grammar (
+    grammar_id BIGINT PRIMARY KEY,
+    name VARCHAR NOT NULL UNIQUE,
+    start_symbol VARCHAR NOT NULL,
+    objective DOUBLE,                       -- F of the terminals; NULL: these are motion symbols
+    run_id BIGINT NOT NULL REFERENCES run (run_id)
+);
+
+-- The captures a grammar was learned from, its takes. Name and digest are copied: the grammar stays
+-- when a capture is removed, and finds it again by its digest when it comes back.
+CREATE TABLE grammar_source (
+    grammar_id BIGINT NOT NULL,
+    take BIGINT NOT NULL,
+    source_name VARCHAR NOT NULL,
+    source_sha256 VARCHAR NOT NULL,
+    n_frames BIGINT NOT NULL CHECK (n_frames > 0),              -- at 30 a second
+    run_id BIGINT NOT NULL,
+    PRIMARY KEY (grammar_id, take)
+);
+
+-- The actions that a grammar orders.
+CREATE TABLE terminal (
+    grammar_id BIGINT NOT NULL,
+    ordinal BIGINT NOT NULL,
+    name VARCHAR NOT NULL,                  -- a, b, ..., z, aa, ...; s7: motion symbol 7
+    symbol_id BIGINT NOT NULL,              -- the motion symbol it is, when learned; -1: none
+    run_id BIGINT NOT NULL,
+    PRIMARY KEY (grammar_id, ordinal),
+    UNIQUE (grammar_id, name)
+);
+
+-- Half-open intervals of the takes, by take then start; those of a take tile it.
+CREATE TABLE terminal_segment (
+    grammar_id BIGINT NOT NULL,
+    ordinal BIGINT NOT NULL,                -- over all takes of the grammar
+    take BIGINT NOT NULL,
+    start_frame BIGINT NOT NULL,
+    end_frame BIGINT NOT NULL,
+    terminal BIGINT NOT NULL,               -- ordinal of its terminal
+    is_medoid BOOLEAN NOT NULL,             -- the one that stands for its terminal
+    run_id BIGINT NOT NULL
+);
+
+-- Production rules; a rule's number is its ordinal.
+CREATE TABLE grammar_rule (
+    grammar_id BIGINT NOT NULL,
+    ordinal BIGINT NOT NULL,
+    left_symbol VARCHAR NOT NULL,
+    right_symbols VARCHAR[] NOT NULL,       -- terminals by name, nonterminals; empty: nothing
+    probability DOUBLE NOT NULL CHECK (probability >= 0 AND probability <= 1),
+    run_id BIGINT NOT NULL,
+    PRIMARY KEY (grammar_id, ordinal)
+);
+
+-- The sentences the takes were cut into, each with its parse: together they tile the segments, and
+-- rules and parses give back the takes' strings exactly.
+CREATE TABLE sentence (
+    grammar_id BIGINT NOT NULL,
+    ordinal BIGINT NOT NULL,
+    first_segment BIGINT NOT NULL,          -- ordinals of terminal_segment, half-open
+    end_segment BIGINT NOT NULL,
+    rules BIGINT[] NOT NULL,                -- numbers of the rules of its tree, in preorder
+    run_id BIGINT NOT NULL,
+    PRIMARY KEY (grammar_id, ordinal)
+);
+
+-- The ledger of the description: bits of every part.
+CREATE TABLE grammar_bits (
+    grammar_id BIGINT NOT NULL,
+    ordinal BIGINT NOT NULL,
+    part VARCHAR NOT NULL,
+    bits DOUBLE NOT NULL,
+    run_id BIGINT NOT NULL,
+    PRIMARY KEY (grammar_id, ordinal)
+);
+
+-- How a generated capture was derived, so that it can be edited; goes with its grammar or capture.
+CREATE TABLE derivation (
+    capture_id BIGINT PRIMARY KEY,
+    grammar_id BIGINT NOT NULL,
+    rules BIGINT[] NOT NULL,                -- numbers of the rules of its tree, in preorder
+    clips BIGINT[] NOT NULL,                -- per leaf the ordinal of its terminal_segment
+    run_id BIGINT NOT NULL
+);

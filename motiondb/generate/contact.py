@@ -40,15 +40,21 @@ def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
 
 def foot_slip(motion: Motion) -> float:
     """Mean ground speed of feet in contact, metres a second (0 where there is no contact)."""
+    speeds = contact_speeds(motion)
+    there = speeds[np.isfinite(speeds)]
+    return float(there.mean()) if len(there) else 0.0
+
+
+def contact_speeds(motion: Motion) -> FloatArray:
+    """Ground speed of feet in contact: array (frames, 2), metres a second; NaN where in none."""
     positions, _ = retarget.motion_positions(motion)
     contacts = find_contacts(positions)
-    speeds = []
+    speeds = np.full(contacts.shape, np.nan)
     for foot, side in enumerate("lr"):
         ankle, toe = positions[:, _I[f"{side}_ankle"]], positions[:, _I[f"{side}_toe"]]
         speed = np.minimum(_ground_speed(ankle), _ground_speed(toe))
-        speeds.append(speed[contacts[:, foot]])
-    joined = np.concatenate(speeds)
-    return float(joined.mean()) if len(joined) else 0.0
+        speeds[contacts[:, foot], foot] = speed[contacts[:, foot]]
+    return speeds
 
 
 def lock_feet(motion: Motion) -> Motion:

@@ -30,6 +30,7 @@ _OWN_TABLES = (
     "motion_frame",
     "generated_source",
     "frame_source",
+    "derivation",
 )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from motiondb.errors import MotionDBError
 from motiondb.store.columns import fetch, from_rows
 from motiondb.store.connection import Store, first_sentence
+from motiondb.store.grammar_check import broken_grammars
 from motiondb.store.learned import DERIVED_TABLES
 from motiondb.store.poses import POSE_SIZE, unflatten_motion
 from motiondb.store.sources import load_source
@@ -109,7 +110,7 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
     """
     try:
         faults = _broken_rules(store) + _unresolved(store) + _bad_provenance(store)
-        faults += _bad_runs(store) + _bad_poses(store)
+        faults += _bad_runs(store) + _bad_poses(store) + broken_grammars(store)
         return faults + (_bad_sources(store) if sources else [])
     except duckdb.Error as error:
         return [

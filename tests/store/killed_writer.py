@@ -23,6 +23,13 @@ if __name__ == "__main__":
             elif what == "remove":
                 store_samples.add(database, f"{turn}/take")
                 store.remove_capture(database, turn + 1)
+            elif what == "grammar":
+                infos = store.load_captures(database)
+                with store.transaction(database):
+                    run_id = store.start_run(database, "grammar", seed=turn)
+                    learned = store_samples.grammar("dance", infos, objective=float(turn))
+                    store.save_grammar(database, learned, run_id)
+                    store.finish_run(database, run_id)
             else:
                 infos = store.load_captures(database)
                 run_id = store.start_run(database, "learn", seed=turn)

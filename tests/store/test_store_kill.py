@@ -87,3 +87,17 @@ def test_killed_while_learning_keeps_a_whole_learning(
     seed = seeds[found.run_id]
     assert seed in (done, done + 1)
     samples.assert_equal(found, samples.learning(infos, found.run_id, n_symbols=40, seed=seed))
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.02])
+def test_killed_while_replacing_a_grammar_keeps_a_whole_one(
+    tmp_path: Path, samples: ModuleType, delay: float
+) -> None:
+    path = tmp_path / "m.duckdb"
+    with store.open_store(path) as database:
+        for name in ("a", "bb"):
+            samples.add(database, name)
+    done = _kill(path, "grammar", "1", delay)
+    with store.open_store(path) as database:
+        assert store.check_store(database) == []
+        assert store.load_grammar(database, "dance").terminals.objective in (done, done + 1)
