@@ -1,0 +1,63 @@
+"""Smooth curves through points: how the moves of a diagram are drawn, and meant.
+
+A centripetal Catmull-Rom spline passes through its points without loops between them; the ends are
+mirrored, so that it starts towards the second point and comes from the last but one.
+
+Source: P. J. Barry and R. N. Goldman, "A Recursive Evaluation Algorithm for a Class of Catmull-Rom
+Splines", SIGGRAPH 1988.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motiondb.records import FloatArray
+
+
+def smooth_curve(points: FloatArray, per_part: int = 24) -> FloatArray:
+    """A curve through points: array (points, 2) to ((points - 1) * per_part + 1, 2).
+
+    Points that follow one another at the same place count once; one point gives itself.
+
+    >>> smooth_curve(np.array([[0.0, 0.0], [2.0, 0.0]]), 2).tolist()
+    [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]
+    """
+    points = np.asarray(points, dtype=float)
+    apart = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
+    points = points[np.concatenate([[True], apart])]
+    if len(points) < 2:
+        return points
+    ends = [2.0 * points[:1] - points[1:2], points, 2.0 * points[-1:] - points[-2:-1]]
+    around = np.concatenate(ends)
+    u = np.arange(per_part) / per_part
+    parts = [_part(around[i : i + 4], u) for i in range(len(points) - 1)]
+    return np.concatenate([*parts, points[-1:]])
+
+
+def _part(p: FloatArray, u: FloatArray) -> FloatArray:
+    """The part between the second and third of four points, at shares ``u`` of the parameter."""
+    knots = np.concatenate([[0.0], np.cumsum(np.sqrt(np.linalg.norm(np.diff(p, axis=0), axis=1)))])
+    t = (knots[1] + u * (knots[2] - knots[1]))[:, None]
+
+    def between(a: FloatArray, b: FloatArray, i: int, j: int) -> FloatArray:
+        return ((knots[j] - t) * a + (t - knots[i]) * b) / (knots[j] - knots[i])
+
+    a1, a2, a3 = (between(p[i], p[i + 1], i, i + 1) for i in range(3))
+    return between(between(a1, a2, 0, 2), between(a2, a3, 1, 3), 1, 2)
+
+
+def path_fractions(points: FloatArray) -> FloatArray:
+    """At which share of the way along the curve each of its points lies, from 0 to 1.
+
+    >>> path_fractions(np.array([[0.0, 0.0], [1.0, 0.0], [4.0, 0.0]])).round(3).tolist()
+    [0.0, 0.25, 1.0]
+    """
+    points = np.asarray(points, dtype=float)
+    per_part = 64
+    steps = [
+        np.linalg.norm(np.diff(smooth_curve(points, per_part), axis=0), axis=1).reshape(
+            -1, per_part
+        )
+    ]
+    lengths = np.concatenate([[0.0], np.cumsum(steps[0].sum(axis=1))])
+    return np.asarray(lengths / max(float(lengths[-1]), 1e-12))

@@ -1,0 +1,162 @@
+"""Words, numbers and signs of the small text files of scenes, each with its line and column.
+
+A motion grammar and a tactics diagram are read from the same kinds of token: names, numbers, quoted
+text and signs. ``#`` begins a comment. A statement is a line; it goes on below where the line ends
+with ``,``, ``:`` or ``|``, or the next one begins with ``|``. :class:`Cursor` walks over the tokens of one
+statement, and refuses with the place, what was expected, and what stands there.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from typing import NoReturn
+
+from motiondb.errors import SceneError, suggestion
+
+_TOKEN = re.compile(
+    r"""(?P<blank>[ \t\f\v\r]+|\#.*)
+    |(?P<name>[^\W\d]\w*'?(?:-\w+)*)
+    |(?P<number>[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?)
+    |(?P<text>"[^"]*")
+    |(?P<sign>->|:=|<=|>=|\.\.|[<>:|()\[\]*+?,])""",
+    re.VERBOSE,
+)
+
+UNITS: dict[str, dict[str, float]] = {
+    "length": {"m": 1.0, "cm": 0.01},
+    "angle": {"deg": math.pi / 180.0, "rad": 1.0},
+    "time": {"s": 1.0, "frames": 1.0 / 30.0, "ms": 0.001},
+}
+"""Units of every quantity, as what they are in metres, radians and seconds."""
+
+
+@dataclass(frozen=True)
+class Token:
+    """A piece of text at ``line`` and ``column``, both from 1; ``kind`` as in the module's idea."""
+
+    kind: str
+    text: str
+    line: int
+    column: int
+
+    def __str__(self) -> str:
+        return "the end of the line" if self.kind == "end" else repr(self.text)
+
+
+def tokens_of(text: str, where: str) -> list[Token]:
+    """All tokens of a text; quoted text comes without its quotes.
+
+    Raises
+    ------
+    SceneError at a character that begins no token.
+
+    >>> [token.text for token in tokens_of("A -> run | walk  # moves", "x.grammar")]
+    ['A', '->', 'run', '|', 'walk']
+    """
+    found = []
+    for number, line in enumerate(text.split("\n"), start=1):
+        at = 0
+        while at < len(line):
+            match = _TOKEN.match(line, at)
+            if match is None:
+                what = "a closing quote" if line[at] == '"' else "a name, a number or a sign"
+                refuse(f"{where}:{number}:{at + 1}", what, repr(line[at:].strip()), "Correct it.")
+            kind = str(match.lastgroup)
+            if kind != "blank":
+                found.append(Token(kind, match.group().strip('"'), number, at + 1))
+            at = match.end()
+    return found
+
+
+def statements(text: str, where: str) -> Iterator[Cursor]:
+    """The statements of a text, each under a cursor at its first token."""
+    lines: list[list[Token]] = []
+    for token in tokens_of(text, where):
+        if lines:
+            last = lines[-1][-1]
+            if token.line == last.line or token.text == "|" or last.text in (",", "|", ":"):
+                lines[-1].append(token)
+                continue
+        lines.append([token])
+    return (Cursor(line, where) for line in lines)
+
+
+def refuse(place: str, expected: str, found: str, advice: str) -> NoReturn:
+    """Raise the house's sentence: where, what was expected, what was found, what to do."""
+    raise SceneError(f"{place}: expected {expected}, found {found}. {advice}")
+
+
+class Cursor:
+    """A place in the tokens of one statement; it only moves forward."""
+
+    def __init__(self, tokens: list[Token], where: str) -> None:
+        last = tokens[-1]
+        end = Token("end", "", last.line, last.column + len(last.text))
+        self._tokens, self._where, self._at = [*tokens, end], where, 0
+
+    @property
+    def here(self) -> Token:
+        """The token that comes next; of kind "end" behind the last."""
+        return self._tokens[self._at]
+
+    @property
+    def after(self) -> Token:
+        """The token behind the next."""
+        return self._tokens[min(self._at + 1, len(self._tokens) - 1)]
+
+    def fail(self, expected: str, advice: str, token: Token | None = None) -> NoReturn:
+        """Refuse the next token, or the one that is named."""
+        token = token or self.here
+        refuse(f"{self._where}:{token.line}:{token.column}", expected, str(token), advice)
+
+    def take(self) -> Token:
+        """The next token; the cursor moves on."""
+        token = self.here
+        if token.kind != "end":
+            self._at += 1
+        return token
+
+    def meets(self, *texts: str) -> bool:
+        """Move over the next token if it is one of these words or signs (no quoted text)."""
+        if self.here.kind in ("name", "sign") and self.here.text in texts:
+            self._at += 1
+            return True
+        return False
+
+    def expect(self, text: str, advice: str) -> Token:
+        """Take this word or sign, or refuse."""
+        if self.here.text != text or self.here.kind == "text":
+            self.fail(repr(text), advice)
+        return self.take()
+
+    def name(self, what: str, advice: str, known: Collection[str] = ()) -> str:
+        """Take a name; where ``known`` names are given, one of them."""
+        token = self.here
+        if token.kind != "name":
+            self.fail(what, advice)
+        if known and token.text not in known:
+            near = suggestion(token.text, known).strip()
+            self.fail(f"{what} ({', '.join(known)})", near or advice)
+        return self.take().text
+
+    def number(self, what: str, advice: str) -> float:
+        """Take a number without unit."""
+        if self.here.kind != "number":
+            self.fail(what, advice)
+        return float(self.take().text)
+
+    def quantity(self, kind: str, what: str) -> float:
+        """Take a number and its unit: metres, radians or seconds come back."""
+        units = UNITS[kind]
+        advice = f"Write a number and one of the units {', '.join(units)}."
+        value = self.number(what, advice)
+        unit = self.name(f"a unit of {kind}", advice, tuple(units))
+        return value * units[unit]
+
+    def done(self, advice: str) -> None:
+        """Refuse what is left over."""
+        if self.here.kind != "end":
+            self.fail("the end of the line", advice)
