@@ -3,13 +3,20 @@
 from motiondb.pictures.animation import draw_animation
 from motiondb.pictures.hits import draw_hits
 from motiondb.pictures.space import draw_symbol_space
+from motiondb.pictures.strings import StringBar, TerminalCard, draw_strings
 from motiondb.pictures.strip import draw_strip
 from motiondb.pictures.timelines import Timeline
+from motiondb.pictures.trees import TreePicture, draw_trees
 
 __all__ = [
+    "StringBar",
+    "TerminalCard",
     "Timeline",
+    "TreePicture",
     "draw_animation",
     "draw_hits",
+    "draw_strings",
     "draw_strip",
     "draw_symbol_space",
+    "draw_trees",
 ]

@@ -1,0 +1,248 @@
+"""A string of terminals as motion: which segment plays each terminal, and how they are joined.
+
+Notation: position k of the string z_1 ... z_n may be played by any segment i of terminal z_k. A
+choice i_1 ... i_n costs
+
+    J = sum over k of j(i_k, i_{k+1}),    j(i, i') = |continuation of i - entry of i'|^2
+
+where the entry of a segment is the pose and velocity it begins with, and its continuation is what
+its own take does after it, both in spreads of the takes; a segment and its true successor join at
+no cost. The greedy choice of the paper starts from any segment and always takes the next that joins
+best; the optimal one is found exactly by dynamic programming (:mod:`motiondb.generate.stitching`).
+Positions may be pinned to a segment, so that an edited string keeps its clips elsewhere.
+
+Segments are laid one after the other with blended seams; place on the ground and heading are
+carried on, feet are held while they stand. Every frame knows the take and frame it comes from.
+
+Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
+Computer Graphics Forum 30 (2011), section 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motiondb.errors import QueryError
+from motiondb.generate import contact, stitching
+from motiondb.pose import pose_vectors, rotation
+from motiondb.records import FloatArray, IntArray, Motion
+
+if TYPE_CHECKING:
+    from motiondb.grammar.terminals import Terminals
+
+VELOCITY_WEIGHT = 5.0
+"""How much a difference between frames counts against one of poses, both in spreads."""
+HELD = np.array([0, *range(4, pose_vectors.N_VALUES)])
+"""Values of a pose vector that have a velocity of their own: height and joints."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClipSource:
+    """The takes as synthesis needs them.
+
+    Attributes
+    ----------
+    paths : take -> path values (frames, 4) and heading-relative rotations (frames, 21, 4); takes
+        whose capture is gone are missing.
+    edges : take -> pose and velocity at every frame, in spreads: array (frames, values).
+    leg_lengths : take -> metres.
+    """
+
+    paths: Mapping[int, tuple[FloatArray, FloatArray]]
+    edges: Mapping[int, FloatArray]
+    leg_lengths: Mapping[int, float]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A segment per position, and J, the sum of its join costs."""
+
+    clips: tuple[int, ...]
+    cost: float
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesis:
+    """A motion and where its frames come from.
+
+    Attributes
+    ----------
+    motion : on the canonical body. spans : per position its frames [start, end) in the motion.
+    takes, frames : arrays (frames,), the source that weighs most. edits : per frame what was done.
+    slip : mean ground speed of feet in contact, metres a second; source_slip : that of the
+        segments that were used, as they are in their takes.
+    """
+
+    motion: Motion
+    spans: tuple[tuple[int, int], ...]
+    takes: IntArray
+    frames: IntArray
+    edits: tuple[str, ...]
+    slip: float
+    source_slip: float
+
+
+def clip_source(motions: Mapping[int, Motion]) -> ClipSource:
+    """What synthesis needs of the takes, by number.
+
+    Raises
+    ------
+    QueryError : there is no take.
+    """
+    if not motions:
+        raise QueryError(
+            "clips: expected captures of the grammar, found none left. Add them again."
+        )
+    paths = {take: pose_vectors.to_path(motion) for take, motion in motions.items()}
+    means = pose_vectors.mean_rotations(np.concatenate([local for _, local in paths.values()]))
+    vectors = {take: _vectors(path, means) for take, path in paths.items()}
+    scale = np.concatenate(list(vectors.values())).std(axis=0) + 1e-6
+    edges = {take: _edges(values, scale) for take, values in vectors.items()}
+    return ClipSource(paths, edges, {take: m.leg_length for take, m in motions.items()})
+
+
+def _vectors(path: tuple[FloatArray, FloatArray], means: FloatArray) -> FloatArray:
+    turning = pose_vectors.TURNING
+    relative = rotation.multiply(rotation.conjugate(means)[turning], path[1][:, turning])
+    return np.concatenate([path[0], rotation.log(relative).reshape(len(path[0]), -1)], axis=1)
+
+
+def _edges(vectors: FloatArray, scale: FloatArray) -> FloatArray:
+    """Pose and velocity at every frame, so that squared differences are means over values."""
+    pose = vectors / scale
+    speed = np.diff(vectors[:, HELD], axis=0, prepend=vectors[:1, HELD]) / scale[HELD]
+    return np.concatenate([pose, VELOCITY_WEIGHT * speed], axis=1) / np.sqrt(pose.shape[1])
+
+
+def clip_candidates(
+    terminals: Terminals,
+    string: Sequence[str],
+    source: ClipSource,
+    pinned: Mapping[int, int] | None = None,
+) -> tuple[list[stitching.Candidates], list[IntArray]]:
+    """Segments that may play each position, and their numbers in ``terminals``.
+
+    Parameters
+    ----------
+    pinned : position -> the segment that plays it.
+
+    Raises
+    ------
+    QueryError : an empty string, a terminal that is none, or one whose clips are all gone.
+    """
+    if not string:
+        raise QueryError("string: expected at least one terminal, found none. Name some.")
+    number = {name: k for k, name in enumerate(terminals.names)}
+    there = np.isin(terminals.takes, np.array(sorted(source.paths), dtype=np.int64))
+    rows: dict[str, IntArray] = {}
+    for name in dict.fromkeys(string):
+        if name not in number:
+            raise QueryError(f"{name!r}: expected a terminal of the grammar, found none so called.")
+        rows[name] = np.flatnonzero((terminals.labels == number[name]) & there)
+        if not len(rows[name]):
+            raise QueryError(
+                f"{name}: expected a capture with this terminal, found all of them removed."
+                " Add them again, or learn the grammar anew."
+            )
+    numbers = [rows[name] for name in string]
+    for position, clip in (pinned or {}).items():
+        if clip in numbers[position]:
+            numbers[position] = np.array([clip])
+    ready = {name: _candidates(terminals, found, source) for name, found in rows.items()}
+    return [
+        ready[name] if len(found) == len(rows[name]) else _candidates(terminals, found, source)
+        for name, found in zip(string, numbers)
+    ], numbers
+
+
+def _candidates(terminals: Terminals, rows: IntArray, source: ClipSource) -> stitching.Candidates:
+    takes, starts, ends = (a[rows] for a in (terminals.takes, terminals.starts, terminals.ends))
+    entries = [source.edges[int(t)][s] for t, s in zip(takes, starts)]
+    after = [
+        source.edges[int(t)][min(e, len(source.edges[int(t)]) - 1)] for t, e in zip(takes, ends)
+    ]
+    return stitching.Candidates(
+        takes, starts, ends, np.array(entries), np.array(after), np.zeros(len(rows))
+    )
+
+
+def choose_clips(candidates: Sequence[stitching.Candidates], numbers: Sequence[IntArray]) -> Choice:
+    """The segments of least J, exactly (ties: the first in the takes)."""
+    picks = stitching.choose(candidates)
+    return _choice(candidates, numbers, picks)
+
+
+def choose_greedily(
+    candidates: Sequence[stitching.Candidates],
+    numbers: Sequence[IntArray],
+    rng: np.random.Generator,
+) -> Choice:
+    """As the paper prints it: an arbitrary first segment, then always the one that joins best."""
+    picks = [int(rng.integers(len(numbers[0])))]
+    for before, after in pairwise(candidates):
+        costs = stitching.join_costs(_only(before, picks[-1]), after)
+        picks.append(int(np.argmin(costs[0])))
+    return _choice(candidates, numbers, picks)
+
+
+def _choice(
+    candidates: Sequence[stitching.Candidates], numbers: Sequence[IntArray], picks: Sequence[int]
+) -> Choice:
+    chosen = [_only(c, pick) for c, pick in zip(candidates, picks)]
+    cost = sum(float(stitching.join_costs(a, b)[0, 0]) for a, b in pairwise(chosen))
+    return Choice(tuple(int(n[pick]) for n, pick in zip(numbers, picks)), cost)
+
+
+def _only(candidates: stitching.Candidates, pick: int) -> stitching.Candidates:
+    return stitching.Candidates(*(values[pick : pick + 1] for values in vars(candidates).values()))
+
+
+def synthesise(
+    terminals: Terminals,
+    clips: Sequence[int],
+    source: ClipSource,
+    start: tuple[float, float] = (0.0, 0.0),
+    heading: float = 0.0,
+) -> Synthesis:
+    """The motion of segments one after the other, from a place (x, z), metres, and a heading.
+
+    It has as many frames as the segments together; away from seams poses are those of the takes,
+    but for feet that are held.
+    """
+    rows = np.asarray(clips, dtype=np.int64)
+    takes, starts, ends = (a[rows] for a in (terminals.takes, terminals.starts, terminals.ends))
+    pieces = [stitching.Piece(int(t), int(s), int(e)) for t, s, e in zip(takes, starts, ends)]
+    stitched = stitching.stitch(pieces, dict(source.paths))
+    leg_length = float(np.median([source.leg_lengths[int(take)] for take in takes]))
+    motion = contact.lock_feet(
+        pose_vectors.from_path(stitched.path, stitched.rotations, start, heading, leg_length)
+    )
+    until = np.cumsum(ends - starts)
+    return Synthesis(
+        motion,
+        tuple((int(end - n), int(end)) for end, n in zip(until, ends - starts)),
+        stitched.captures,
+        stitched.frames,
+        tuple("foot lock" if s == 1 else f"blend {s:.2f}, foot lock" for s in stitched.shares),
+        contact.foot_slip(motion),
+        _source_slip(pieces, source),
+    )
+
+
+def _source_slip(pieces: Sequence[stitching.Piece], source: ClipSource) -> float:
+    """Foot slip of the takes within the pieces, every frame as often as it is used."""
+    total, count = 0.0, 0
+    speeds = {
+        take: contact.contact_speeds(pose_vectors.from_path(*source.paths[take]))
+        for take in {piece.capture for piece in pieces}
+    }
+    for piece in pieces:
+        part = speeds[piece.capture][piece.start : piece.end]
+        total += float(np.nansum(part))
+        count += int(np.isfinite(part).sum())
+    return total / count if count else 0.0

@@ -1,0 +1,187 @@
+"""Captures as strings: every terminal as the figure that stands for it, every take as a bar.
+
+Above, a card for each terminal: its name on its colour, the words known for it, and three moments
+of its medoid, the segment that stands for all others of its name. Below, each take as a bar of
+coloured terminals over time, its sentences numbered under it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from motiondb.errors import MotionDBError
+from motiondb.pictures import style
+from motiondb.pictures.stick import draw_figure, view_motion
+from motiondb.pictures.timelines import Timeline, cut_timeline, draw_timeline, n_lanes
+from motiondb.records import Motion
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_WIDTH, _LEFT, _RIGHT, _TITLE = 12.0, 0.95, 0.25, 0.45
+_CARD, _CARDS, _LANE, _NAME, _GAP, _AXIS = 1.45, 6, 0.2, 0.2, 0.1, 0.22
+"""Inches, and cards in a row."""
+_SECONDS_PER_ROW, _MAX_ROWS = 20.0, 40
+
+
+@dataclass(frozen=True, eq=False)
+class TerminalCard:
+    """A terminal: its name, what is written beside it, its tint's number, and its medoid."""
+
+    name: str
+    text: str
+    key: int
+    motion: Motion
+
+
+@dataclass(frozen=True)
+class StringBar:
+    """A take of ``seconds`` with its timelines: the terminals, and what else is known."""
+
+    name: str
+    seconds: float
+    timelines: Sequence[Timeline]
+
+
+def draw_strings(
+    cards: Sequence[TerminalCard], bars: Sequence[StringBar], path: str | Path, title: str = ""
+) -> Path:
+    """Write terminals and strings as PNG.
+
+    Raises
+    ------
+    MotionDBError
+        where there is nothing to draw, or the path cannot be written.
+    """
+    return style.save_png(strings_figure(cards, bars, title), path)
+
+
+def strings_figure(
+    cards: Sequence[TerminalCard], bars: Sequence[StringBar], title: str = ""
+) -> Figure:
+    """The picture as a figure: an axes for each card, then one for each line of each row."""
+    from matplotlib.figure import Figure as MplFigure
+
+    if not cards and not bars:
+        raise MotionDBError("strings: expected terminals or strings to draw, found none.")
+    longest = max((bar.seconds for bar in bars), default=_SECONDS_PER_ROW)
+    total = sum(bar.seconds for bar in bars)
+    seconds = min(longest, max(_SECONDS_PER_ROW, total / _MAX_ROWS))
+    rows = [row for bar in bars for row in _rows(bar, seconds)]
+    n_cards = -(-len(cards) // _CARDS)
+    heights = [
+        _NAME * bool(name) + _LANE * sum(map(n_lanes, lines)) + _AXIS for name, _, _, lines in rows
+    ]
+    height = _TITLE + n_cards * (_CARD + _GAP) + _GAP + sum(heights)
+    with style.drawing():
+        figure = MplFigure(figsize=(_WIDTH, height), facecolor="white")
+        figure.text(
+            0.25 / _WIDTH, 1 - 0.24 / height, title, fontsize=11, va="center", fontweight="bold"
+        )
+        _draw_cards(figure, cards, height)
+        low = height - _TITLE - n_cards * (_CARD + _GAP) - _GAP
+        for (name, start, stop, lines), high in zip(rows, heights):
+            _draw_row(figure, name, (start, stop), lines, seconds, low, height)
+            low -= high
+    return figure
+
+
+def _rows(bar: StringBar, seconds: float) -> list[tuple[str, float, float, list[Timeline]]]:
+    """Rows of a bar: name, start and stop (seconds), the parts of its timelines."""
+    starts = [0.0]
+    while starts[-1] + seconds < bar.seconds - 1e-9:
+        starts.append(starts[-1] + seconds)
+    return [
+        (
+            bar.name if start == 0.0 else "",
+            start,
+            min(start + seconds, bar.seconds),
+            [cut_timeline(line, start, start + seconds) for line in bar.timelines],
+        )
+        for start in starts
+    ]
+
+
+def _draw_cards(figure: Figure, cards: Sequence[TerminalCard], height: float) -> None:
+    width = (_WIDTH - 0.5) / _CARDS
+    for number, card in enumerate(cards):
+        row, column = divmod(number, _CARDS)
+        top = height - _TITLE - row * (_CARD + _GAP)
+        box = (
+            (0.25 + column * width) / _WIDTH,
+            (top - _CARD) / height,
+            (width - _GAP) / _WIDTH,
+            _CARD / height,
+        )
+        axes = figure.add_axes(box, label=f"terminal {card.name}")
+        _draw_card(axes, card, width - _GAP)
+
+
+def _draw_card(axes: Axes, card: TerminalCard, width: float) -> None:
+    """Name and text on the terminal's colour, three moments below; units are metres."""
+    from matplotlib.patches import Rectangle
+
+    view = view_motion(card.motion)
+    body = max(view.top, 1.2) + 0.25
+    scale = body / (_CARD - 0.26)
+    across = width * scale
+    high = body + 0.26 * scale
+    axes.set_xlim(0.0, across)
+    axes.set_ylim(-0.25, high - 0.25)
+    axes.set_axis_off()
+    band = 0.22 * scale
+    axes.add_patch(
+        Rectangle(
+            (0.0, high - 0.25 - band),
+            across,
+            band,
+            facecolor=style.tint(card.key),
+            lw=0,
+            gid="band",
+        )
+    )
+    y = high - 0.25 - band / 2.0
+    axes.text(0.06 * scale, y, card.name, fontsize=9, va="center", fontweight="bold", gid="name")
+    room = int((width - 0.12 - 0.09 * len(card.name) - 0.1) / 0.068)
+    text = card.text if len(card.text) <= room else card.text[: max(room - 1, 0)] + "…"
+    axes.text(across - 0.06 * scale, y, text, fontsize=7, va="center", ha="right", gid="words")
+    axes.plot([0.0, across], [0.0, 0.0], color=style.GROUND, lw=0.6, zorder=0)
+    last = view.n_frames - 1
+    for moment in (0, 1, 2):
+        draw_figure(axes, view, moment * last // 2, (moment + 0.5) / 3 * across, 1.4)
+
+
+def _draw_row(
+    figure: Figure,
+    name: str,
+    span: tuple[float, float],
+    lines: Sequence[Timeline],
+    seconds: float,
+    low: float,
+    height: float,
+) -> None:
+    """One row from ``low`` (inches) down: the take's name, its timelines, every fifth second."""
+    inner, start = _WIDTH - _LEFT - _RIGHT, span[0]
+    if name:
+        figure.text(
+            _LEFT / _WIDTH, (low - _NAME / 2) / height, name, fontsize=8, va="center",
+            color=style.FAINT,
+        )  # fmt: skip
+        low -= _NAME
+    for line in lines:
+        high = _LANE * n_lanes(line)
+        low -= high
+        box = (_LEFT / _WIDTH, low / height, inner / _WIDTH, high / height)
+        axes = figure.add_axes(box, label=f"{line.name} {name} {start:g}")
+        draw_timeline(axes, line, start, start + seconds, seconds / inner)
+    first = int(-(-start // 5) * 5)
+    for second in range(first, int(span[1]) + 1, 5):
+        x = (_LEFT + inner * (second - start) / seconds) / _WIDTH
+        figure.text(
+            x, (low - 0.08) / height, f"{second} s", fontsize=6, color=style.FAINT, ha="center",
+            va="center",
+        )  # fmt: skip

@@ -1,0 +1,205 @@
+"""Derivation trees: nonterminals above, terminals in their colours below, every tree to one scale.
+
+A leaf takes one place across; a node stands over the middle of its children, all leaves stand on
+one line at the foot. A node that derives nothing keeps a place of its own, marked with a small
+circle, so that empty rules can be seen. Lines go down and across only, so that none meets
+another's node. Trees that are narrow stand side by side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from motiondb.errors import MotionDBError
+from motiondb.grammar.cfg import Tree
+from motiondb.pictures import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_WIDTH, _PLACE, _LEVEL, _MARGIN, _TITLE, _CAPTION = 12.0, 0.34, 0.36, 0.2, 0.45, 0.28
+"""Inches."""
+
+
+@dataclass(frozen=True)
+class TreePicture:
+    """A tree with a caption; ``marked`` nodes (by their number in preorder) are drawn strongly."""
+
+    caption: str
+    tree: Tree
+    marked: Collection[int] = ()
+
+
+@dataclass(frozen=True)
+class _Node:
+    """A node in its place: x in leaves, level from the top; -1: the root's parent."""
+
+    symbol: str
+    x: float
+    level: int
+    parent: int
+    kind: str = "nonterminal"
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """A tree laid out, and where on the page it stands (inches from the top left)."""
+
+    picture: TreePicture
+    nodes: Sequence[_Node]
+    width: float
+    height: float
+    left: float = 0.0
+    top: float = field(default=0.0)
+
+
+def draw_trees(
+    trees: Sequence[TreePicture],
+    path: str | Path,
+    title: str = "",
+    colours: Mapping[str, int] | None = None,
+) -> Path:
+    """Write derivation trees as PNG.
+
+    Parameters
+    ----------
+    colours : terminal -> number of its tint; a terminal without one is coloured by its name.
+
+    Raises
+    ------
+    MotionDBError
+        where there is no tree, or the path cannot be written.
+    """
+    return style.save_png(trees_figure(trees, title, colours), path)
+
+
+def trees_figure(
+    trees: Sequence[TreePicture], title: str = "", colours: Mapping[str, int] | None = None
+) -> Figure:
+    """The trees as a figure, one axes each."""
+    from matplotlib.figure import Figure as MplFigure
+
+    if not trees:
+        raise MotionDBError("trees: expected at least one tree to draw, found none. Parse first.")
+    placed, width, height = _arrange([_lay_out(tree) for tree in trees])
+    with style.drawing():
+        figure = MplFigure(figsize=(width, height + _TITLE), facecolor="white")
+        if title:
+            y = 1.0 - 0.24 / (height + _TITLE)
+            figure.text(_MARGIN / width, y, title, fontsize=11, va="center", fontweight="bold")
+        for one in placed:
+            box = (
+                one.left / width,
+                1.0 - (one.top + one.height + _TITLE) / (height + _TITLE),
+                one.width / width,
+                one.height / (height + _TITLE),
+            )
+            axes = figure.add_axes(box, label=one.picture.caption)
+            _draw_tree(axes, one, colours or {})
+    return figure
+
+
+def _lay_out(picture: TreePicture) -> _Placed:
+    """Places of all nodes: leaves from left to right, parents over the middle of their children."""
+    nodes: list[Tree] = []
+    parents: list[int] = []
+    levels: list[int] = []
+    waiting = [(picture.tree, -1, 0)]
+    while waiting:  # in preorder: children follow their parents
+        tree, parent, level = waiting.pop()
+        number = len(nodes)
+        nodes.append(tree)
+        parents.append(parent)
+        levels.append(level)
+        waiting.extend((child, number, level + 1) for child in reversed(tree.children))
+    depth = max(levels)
+    xs = [0.0] * len(nodes)
+    children: dict[int, list[int]] = {}
+    for number, parent in enumerate(parents):
+        children.setdefault(parent, []).append(number)
+    at = 0
+    for number in range(len(nodes)):
+        if number not in children:
+            xs[number] = at + 0.5
+            at += 1
+    for number in reversed(range(len(nodes))):
+        if number in children:
+            own = [xs[child] for child in children[number]]
+            xs[number] = (own[0] + own[-1]) / 2.0
+    placed = [
+        _Node(
+            node.symbol,
+            xs[n],
+            depth if node.is_leaf else levels[n],
+            parents[n],
+            "terminal" if node.is_leaf else "nonterminal" if n in children else "empty",
+        )
+        for n, node in enumerate(nodes)
+    ]
+    width = max(at * _PLACE, 0.075 * len(picture.caption)) + 2 * _MARGIN
+    return _Placed(picture, placed, width, (depth + 1) * _LEVEL + _CAPTION + _MARGIN)
+
+
+def _arrange(trees: Sequence[_Placed]) -> tuple[list[_Placed], float, float]:
+    """Trees on shelves, in their order; the page's width and height (inches)."""
+    page = max(_WIDTH, max(tree.width for tree in trees))
+    if len(trees) == 1:
+        page = max(trees[0].width, 4.0)
+    placed: list[_Placed] = []
+    left = top = shelf = 0.0
+    for tree in trees:
+        if left and left + tree.width > page:
+            left, top, shelf = 0.0, top + shelf, 0.0
+        placed.append(
+            _Placed(tree.picture, tree.nodes, tree.width, tree.height, left=left, top=top)
+        )
+        left += tree.width
+        shelf = max(shelf, tree.height)
+    return placed, page, top + shelf
+
+
+def _draw_tree(axes: Axes, placed: _Placed, colours: Mapping[str, int]) -> None:
+    """Lines first, then the nodes over them; one unit is an inch."""
+    from matplotlib.patches import FancyBboxPatch
+
+    axes.set_xlim(-_MARGIN, placed.width - _MARGIN)
+    axes.set_ylim(placed.height, 0.0)
+    axes.set_axis_off()
+    caption = placed.picture.caption
+    axes.text(0.0, 0.12, caption, fontsize=7.5, color=style.FAINT, va="center", gid="caption")
+    places = [(n.x * _PLACE, _CAPTION + (n.level + 0.5) * _LEVEL) for n in placed.nodes]
+    marked = set(placed.picture.marked)
+    for number, node in enumerate(placed.nodes):
+        if node.parent >= 0:
+            (x0, y0), (x1, y1) = places[node.parent], places[number]
+            strong = number in marked and node.parent in marked
+            colour, width = (style.RIGHT, 1.6) if strong else (style.GROUND, 0.9)
+            bar = y0 + 0.5 * _LEVEL
+            xs, ys = [x0, x0, x1, x1], [y0, bar, bar, y1]
+            axes.plot(xs, ys, color=colour, lw=width, zorder=1 + 0.5 * strong, gid="edge")
+    for number, (node, (x, y)) in enumerate(zip(placed.nodes, places)):
+        edge = style.RIGHT if number in marked else "white"
+        if node.kind == "terminal":
+            key = colours.get(node.symbol, node.symbol)
+            half = _PLACE * 0.44
+            axes.add_patch(
+                FancyBboxPatch(
+                    (x - half, y - 0.11), 2 * half, 0.22, boxstyle="round,pad=0,rounding_size=0.05",
+                    facecolor=style.tint(key), edgecolor=edge, linewidth=1.2, zorder=2,
+                    gid="terminal",
+                )
+            )  # fmt: skip
+        elif node.kind == "empty":
+            axes.plot([x], [y + 0.16], "o", ms=3, mfc="white", mec=style.FAINT, zorder=2)
+        size = 7.5 if len(node.symbol) < 5 else 6.0
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+        axes.text(
+            x, y, node.symbol, ha="center", va="center", fontsize=size, zorder=3, gid="symbol",
+            color=style.RIGHT if number in marked and node.kind != "terminal" else style.INK,
+            fontweight="bold" if node.kind == "terminal" else "normal",
+            bbox=None if node.kind == "terminal" else box,
+        )  # fmt: skip

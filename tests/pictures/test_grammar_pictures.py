@@ -1,0 +1,121 @@
+"""Trees and strings: every node in its place, no line through another's node, every span drawn."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+from motiondb.errors import MotionDBError
+from motiondb.grammar.cfg import derive_by, read_grammar
+from motiondb.pictures import (
+    StringBar,
+    TerminalCard,
+    Timeline,
+    TreePicture,
+    draw_strings,
+    draw_trees,
+    style,
+)
+from motiondb.pictures.strings import strings_figure
+from motiondb.pictures.trees import trees_figure
+
+_spec = importlib.util.spec_from_file_location(
+    "hand_made", Path(__file__).with_name("hand_made.py")
+)
+hand_made = importlib.util.module_from_spec(_spec)
+sys.modules[_spec.name] = hand_made
+_spec.loader.exec_module(hand_made)
+
+GRAMMAR = read_grammar("S -> a F F d\nF -> X m X | X c\nX -> l r | r l | empty")
+FULL = derive_by(GRAMMAR, (0, 1, 3, 4, 2, 3))
+SHORT = derive_by(GRAMMAR, (0, 1, 5, 4, 2, 3))
+
+
+def texts(figure: Figure, kind: str) -> list[str]:
+    return [t.get_text() for axes in figure.axes for t in axes.texts if t.get_gid() == kind]
+
+
+def count(figure: Figure, kind: str) -> int:
+    return sum(child.get_gid() == kind for axes in figure.axes for child in axes.get_children())
+
+
+def test_a_tree_has_its_nodes_and_its_string_below() -> None:
+    figure = trees_figure([TreePicture("one", FULL), TreePicture("two", SHORT)], "dance")
+    assert texts(figure, "caption") == ["one", "two"]
+    assert count(figure, "terminal") == 10 + 8
+    assert count(figure, "edge") == 15 + 13
+    first = figure.axes[0]
+    symbols = [t for t in first.texts if t.get_gid() == "symbol"]
+    assert [t.get_text() for t in symbols] == [node.symbol for node in FULL.nodes()]
+    foot = max(t.get_position()[1] for t in symbols)
+    below = sorted(
+        (t for t in symbols if t.get_position()[1] == foot), key=lambda t: t.get_position()
+    )
+    assert tuple(t.get_text() for t in below) == FULL.leaves()
+    assert np.allclose(np.diff([t.get_position()[0] for t in below]), 0.34)
+
+
+def test_a_parent_stands_over_the_middle_of_its_children() -> None:
+    figure = trees_figure([TreePicture("", FULL)])
+    at = {t.get_text(): t.get_position() for t in figure.axes[0].texts if t.get_gid() == "symbol"}
+    assert at["S"][0] == pytest.approx((at["a"][0] + at["d"][0]) / 2)
+    assert at["S"][1] < at["F"][1] < at["X"][1] < at["a"][1]
+
+
+def test_marked_nodes_are_drawn_strongly() -> None:
+    marked = trees_figure([TreePicture("", FULL, range(2, 12))])
+    colours = {line.get_color() for line in marked.axes[0].lines}
+    assert colours == {style.GROUND, style.RIGHT}
+    plain = trees_figure([TreePicture("", FULL)])
+    assert {line.get_color() for line in plain.axes[0].lines} == {style.GROUND}
+
+
+def test_equal_terminals_have_equal_colours() -> None:
+    figure = trees_figure([TreePicture("", FULL)], colours={"l": 0, "r": 1})
+    boxes = [p for p in figure.axes[0].patches if p.get_gid() == "terminal"]
+    colours = [box.get_facecolor() for box in boxes]
+    string = FULL.leaves()
+    assert colours[string.index("l")] != colours[string.index("r")]
+    assert len({colours[n] for n, symbol in enumerate(string) if symbol == "l"}) == 1
+
+
+def test_trees_are_written_and_many_stand_on_shelves(tmp_path: Path) -> None:
+    trees = [TreePicture(f"sentence {n}", FULL) for n in range(7)]
+    path = draw_trees(trees, tmp_path / "trees.png", "many")
+    with Image.open(path) as picture:
+        assert picture.size[0] == pytest.approx(12 * style.DOTS_PER_INCH, abs=2)
+    tops = [round(axes.get_position().y1, 6) for axes in trees_figure(trees).axes]
+    assert len(set(tops)) > 1
+    with pytest.raises(MotionDBError, match="expected at least one tree to draw, found none"):
+        draw_trees([], tmp_path / "none.png")
+
+
+def test_strings_show_cards_bars_and_times(tmp_path: Path) -> None:
+    cards = [
+        TerminalCard(name, words, k, hand_made.swing(20))
+        for k, (name, words) in enumerate([("a", "walk"), ("b", "a very long text " * 5)])
+    ]
+    spans = [(0.0, 12.0, "a", 0), (12.0, 23.0, "b", 1)]
+    bars = [
+        StringBar("one", 23.0, [Timeline("terminals", spans)]),
+        StringBar("two", 9.0, [Timeline("terminals", [(0.0, 9.0, "a", 0)])]),
+    ]
+    figure = strings_figure(cards, bars, "dance")
+    assert texts(figure, "name") == ["a", "b"]
+    assert texts(figure, "words")[0] == "walk"
+    assert texts(figure, "words")[1].endswith("…")
+    assert count(figure, "figure") == 6
+    assert texts(figure, "label") == ["a", "b", "b", "a"]  # 12-20 s, and 20-23 s in a second row
+    written = [t.get_text() for t in figure.texts]
+    assert [t for t in written if t.endswith(" s")] == [
+        "0 s", "5 s", "10 s", "15 s", "20 s", "20 s", "0 s", "5 s"
+    ]  # fmt: skip
+    assert draw_strings(cards, bars, tmp_path / "s.png").stat().st_size > 1000
+    with pytest.raises(MotionDBError, match="expected terminals or strings to draw, found none"):
+        draw_strings([], [], tmp_path / "none.png")
