@@ -90,7 +90,7 @@ def like(
         note_unlearned(base)
         if png:
             _draw(base, matches, png, f"like {example}", base.motion(example, start, end))
-    _print_matches(matches, json)
+    _print_matches(matches, json, reasons=any(m.reason for m in matches))
 
 
 def _print_matches(

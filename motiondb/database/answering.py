@@ -79,7 +79,7 @@ def search_words(
             *_seconds(learned, capture, hit.start, hit.end),
             float(1.0 / (1.0 + np.exp(-reasons.total(why)))),
             _matched(takes[capture], query.actions, number),
-            _reason(hit, query.actions),
+            _reason(hit, query.actions) + _made(learned, capture, "; "),
         )
         for rank, (capture, hit, why) in enumerate(explained, start=1)
     )
@@ -145,7 +145,8 @@ def _search_decoded(
             *_seconds(learned, capture, start, end),
             float(score),
             _matched(learned.takes[capture], query.actions, number),
-            f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}",
+            f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
+            + _made(learned, capture, "; "),
         )
         for rank, (score, capture, start, end) in enumerate(found[:limit], start=1)
     )
@@ -170,6 +171,7 @@ def search_motion(
             *_seconds(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
             c.score,
             _words_of_interval(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
+            _made(learned, c.capture),
         )
         for rank, c in enumerate(refined[:limit], start=1)
     )
@@ -292,6 +294,11 @@ def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> 
     odds = np.where(learned.association.counts > 0, take.windows[inside].mean(axis=0), -np.inf)
     order = np.argsort(-odds, kind="stable")[:3]
     return tuple(learned.association.words[w] for w in order if odds[w] > -1.0)
+
+
+def _made(learned: Learned, capture: int, before: str = "") -> str:
+    """A mark for an answer that nobody performed."""
+    return f"{before}generated" if learned.captures[capture].kind == "generated" else ""
 
 
 def _reason(hit: by_words.Hit, actions: Sequence[Sequence[str]]) -> str:

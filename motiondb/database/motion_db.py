@@ -13,6 +13,7 @@ from motiondb.database import answering, cataloguing, generating, learning, sugg
 from motiondb.database import drift as drifting
 from motiondb.database import learned as learned_state
 from motiondb.database.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
+from motiondb.database.searchable import with_generated
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.pose import retarget
 from motiondb.pose.features import FEATURE_STEP
@@ -42,6 +43,7 @@ class MotionDB:
     def __init__(self, path: str | Path, *, read_only: bool = False, create: bool = True) -> None:
         self.store = store.open_store(path, read_only=read_only, create=create)
         self._learned: learned_state.Learned | None = None
+        self._searchable: tuple[learned_state.Learned, learned_state.Learned] | None = None
 
     def close(self) -> None:
         """Let go of the file."""
@@ -69,6 +71,13 @@ class MotionDB:
         if self._learned is None:
             self._learned = learned_state.load_learned(self.store)
         return self._learned
+
+    @property
+    def searchable(self) -> learned_state.Learned:
+        """What was learned, with the generated captures to be found (NotLearnedError)."""
+        if self._searchable is None or self._searchable[0] is not self.learned:
+            self._searchable = (self.learned, with_generated(self.learned))
+        return self._searchable[1]
 
     def add(
         self,
@@ -108,7 +117,7 @@ class MotionDB:
 
         ``written`` False leaves out what people wrote about the captures: the motion alone speaks.
         """
-        return answering.search_words(self.learned, words, where, limit, by_symbols, written)
+        return answering.search_words(self.searchable, words, where, limit, by_symbols, written)
 
     def like(
         self,
@@ -124,7 +133,7 @@ class MotionDB:
         ``meaning`` looks for the same action in other styles, by the words that were learned.
         """
         motion = self.motion(example, start, end)
-        return answering.search_motion(self.learned, motion, where, limit, meaning)
+        return answering.search_motion(self.searchable, motion, where, limit, meaning)
 
     def describe(
         self, example: str | Path | Motion, start: float | None = None, end: float | None = None

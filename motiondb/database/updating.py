@@ -20,7 +20,7 @@ from motiondb import store
 from motiondb.database import counting
 from motiondb.database.learning import FeaturePool, recut_settings, segment_table
 from motiondb.pose.features import recognition_features
-from motiondb.records import Caption, FloatArray, Learning, SegmentTable
+from motiondb.records import Caption, FloatArray, Learning, MotionSymbols, SegmentTable
 from motiondb.symbols import acquisition, feature_space
 from motiondb.words import vocabulary
 
@@ -82,7 +82,8 @@ def counted(database: store.Store, run_id: int, touched: Iterable[int] = ()) -> 
     if not new and not wanted:
         return
     if new:
-        table = _join(table, recognise_captures(database, learning, new))
+        own = recognise_captures(database, learning.symbols, learning.parameters, new)
+        table = _join(table, own)
     again = _only(table, wanted | set(new))
     counts = counts + _count(database, again, reference)
     change.counted = tuple(counting.capture_rows(again))
@@ -98,10 +99,15 @@ def can_count(database: store.Store) -> bool:
 
 
 def recognise_captures(
-    database: store.Store, learning: Learning, captures: list[int]
+    database: store.Store,
+    symbols: MotionSymbols,
+    arrays: Mapping[str, FloatArray],
+    captures: Iterable[int],
 ) -> SegmentTable:
-    """Cut and score stored captures by the learned symbols, as ``learn`` does at its end."""
-    arrays = learning.parameters
+    """Cut and score stored captures by the learned symbols, as ``learn`` does at its end.
+
+    arrays : the parameters of what was learned.
+    """
     space = feature_space.FeatureSpace(arrays["feature_mean"], arrays["feature_projection"])
     settings = recut_settings(arrays)
     tables = []
@@ -111,8 +117,8 @@ def recognise_captures(
         bounds = np.array([0, len(features)])
         frames = space.project(features)
         pool = FeaturePool(np.array([capture]), bounds, features, np.array([motion.n_frames]))
-        cutting = acquisition.recut(frames, bounds, learning.symbols, settings)
-        tables.append(segment_table(frames, pool, learning.symbols, cutting))
+        cutting = acquisition.recut(frames, bounds, symbols, settings)
+        tables.append(segment_table(frames, pool, symbols, cutting))
     return _join(*tables)
 
 
