@@ -23,13 +23,20 @@ Prefix Probabilities", Computational Linguistics 21 (1995); K. Etessami and M. Y
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 
 from motiondb.grammar.cfg import Grammar, GrammarError, check_grammar
-from motiondb.grammar.closure import BEST, COUNT, SUM, close_graph, strong_components, transpose
+from motiondb.grammar.closure import BEST, COUNT, SUM, close_graph, transpose
+from motiondb.grammar.least_solution import (
+    best_empties,
+    count_empties,
+    grow,
+    least_solution,
+    sparse_graph,
+)
 from motiondb.records import FloatArray, IntArray
 
 RULE_PENALTY = 1e-9
@@ -84,40 +91,34 @@ class CompiledGrammar:
     @cached_property
     def ends(self) -> FloatArray:
         """z (S,): the probability that a symbol's derivation ends."""
-        return _least_solution(self, 1.0, np.ones(self.n_symbols, bool))
+        return least_solution(self, 1.0, np.ones(self.n_symbols, bool))
 
     @cached_property
     def empties(self) -> FloatArray:
         """e (S,): the probability that a symbol becomes empty."""
-        return _least_solution(self, 0.0, self.nullable)
+        return least_solution(self, 0.0, self.nullable)
 
     @cached_property
     def best_empties(self) -> FloatArray:
         """The probability (with penalty) of the best tree by which a symbol becomes empty."""
-        found = np.zeros(self.n_symbols)
-        weights = self.probabilities * np.exp(-RULE_PENALTY)
-        while True:
-            new = _one_step(self, found, weights, BEST)
-            if np.array_equal(new, found):
-                return found
-            found = new
+        return best_empties(self, self.probabilities * np.exp(-RULE_PENALTY))
 
     @cached_property
     def empty_counts(self) -> FloatArray:
         """The number of trees by which a symbol becomes empty, perhaps infinite."""
-        return _count_empties(self)
+        return count_empties(self)
 
     @cached_property
     def nullable(self) -> np.ndarray:
         """(S,) whether a symbol derives the empty string."""
-        return _grow(self, np.zeros(self.n_symbols, bool), all_parts=True)
+        return grow(self, np.zeros(self.n_symbols, bool), all_parts=True)
 
     @cached_property
     def speaking(self) -> np.ndarray:
         """(S,) whether a symbol derives a string that is not empty."""
         seed = np.zeros(self.n_symbols, bool)
         seed[self.terminals] = True
-        return _grow(self, seed, all_parts=False)
+        return grow(self, seed, all_parts=False)
 
     @cached_property
     def best_chains(self) -> Sparse:
@@ -241,140 +242,6 @@ def _number_tail(
     return table[right]
 
 
-def _grow(compiled: CompiledGrammar, seed: np.ndarray, *, all_parts: bool) -> np.ndarray:
-    """Least set of symbols with a part (or all parts) of a right side in it; empty has all."""
-    found, tails = seed.copy(), np.flatnonzero(compiled.left >= 0)
-    rule_left, rule_right = compiled.rule_left, compiled.rule_right
-    while True:
-        new = found.copy()
-        a, b = new[compiled.left[tails]], new[compiled.right[tails]]
-        new[tails] |= (a & b) if all_parts else (a | b)
-        new[rule_left[np.where(rule_right < 0, all_parts, new[rule_right])]] = True
-        if np.array_equal(new, found):
-            return found
-        found = new
-
-
-def _one_step(
-    compiled: CompiledGrammar, values: FloatArray, weights: FloatArray, kind: int
-) -> FloatArray:
-    """Values of all symbols from those of their parts; terminals keep theirs."""
-    right = compiled.rule_right
-    terms = weights * np.where(right < 0, 1.0, values[right])
-    new = values.copy()
-    new[: compiled.n_nonterminals] = 0.0
-    tails = compiled.left >= 0
-    new[tails] = values[compiled.left[tails]] * values[compiled.right[tails]]
-    plus = np.maximum if kind == BEST else np.add
-    plus.at(new, compiled.rule_left, terms)
-    return new
-
-
-def _graph(
-    n: int, sources: IntArray, targets: IntArray, weights: FloatArray
-) -> tuple[IntArray, IntArray, FloatArray]:
-    order = np.argsort(sources, kind="stable")
-    starts = np.concatenate(([0], np.cumsum(np.bincount(sources, minlength=n))))
-    return starts.astype(np.int64), targets[order], weights[order]
-
-
-def _parts(compiled: CompiledGrammar, inside: np.ndarray) -> tuple[IntArray, IntArray]:
-    """Graph from every symbol to its parts, within a set of symbols."""
-    tails = np.flatnonzero(compiled.left >= 0)
-    real = compiled.rule_right >= 0
-    sources = np.concatenate((compiled.rule_left[real], tails, tails))
-    targets = np.concatenate(
-        (compiled.rule_right[real], compiled.left[tails], compiled.right[tails])
-    )
-    keep = inside[sources] & inside[targets]
-    sources, targets = sources[keep], targets[keep]
-    starts, targets, _ = _graph(compiled.n_symbols, sources, targets, np.ones(len(sources)))
-    return starts, targets
-
-
-def _groups(compiled: CompiledGrammar, inside: np.ndarray) -> list[tuple[IntArray, bool]]:
-    """Strong components of the parts, parts first, and whether each leads back to itself."""
-    starts, targets = _parts(compiled, inside)
-    label = strong_components(starts, targets)
-    members = np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label))[:-1])
-    sources = np.repeat(np.arange(compiled.n_symbols), np.diff(starts))
-    cyclic = np.zeros(len(members), bool)
-    cyclic[label[sources[label[sources] == label[targets]]]] = True
-    return [(group, bool(c)) for group, c in zip(members, cyclic) if inside[group[0]]]
-
-
-def _value(compiled: CompiledGrammar, symbol: int, x: FloatArray, weights: FloatArray) -> float:
-    if compiled.left[symbol] >= 0:
-        parts = x[compiled.left[symbol]], x[compiled.right[symbol]]
-        return 0.0 if 0.0 in parts else float(parts[0] * parts[1])
-    rules = slice(compiled.rule_of[symbol], compiled.rule_of[symbol + 1])
-    right = compiled.rule_right[rules]
-    return float(weights[rules] @ np.where(right < 0, 1.0, x[right]))
-
-
-def _least_solution(
-    compiled: CompiledGrammar, terminal_value: float, inside: np.ndarray
-) -> FloatArray:
-    x = np.zeros(compiled.n_symbols)
-    x[compiled.terminals] = terminal_value
-    for group, cyclic in _groups(compiled, inside):
-        if cyclic:
-            _newton(compiled, group, x)
-        elif not compiled.n_nonterminals <= group[0] < len(compiled.names):
-            x[group[0]] = _value(compiled, group[0], x, compiled.probabilities)
-    return x
-
-
-def _newton(compiled: CompiledGrammar, group: IntArray, x: FloatArray) -> None:
-    """Least solution of a component in place; exactly 1 where it is 1 (also where critical)."""
-    identity = np.eye(len(group))
-    x[group] = 1.0
-    value, slope = _value_and_slope(compiled, group, x)
-    if np.abs(value - 1.0).max() < 1e-12 and np.abs(np.linalg.eigvals(slope)).max() <= 1 + 1e-9:
-        return
-    x[group] = 0.0
-    for _ in range(200):
-        value, slope = _value_and_slope(compiled, group, x)
-        step = np.linalg.solve(identity - slope, value - x[group])
-        x[group] = np.clip(x[group] + step, 0.0, 1.0)
-        if np.abs(step).max() < 1e-15:
-            return
-
-
-def _value_and_slope(
-    compiled: CompiledGrammar, group: IntArray, x: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    value, slope = np.zeros(len(group)), np.zeros((len(group), compiled.n_symbols))
-    for row, symbol in enumerate(group):
-        value[row] = _value(compiled, symbol, x, compiled.probabilities)
-        a, b = compiled.left[symbol], compiled.right[symbol]
-        if a >= 0:
-            slope[row, a] += x[b]
-            slope[row, b] += x[a]
-            continue
-        rules = slice(compiled.rule_of[symbol], compiled.rule_of[symbol + 1])
-        right, chance = compiled.rule_right[rules], compiled.probabilities[rules]
-        np.add.at(slope[row], right[right >= 0], chance[right >= 0])
-    return value, slope[:, group]
-
-
-def _count_empties(compiled: CompiledGrammar) -> FloatArray:
-    x = np.zeros(compiled.n_symbols)
-    for group, cyclic in _groups(compiled, compiled.nullable):
-        for symbol in group:
-            rules = slice(compiled.rule_of[symbol], compiled.rule_of[symbol + 1])
-            right = compiled.rule_right[rules]
-            weights = np.zeros(len(compiled.probabilities))
-            weights[rules] = (right < 0) | compiled.nullable[right]
-            if cyclic:
-                x[symbol] = np.inf
-            elif compiled.left[symbol] >= 0:
-                x[symbol] = x[compiled.left[symbol]] * x[compiled.right[symbol]]
-            else:
-                x[symbol] = np.where(right < 0, 1.0, x[right])[weights[rules] > 0].sum()
-    return x
-
-
 def _steps(
     compiled: CompiledGrammar, weights: FloatArray, empties: FloatArray, corners: bool = False
 ) -> Sparse:
@@ -387,15 +254,41 @@ def _steps(
     targets = np.concatenate((compiled.rule_right[real], left, right))
     values = np.concatenate((weights[real], to_left, empties[left]))
     keep = (values > 0) & compiled.speaking[targets]
-    return _graph(compiled.n_symbols, sources[keep], targets[keep], values[keep])
+    return sparse_graph(compiled.n_symbols, sources[keep], targets[keep], values[keep])
 
 
 def _tails_by(compiled: CompiledGrammar, child: IntArray) -> tuple[IntArray, IntArray]:
     speaking = compiled.speaking
     full = (compiled.left >= 0) & speaking[compiled.left] & speaking[compiled.right]
     tails = np.flatnonzero(full)
-    starts, found, _ = _graph(compiled.n_symbols, child[tails], tails, np.ones(len(tails)))
+    starts, found, _ = sparse_graph(compiled.n_symbols, child[tails], tails, np.ones(len(tails)))
     return starts, found
+
+
+def finite_part(compiled: CompiledGrammar) -> CompiledGrammar:
+    """The same grammar with probabilities given that the derivation ends.
+
+    p'(A -> X Y ...) = p(A -> X Y ...) z(X) z(Y) ... / z(A): trees keep their proportions, and
+    where all derivations end with probability 1 nothing changes (Z. Chi, "Statistical Properties
+    of Probabilistic Context-Free Grammars", Computational Linguistics 25, 1999).
+    """
+    if (compiled.ends[: compiled.n_nonterminals] > 1 - 1e-12).all():
+        return compiled
+    return with_chances(compiled, ending_chances(compiled))
+
+
+def ending_chances(compiled: CompiledGrammar) -> FloatArray:
+    """Probability (R,) of each rule in use, given that the derivation ends."""
+    z, right = compiled.ends, compiled.rule_right
+    return compiled.probabilities * np.where(right < 0, 1.0, z[right]) / z[compiled.rule_left]
+
+
+def with_chances(compiled: CompiledGrammar, chances: FloatArray) -> CompiledGrammar:
+    """The same rules with other probabilities (R,), scaled to sum to 1 for each left side."""
+    chance = np.zeros(len(compiled.grammar.rules))
+    chance[compiled.rule_numbers] = chances
+    rules = (replace(r, probability=float(p)) for r, p in zip(compiled.grammar.rules, chance))
+    return compile_grammar(replace(compiled.grammar, rules=tuple(rules)))
 
 
 def numbered(compiled: CompiledGrammar, sentence: Sequence[str]) -> IntArray:

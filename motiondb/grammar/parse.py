@@ -13,6 +13,7 @@ Cost: n^3 for a sentence of n symbols, times the symbols that really meet in a c
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import inf, ldexp, log
 
 import numpy as np
@@ -148,46 +149,61 @@ def explain(grammar: AnyGrammar, sentence: Sequence[str]) -> ParseError | None:
     The place is the first symbol with which no string of the grammar goes on from what stands
     before it, as a reader from left to right meets it.
     """
+    reading = read_sentence(grammar, sentence)
+    if reading.position == len(sentence) and reading.end > 0:
+        return None
+    return fault_at(compiled_form(grammar), tuple(sentence), reading)
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """How far a reader from left to right gets, and what can stand there.
+
+    ``position`` symbols are read. ``weights`` (terminals,) and ``end``, times two to the
+    ``exponent``: probabilities that a string begins with these and the terminal, or ends there.
+    """
+
+    position: int
+    weights: FloatArray
+    end: float
+    exponent: int
+
+
+def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> Reading:
+    """Read a sentence, or the beginning of one, as far as strings of the grammar go with it."""
     compiled = compiled_form(grammar)
-    sentence = tuple(sentence)
     symbols = numbered(compiled, sentence)
     unknown = np.flatnonzero(symbols < 0)
     known = symbols[: unknown[0]] if len(unknown) else symbols
     chart = sum_chart(compiled, known)
-    weights, _ = forward_weights(compiled, chart, known)
-    for position in range(len(known) + 1):
-        may = np.flatnonzero(weights[position, compiled.terminals] > 0) + compiled.n_nonterminals
-        if position == len(known) or symbols[position] not in may:
-            break
-    may_end = end_weight(compiled, chart, position)[0] > 0
-    if position == len(sentence) and may_end:
-        return None
-    expected = tuple(compiled.names[t] for t in may)
-    message = _say(compiled, sentence, position, expected, may_end)
-    found = sentence[position] if position < len(sentence) else None
-    return ParseError(message, position, found, expected, may_end)
+    forms = (*compiled.by_left, compiled.right, *compiled.left_corners)
+    weights, exponents = forward(chart, known, compiled.start, forms)
+    position = 0
+    while position < len(known) and weights[position, known[position]] > 0:
+        position += 1
+    value, exponent = float(compiled.empties[compiled.start]), 0
+    if position:
+        value, exponent = find(chart, compiled.start, 0, position)
+    scale = int(exponents[position])
+    may = weights[position, compiled.terminals]
+    if not may.any():
+        return Reading(position, may, value, int(exponent))
+    return Reading(position, may, ldexp(value, int(exponent) - scale), scale)
+
+
+def fault_at(compiled: CompiledGrammar, sentence: tuple[str, ...], reading: Reading) -> ParseError:
+    """The error that says where a reading stopped."""
+    terminals = compiled.names[compiled.terminals]
+    expected = tuple(t for t, weight in zip(terminals, reading.weights) if weight > 0)
+    may_end = reading.end > 0
+    message = _say(compiled, sentence, reading.position, expected, may_end)
+    found = sentence[reading.position] if reading.position < len(sentence) else None
+    return ParseError(message, reading.position, found, expected, may_end)
 
 
 def sum_chart(compiled: CompiledGrammar, symbols: IntArray) -> tuple[np.ndarray, ...]:
     """The chart of inside probabilities of a sentence of known terminals."""
     return fill_chart(False, symbols, compiled.by_right, compiled.left, compiled.all_chains)
-
-
-def forward_weights(
-    compiled: CompiledGrammar, chart: tuple[np.ndarray, ...], symbols: IntArray
-) -> tuple[FloatArray, IntArray]:
-    """Probabilities of what may come at each place; see :func:`motiondb.grammar.chart.forward`."""
-    forms = (*compiled.by_left, compiled.right, *compiled.left_corners)
-    return forward(chart, symbols, compiled.start, forms)
-
-
-def end_weight(
-    compiled: CompiledGrammar, chart: tuple[np.ndarray, ...], position: int
-) -> tuple[float, int]:
-    """Probability (value, exponent of 2) that the sentence is the first ``position`` symbols."""
-    if position == 0:
-        return float(compiled.empties[compiled.start]), 0
-    return find(chart, compiled.start, 0, position)
 
 
 def _best_rules(compiled: CompiledGrammar, sentence: Sequence[str]) -> IntArray | None:
