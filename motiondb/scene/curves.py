@@ -19,7 +19,7 @@ def smooth_curve(points: FloatArray, per_part: int = 24) -> FloatArray:
 
     Points that follow one another at the same place count once; one point gives itself.
 
-    >>> smooth_curve(np.array([[0.0, 0.0], [2.0, 0.0]]), 2).tolist()
+    >>> smooth_curve(np.array([[0.0, 0.0], [2.0, 0.0]]), 2).round(6).tolist()
     [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]
     """
     points = np.asarray(points, dtype=float)
@@ -53,11 +53,8 @@ def path_fractions(points: FloatArray) -> FloatArray:
     [0.0, 0.25, 1.0]
     """
     points = np.asarray(points, dtype=float)
+    new = np.concatenate([[False], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9])
     per_part = 64
-    steps = [
-        np.linalg.norm(np.diff(smooth_curve(points, per_part), axis=0), axis=1).reshape(
-            -1, per_part
-        )
-    ]
-    lengths = np.concatenate([[0.0], np.cumsum(steps[0].sum(axis=1))])
-    return np.asarray(lengths / max(float(lengths[-1]), 1e-12))
+    steps = np.linalg.norm(np.diff(smooth_curve(points, per_part), axis=0), axis=1)
+    lengths = np.concatenate([[0.0], np.cumsum(steps.reshape(-1, per_part).sum(axis=1))])
+    return np.asarray(lengths[np.cumsum(new)] / max(float(lengths[-1]), 1e-12))

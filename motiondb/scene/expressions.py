@@ -1,17 +1,17 @@
 """What a diagram asks of each player: an expression of actions, and rules of space and time.
 
 The expression is the paper's, such as ``(walk|run)*(catch)(dribble)*(shoot)``: a class of actions
-for each act, starred where it may go on. A string X of actions fits as far as members of the classes
-are a subsequence of it::
+for each act, starred where it may go on. A string X of actions fits as far as members of the
+classes are a subsequence of it::
 
     g_user = length - longest common subsequence(X, expression, stars dropped)
 
-The classes: a move is walk or run, and dribble with the ball; a cut is run; who has the ball at first
-holds it; who is passed to catches; who is screened pushes; a pivot or fake is its own action.
+The classes: a move is walk or run, and dribble with the ball; a cut is run; who has the ball at
+first holds it; who is passed to catches; who is screened pushes; a pivot or fake is its own action.
 
-Beside the expression stand auxiliary rules: circles and the ends of moves are places to be at, points
-that a curve passes are places on the way, a shot faces the rim, a pass faces its receiver and is
-synchronised with the catch, a screen faces the screened and is synchronised with the push.
+Beside the expression stand auxiliary rules: circles and the ends of moves are places to be at,
+points that a curve passes are places on the way, a shot faces the rim, a pass faces its receiver
+and is synchronised with the catch, a screen faces the screened and is synchronised with the push.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 4, equation (8).

@@ -23,10 +23,10 @@ A statement a line; it goes on where a line ends with ``,``, ``:`` or ``|``, or 
 
 Semantic rules are ``position(TARGET)``, ``direction(TARGET)`` or ``direction(90 deg)``,
 ``distance(TARGET, <= 2.5 m)``, ``>=``, ``0.5 m .. 2 m``, ``line(TARGET, TARGET)`` and
-``synchronisation(ROLE, ACTION | ACTION, LAG)``, where the lag is a time or ``flight``. A target is a
-place, or the role ``receiver`` or ``opponent``. After a rule may stand ``at start``, ``at end``, ``at
-EVENT`` or ``throughout``, and ``weight`` with a unit: the deviation that costs 1. Without a moment,
-a rule looks at its terminal's event, or throughout where there is none.
+``synchronisation(ROLE, ACTION | ACTION, LAG)``, where the lag is a time or ``flight``. A target is
+a place, or the role ``receiver`` or ``opponent``. After a rule may stand ``at start``, ``at end``,
+``at EVENT`` or ``throughout``, and ``weight`` with a unit: the deviation that costs 1. Without a
+moment, a rule looks at its terminal's event, or throughout where there is none.
 
 Repetitions become helping nonterminals, named after the left side: ``Walk.1``. A rule's bounds are
 inclusive, whether written ``<`` or ``<=``.
@@ -156,7 +156,7 @@ def _read_terminal(cursor: Cursor, reading: _Reading) -> None:
 
 
 def _phrases(cursor: Cursor) -> tuple[str, ...]:
-    found = []
+    found: list[str] = []
     while not found or cursor.meets(","):
         if cursor.here.kind != "text" or not cursor.here.text.strip():
             cursor.fail("words in quotes", 'Write them as "pick up".')
@@ -216,7 +216,9 @@ def _known(
 ) -> None:
     if name not in known:
         near = suggestion(name, sorted(known)).strip()
-        _refuse_at(token, where, expected, near or advice or "Write its rules, or correct the name.")
+        _refuse_at(
+            token, where, expected, near or advice or "Write its rules, or correct the name."
+        )
 
 
 def _refuse_at(token: Token, where: str, expected: str, advice: str) -> None:
@@ -248,8 +250,8 @@ def _completed(
     rule: SemanticRule, draft: rule_text.Draft, symbol: str, reading: _Reading
 ) -> SemanticRule:
     if math.isnan(rule.weight):
-        default = reading.kinds.get(draft.kind, type(rule).__dataclass_fields__["weight"].default)
-        rule = replace(rule, weight=float(default))
+        default = reading.kinds.get(draft.kind, type(rule).weight)
+        rule = replace(rule, weight=default)
     if rule.moment.name:
         return rule
     event = reading.terminals[symbol][0].event if symbol in reading.terminals else ""

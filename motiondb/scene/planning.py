@@ -121,7 +121,7 @@ def _nowhere(
     grammar: Grammar, prefix: Sequence[str], goals: Sequence[frozenset[str]], reached: IntArray
 ) -> str:
     """Why there is no plan: the prefix, or the first goal that cannot be met behind the others."""
-    ends = [state - len(prefix) for state in np.flatnonzero(reached < _NEVER)]
+    ends = [state - len(prefix) for state in np.flatnonzero(reached < _NEVER).tolist()]
     met = max((goal for goal in ends if goal >= 0), default=-1)
     begun = f" that begins with '{' '.join(prefix)}'" if prefix else ""
     through = ", then ".join(" or ".join(sorted(goal)) for goal in goals)

@@ -1,10 +1,10 @@
 """Who has the ball, and whether a diagram can be played at all.
 
 The holder at the beginning is found by tracing the diagram backwards from what needs the ball (a
-pass, a shot, a dribble, a fake, a pivot) to the catch before it: who needs the ball and never caught
-it had it from the start. A diagram is infeasible where two players did, where somebody needs a ball
-that they have given away, where a pass is caught before it is thrown, and where an element names
-somebody who is not there.
+pass, a shot, a dribble, a fake, a pivot) to the catch before it: who needs the ball and never
+caught it had it from the start. A diagram is infeasible where two players did, where somebody needs
+a ball that they have given away, where a pass is caught before it is thrown, and where an element
+names somebody who is not there.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 4.

@@ -11,7 +11,6 @@ A helping nonterminal is the left side, a point, and a number; no name in a file
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import groupby
 
 from motiondb.grammar.cfg import EMPTY, Rule
 from motiondb.scene.text import Cursor, Token
@@ -112,9 +111,11 @@ def share_out(alternatives: list[Alternative]) -> tuple[Rule, ...]:
     Those without share equally what the others leave; where nothing is left, they get as much as
     the least of the others, and all are scaled.
     """
-    rules = []
-    for left, group in groupby(sorted(alternatives, key=lambda a: _rank(alternatives, a[0])), _left):
-        rows = list(group)
+    groups: dict[str, list[Alternative]] = {}
+    for row in alternatives:
+        groups.setdefault(row[0], []).append(row)
+    rules: list[Rule] = []
+    for rows in groups.values():
         stated = [p for _, _, p in rows if p is not None]
         open_ones = len(rows) - len(stated)
         rest = (1.0 - sum(stated)) / open_ones if open_ones else 0.0
@@ -122,14 +123,6 @@ def share_out(alternatives: list[Alternative]) -> tuple[Rule, ...]:
         weights = [share if p is None else p for _, _, p in rows]
         rules += [
             Rule(left, right, weight / sum(weights))
-            for (_, right, _), weight in zip(rows, weights, strict=True)
+            for (left, right, _), weight in zip(rows, weights, strict=True)
         ]
     return tuple(rules)
-
-
-def _left(alternative: Alternative) -> str:
-    return alternative[0]
-
-
-def _rank(alternatives: list[Alternative], left: str) -> int:
-    return next(n for n, row in enumerate(alternatives) if row[0] == left)

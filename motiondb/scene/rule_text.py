@@ -57,7 +57,7 @@ def read_rules(cursor: Cursor) -> list[Draft]:
         symbols.append(_name_token(cursor, "a symbol of the grammar"))
     within = _name_token(cursor, "a nonterminal") if cursor.meets("in") else None
     cursor.expect(":", "Write 'SYMBOL: rule' or 'SYMBOL in NONTERMINAL: rule'.")
-    found = []
+    found: list[Draft] = []
     while not found or cursor.meets(","):
         kind, rule, targets, actions = _read_rule(cursor)
         found.append(Draft(kind, rule, tuple(symbols), within, tuple(targets), tuple(actions)))

@@ -182,9 +182,7 @@ def synchronisation_error(first: FloatArray, second: FloatArray, lag: FloatArray
     return np.asarray(np.abs(np.subtract(second, first) - lag))
 
 
-def distance_error(
-    position: FloatArray, target: FloatArray, near: float, far: float
-) -> FloatArray:
+def distance_error(position: FloatArray, target: FloatArray, near: float, far: float) -> FloatArray:
     """f_dist: 0 where the distance is in [near, far] metres, 1 elsewhere.
 
     >>> distance_error(np.array([[0.0, 2.5], [0.0, 2.6]]), np.zeros(2), 0.0, 2.5).tolist()

@@ -1,10 +1,10 @@
 """Tactics diagrams: players of two teams on a court, and what they do with and without the ball.
 
-The elements are those of a coach's board: a circle is a player, a solid curve a move, a dashed arrow
-a pass, a solid arrow to the rim a shot, a zigzag a feint, fake or pivot, and a curve with a T at its
-end a screen. Print leaves time to the drawing; here every element has a step, and a pass a second
-one, at which it is caught. Elements of lower steps come first; of one step, a player's come in the
-order of the file.
+The elements are those of a coach's board: a circle is a player, a solid curve a move, a dashed
+arrow a pass, a solid arrow to the rim a shot, a zigzag a feint, fake or pivot, and a curve with a T
+at its end a screen. Print leaves time to the drawing; here every element has a step, and a pass a
+second one, at which it is caught. Elements of lower steps come first; of one step, a player's come
+in the order of the file.
 
 The ground is the court seen from above with the rim at the top: the origin below the middle of the
 rim, x to the right, z away from the baseline, metres. The half court is FIBA's: 15 m wide, 14 m

@@ -17,10 +17,11 @@
     3 screen A2 on D1 via -1 5 to 0 6
     4 layup A1
 
-Moves are ``move`` (a dribble for who has the ball, else walk or run), ``walk``, ``run``, ``cut`` and
-``dribble``; shots ``shoot`` and ``layup``; zigzags ``feint``, ``fake``, ``pivot_left`` and
-``pivot_right``; defenders ``guard`` and ``block`` (``2 guard D1 on A1``). Axes as in :mod:`.tactics`:
-the origin below the rim, x to the right as seen with the rim at the top, z away from the baseline.
+Moves are ``move`` (a dribble for who has the ball, else walk or run), ``walk``, ``run``, ``cut``
+and ``dribble``; shots ``shoot`` and ``layup``; zigzags ``feint``, ``fake``, ``pivot_left`` and
+``pivot_right``; defenders ``guard`` and ``block`` (``2 guard D1 on A1``). Axes as in
+:mod:`.tactics`: the origin below the rim, x to the right as seen with the rim at the top, z away
+from the baseline.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 A motion grammar and a tactics diagram are read from the same kinds of token: names, numbers, quoted
 text and signs. ``#`` begins a comment. A statement is a line; it goes on below where the line ends
-with ``,``, ``:`` or ``|``, or the next one begins with ``|``. :class:`Cursor` walks over the tokens of one
-statement, and refuses with the place, what was expected, and what stands there.
+with ``,``, ``:`` or ``|``, or the next one begins with ``|``. :class:`Cursor` walks over the tokens
+of one statement, and refuses with the place, what was expected, and what stands there.
 """
 
 from __future__ import annotations

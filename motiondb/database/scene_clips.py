@@ -1,0 +1,58 @@
+"""Which parts of captures show the actions of a motion grammar, by what people wrote.
+
+A caption speaks for an action where it tells of one action only, holds all words of one of the
+terminal's phrases, and of none of those that it is to be without. A caption with times is about its
+part of the capture, one without about the whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from motiondb.scene.motion_grammar import MotionGrammar, Terminal
+from motiondb.words.vocabulary import split_actions, words_of
+
+if TYPE_CHECKING:
+    from motiondb.database.motion_db import MotionDB
+
+
+@dataclass(frozen=True)
+class ShownAction:
+    """A part of a capture that shows an action, seconds; None for the whole."""
+
+    capture: str
+    start: float | None
+    end: float | None
+
+
+def shows(terminal: Terminal, caption: str, synonyms: Mapping[str, str] | None = None) -> bool:
+    """Whether a caption says that its part of a capture shows the action.
+
+    >>> shoot = Terminal("shoot", ("shoot", "jump shot"), ("fake",))
+    >>> [shows(shoot, text) for text in ("takes a jump shot", "fakes a shot", "runs, shoots")]
+    [True, False, False]
+    """
+    actions = split_actions(caption, synonyms)
+    if len(actions) != 1:
+        return False
+    words = set(actions[0])
+
+    def holds(phrases: Iterable[str]) -> bool:
+        wanted = [words_of(phrase, synonyms) for phrase in phrases]
+        return any(found and words.issuperset(found) for found in wanted)
+
+    return holds(terminal.phrases) and not holds(terminal.without)
+
+
+def find_actions(base: MotionDB, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
+    """For every terminal the parts of captures that show it, each once, in the order of names."""
+    found: dict[str, dict[ShownAction, None]] = {t.name: {} for t in grammar.terminals}
+    for info in base.captures():
+        for caption in base.captions(info.name):
+            for terminal in grammar.terminals:
+                if shows(terminal, caption.words):
+                    part = ShownAction(info.name, caption.start, caption.end)
+                    found[terminal.name][part] = None
+    return {name: tuple(parts) for name, parts in found.items()}
