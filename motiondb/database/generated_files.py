@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from motiondb import store
 from motiondb.database.generating import Generated
 from motiondb.database.parts import write_bytes, write_clip
 from motiondb.pose import retarget
@@ -26,7 +27,6 @@ def write(made: Generated, words: str, seed: int, method: str, path: Path) -> di
 
 def describe(made: Generated, words: str, seed: int, method: str) -> dict[str, Any]:
     """What was asked, decoded and used."""
-    found = made.provenance
     return {
         "words": words,
         "seed": seed,
@@ -42,17 +42,31 @@ def describe(made: Generated, words: str, seed: int, method: str) -> dict[str, A
             }
             for d in made.decodings
         ],
-        "sources": [
-            {
-                "capture": s.name, "licence": s.licence or "unknown", "sha256": s.sha256,
-                "frames": int((found.source_numbers == n).sum()),
-            }
-            for n, s in enumerate(found.sources)
-        ],
+        "sources": source_facts(made),
     }  # fmt: skip
 
 
-def frame_runs(made: Generated) -> list[dict[str, Any]]:
+def source_facts(made: Made) -> list[dict[str, Any]]:
+    """The captures that frames come from, with licence, digest and number of frames."""
+    found = made.provenance
+    return [
+        {
+            "capture": s.name, "licence": s.licence or "unknown", "sha256": s.sha256,
+            "frames": int((found.source_numbers == n).sum()),
+        }
+        for n, s in enumerate(found.sources)
+    ]  # fmt: skip
+
+
+class Made(Protocol):
+    """What was generated in any way: it knows where its frames come from."""
+
+    @property
+    def provenance(self) -> store.Provenance:
+        """The origin of every frame."""
+
+
+def frame_runs(made: Made) -> list[dict[str, Any]]:
     """Runs of frames that follow one another in one source: [start, end), first frame there."""
     found = made.provenance
     steps = np.diff(found.source_frames)
@@ -72,7 +86,7 @@ def frame_runs(made: Generated) -> list[dict[str, Any]]:
     ]
 
 
-def source_spans(made: Generated) -> list[tuple[float, float, str, str]]:
+def source_spans(made: Made) -> list[tuple[float, float, str, str]]:
     """Spans (seconds) of the sources, for a timeline."""
     numbers = made.provenance.source_numbers
     cuts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]

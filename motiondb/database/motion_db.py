@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
@@ -12,13 +11,13 @@ from motiondb.capture.sheet import read_sheet
 from motiondb.database import answering, cataloguing, generating, learning, suggesting, updating
 from motiondb.database import drift as drifting
 from motiondb.database import learned as learned_state
+from motiondb.database.keeping import check_name_free, keep_generated
 from motiondb.database.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
 from motiondb.database.searchable import with_generated
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.pose import retarget
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import (
-    MOTION_FPS,
     Caption,
     CaptureInfo,
     Clip,
@@ -149,20 +148,10 @@ class MotionDB:
         self, name: str, words: str, made: generating.Generated, seed: int
     ) -> CaptureInfo:
         """Keep a generated motion as a capture, with the origin of every frame."""
-        clip = retarget.to_clip(made.motion)
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / f"{name.replace('/', '_')}.bvh"
-            capture.write_bvh(clip, file)
-            source = store.pack_source(file.name, file.read_bytes(), "bvh")
-        licences = "; ".join(sorted({s.licence for s in made.provenance.sources if s.licence}))
         with store.transaction(self.store):
             run_id = store.start_run(self.store, "generate", {"words": words}, seed)
-            info = CaptureInfo(
-                0, name, "", "bvh", "generated", MOTION_FPS, clip.n_frames, clip.duration, 0, 0.0,
-                "", run_id, {"licence": licences} if licences else {},
-            )  # fmt: skip
-            info = store.save_capture(self.store, info, made.motion, source, [Caption(words)])
-            store.save_provenance(self.store, info.capture_id, made.provenance)
+            captions = [Caption(words)]
+            info = keep_generated(self.store, name, made.motion, made.provenance, captions, run_id)
             store.finish_run(self.store, run_id)
         self._learned = None
         return info
@@ -188,11 +177,7 @@ class MotionDB:
         ------
         QueryError : says what to do.
         """
-        if any(info.name == name for info in self.captures()):
-            raise QueryError(
-                f"{name}: expected a name that is free, found a capture of that name. Remove that "
-                f"one first (motiondb remove {name}), or give another name."
-            )
+        check_name_free(self.store, name)
 
     def captures(self, where: str = "") -> list[CaptureInfo]:
         """The catalogue, filtered by columns and tags, such as ``performer=14``."""
