@@ -5,6 +5,7 @@ from motiondb.pictures.hits import draw_hits
 from motiondb.pictures.space import draw_symbol_space
 from motiondb.pictures.strings import StringBar, TerminalCard, draw_strings
 from motiondb.pictures.strip import draw_strip
+from motiondb.pictures.tactics import draw_tactics
 from motiondb.pictures.timelines import Timeline
 from motiondb.pictures.trees import TreePicture, draw_trees
 
@@ -18,5 +19,6 @@ __all__ = [
     "draw_strings",
     "draw_strip",
     "draw_symbol_space",
+    "draw_tactics",
     "draw_trees",
 ]

@@ -8,8 +8,9 @@ products and minima for sums, least over the rules of A, until nothing falls any
 whole numbers, lengths in the high digits and rules in the low ones, so that a derivation is always
 dearer than its parts, and reading the tree back cannot go round in circles.
 
-For an empty prefix and the expression of a player in a diagram this gives a string of g_user = 0
-where the grammar has one, without sampling.
+:mod:`motiondb.grammar.plan` goes to one goal, the most probable way; here there are many, and each
+may be met by several terminals. For an empty prefix and the expression of a player in a diagram
+this gives a string of g_user = 0 where the grammar has one, without sampling.
 
 Source: the intersection of a context-free language with a regular one, Y. Bar-Hillel, M. Perles and
 E. Shamir (1961); shortest derivations, D. E. Knuth, "A Generalization of Dijkstra's Algorithm",

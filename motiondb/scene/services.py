@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import exp, inf
 
-from motiondb.errors import SceneError
+from motiondb.errors import SceneError, suggestion
+from motiondb.grammar import prefix
 from motiondb.grammar.cfg import Grammar, Tree, nullable_symbols, reachable_symbols
-from motiondb.grammar.parse import explain, parse
+from motiondb.grammar.parse import ParseError, explain, parse
+from motiondb.grammar.prefix import prefix_log_probability
 from motiondb.scene import planning
 from motiondb.scene.expressions import expressions
 from motiondb.scene.lr import Conflict, ll1_conflicts, lr1_automaton
@@ -58,6 +60,7 @@ class Validation:
 
     Attributes
     ----------
+    start : the start symbol that it was read from.
     position : the first action, from 0, that cannot stand where it stands; the length of the string
         where more must follow.
     expected : the actions that could stand there.
@@ -65,6 +68,7 @@ class Validation:
     """
 
     allowed: bool
+    start: str
     tree: Tree | None = None
     position: int = -1
     expected: tuple[str, ...] = ()
@@ -73,10 +77,13 @@ class Validation:
 
 @dataclass(frozen=True)
 class Suggestions:
-    """The actions that may come next, and whether the string may end here."""
+    """The actions that may come next, and the end, with probabilities that sum to 1.
 
-    actions: tuple[str, ...]
-    may_end: bool
+    The probabilities are those of the grammar's rules: equal where the file gives none.
+    """
+
+    actions: tuple[tuple[str, float], ...]
+    end: float
 
 
 def check(grammar: MotionGrammar) -> GrammarReport:
@@ -123,52 +130,64 @@ def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") ->
 
 def _validate(grammar: Grammar, actions: Sequence[str]) -> Validation:
     if not actions:
-        expected = suggest_from(grammar, ()).actions
+        expected = tuple(name for name, _ in prefix.suggest(grammar, ()) if name is not None)
         message = (
             f"the empty string: expected at least one action, of {', '.join(expected)}, found"
             " none. Whoever is on court does something."
         )
-        return Validation(False, None, 0, expected, message)
+        return Validation(False, grammar.start, None, 0, expected, message)
     fault = explain(grammar, actions)
     if fault is None:
-        return Validation(True, parse(grammar, actions))
-    return Validation(False, None, fault.position, fault.expected, str(fault))
+        return Validation(True, grammar.start, parse(grammar, actions))
+    return Validation(
+        False,
+        grammar.start,
+        None,
+        fault.position,
+        fault.expected,
+        _say(grammar.start, actions, fault),
+    )
+
+
+def _say(start: str, actions: Sequence[str], fault: ParseError) -> str:
+    """Where a string fails, in a sentence."""
+    before = f" after '{' '.join(actions[: fault.position])}'" if fault.position else ""
+    options = [*fault.expected, *(["the end"] if fault.may_end and fault.position else [])]
+    wanted = f"one of {', '.join(options)}" if len(options) > 1 else "".join(options)
+    found, advice = "the end", "Go on with one of them."
+    if fault.found is not None:
+        found, advice = f"'{fault.found}'", "Put one of them there, or add a rule that allows it."
+    near = suggestion(fault.found or "", fault.expected).strip()
+    at = f"action {fault.position + 1}{before}, from {start}"
+    return f"{at}: expected {wanted or 'nothing more'}, found {found}. {near or advice}"
 
 
 def suggest(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> Suggestions:
-    """The actions that may follow on a string.
+    """The actions that may follow on a string, most probable first.
 
-    Without ``start``, those of every start symbol from which the string can begin.
+    Without ``start``, every start symbol counts by how probable the string is from it.
 
     Raises
     ------
     SceneError where no string of the grammar begins so.
     """
     symbols = [start] if start else [s.symbol for s in grammar.starts]
-    found, may_end = dict[str, None](), False
-    failure: SceneError | None = None
+    chances: dict[str | None, float] = {}
     for symbol in symbols:
-        try:
-            one = suggest_from(grammar.started(symbol), actions)
-        except SceneError as error:
-            failure = error
-            continue
-        found |= dict.fromkeys(one.actions)
-        may_end |= one.may_end
-    if not found and not may_end and failure is not None:
-        message = validate(grammar, actions, start).message
-        raise SceneError(f"{grammar.name}: {message}") from failure
-    return Suggestions(tuple(found), may_end)
-
-
-def suggest_from(grammar: Grammar, actions: Sequence[str]) -> Suggestions:
-    """The same for the one start symbol of a context-free grammar."""
-    # a symbol that is none of the grammar's fails behind the string, and tells what may stand there
-    fault = explain(grammar, (*actions, ""))
-    assert fault is not None
-    if fault.position < len(actions):
-        raise SceneError(str(fault))
-    return Suggestions(fault.expected, fault.may_end and bool(actions))
+        rules = grammar.started(symbol)
+        weight = exp(prefix_log_probability(rules, actions))
+        if weight > 0.0:
+            for action, chance in prefix.suggest(rules, actions):
+                chances[action] = chances.get(action, 0.0) + weight * chance
+    end = chances.pop(prefix.END, 0.0)
+    if not actions:  # whoever is on court does something
+        end = 0.0
+    total = sum(chances.values()) + end
+    if total <= 0.0:
+        raise SceneError(f"{grammar.name}: {validate(grammar, actions, start).message}")
+    ranked = sorted(chances.items(), key=lambda pair: -pair[1])
+    pairs = tuple((str(action), chance / total) for action, chance in ranked)
+    return Suggestions(pairs, end / total)
 
 
 def plan(
