@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 from motiondb import capture, store
 from motiondb.capture.sheet import read_sheet
@@ -29,6 +31,9 @@ from motiondb.records import (
 from motiondb.search.duplicates import DuplicateGroup, group_duplicates
 from motiondb.words.synonyms import parse_synonyms
 
+if TYPE_CHECKING:
+    from motiondb.database.grammars import Grammars
+
 
 class MotionDB:
     """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
@@ -43,6 +48,17 @@ class MotionDB:
         self.store = store.open_store(path, read_only=read_only, create=create)
         self._learned: learned_state.Learned | None = None
         self._searchable: tuple[learned_state.Learned, learned_state.Learned] | None = None
+
+    @cached_property
+    def grammars(self) -> Grammars:
+        """The verbs of grammars: learn, show, parse, suggest, generate, edit, compare, remove."""
+        from motiondb.database.grammars import Grammars
+
+        return Grammars(self)
+
+    def forget(self) -> None:
+        """Drop what was loaded, so that the next question sees the store as it is now."""
+        self._learned = None
 
     def close(self) -> None:
         """Let go of the file."""

@@ -18,7 +18,7 @@ from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.cfg import Grammar, Rule
 from motiondb.records import IntArray
 from motiondb.store.columns import fetch, insert
-from motiondb.store.connection import Store, transaction
+from motiondb.store.connection import Store, read_meta, transaction
 
 if TYPE_CHECKING:
     from motiondb.grammar.terminals import Terminals
@@ -250,6 +250,16 @@ def _load_terminals(
         medoids,
         np.nan if objective is None else objective,
     )
+
+
+def grammar_mark(store: Store, name: str) -> str:
+    """A mark that changes when the grammar is learned anew, or captures come or go (QueryError)."""
+    row = store.connection.execute(
+        "SELECT grammar_id, run_id FROM grammar WHERE name = ?", [name]
+    ).fetchone()
+    if row is None:
+        raise QueryError(_unknown(store, name))
+    return f"{row[0]} {row[1]} {read_meta(store, 'motion_revision')}"
 
 
 def load_grammar_names(store: Store) -> list[str]:

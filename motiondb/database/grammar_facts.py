@@ -1,0 +1,210 @@
+"""A grammar as plain facts for print and JSON, and as pictures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from motiondb import pictures, store
+from motiondb.database.generated_files import frame_runs, source_facts, source_spans
+from motiondb.database.grammar_sequences import GrammarSequence, Material
+from motiondb.database.grammar_words import Meaning
+from motiondb.database.parts import cut_motion, write_bytes, write_clip
+from motiondb.grammar import cfg
+from motiondb.pose import retarget
+from motiondb.records import MOTION_FPS
+
+SHOWN_TREES = 12
+
+
+def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> dict[str, Any]:
+    """Everything known of a grammar; times in seconds."""
+    learned = material.learned
+    runs = {run.run_id: run for run in store.load_runs(material.database)}
+    run = runs[learned.run_id]
+    grammar = learned.grammar
+    lengths = [len(string) for string in learned.strings]
+    return {
+        "grammar": learned.name,
+        "run": learned.run_id,
+        "seed": run.seed,
+        "settings": {k: v for k, v in run.parameters.items() if k not in ("name", "captures")},
+        "captures": [
+            {
+                "capture": source.name,
+                "sha256": source.sha256,
+                "seconds": round(source.n_frames / MOTION_FPS, 3),
+                "there": take in material.numbers,
+            }
+            for take, source in enumerate(learned.sources)
+        ],
+        "frames": sum(source.n_frames for source in learned.sources),
+        "segments": len(learned.terminals.takes),
+        "terminals": terminal_facts(learned, meanings),
+        "objective": None if np.isnan(learned.terminals.objective) else learned.terminals.objective,
+        "sentences": len(learned.sentences),
+        "sentence lengths": [min(lengths), float(np.mean(lengths)), max(lengths)],
+        "nonterminals": len(grammar.nonterminals),
+        "rules": len(grammar.rules),
+        "bits": {**learned.bits, "sum": sum(learned.bits.values())},
+        "text": cfg.format_grammar(grammar),
+    }
+
+
+def terminal_facts(
+    learned: store.LearnedGrammar, meanings: Sequence[Meaning]
+) -> list[dict[str, Any]]:
+    """Every terminal: how often, how long, its medoid, its words and motion symbols."""
+    terminals = learned.terminals
+    facts = []
+    for k, (name, meaning) in enumerate(zip(terminals.names, meanings)):
+        own = terminals.labels == k
+        medoid = int(terminals.medoids[k])
+        facts.append(
+            {
+                "terminal": name,
+                "count": int(own.sum()),
+                "seconds": round(
+                    float((terminals.ends - terminals.starts)[own].mean()) / MOTION_FPS, 3
+                ),
+                "words": [{"word": w, "probability": p} for w, p in meaning.words],
+                "symbols": [{"symbol": s, "share": p} for s, p in meaning.symbols],
+                "medoid": {
+                    "capture": learned.sources[int(terminals.takes[medoid])].name,
+                    "start": round(float(terminals.starts[medoid]) / MOTION_FPS, 3),
+                    "end": round(float(terminals.ends[medoid]) / MOTION_FPS, 3),
+                },
+            }
+        )
+    return facts
+
+
+def format_tree(tree: cfg.Tree) -> str:
+    """A tree on one line, every nonterminal with what it derives in brackets.
+
+    >>> toy = cfg.read_grammar("S -> a B c\\nB -> b | empty")
+    >>> format_tree(cfg.derive_by(toy, (0, 1)))
+    'S(a B(b) c)'
+    """
+    parts: list[str] = []
+    waiting: list[cfg.Tree | str] = [tree]
+    while waiting:  # no recursion, for derivations can be deep
+        item = waiting.pop()
+        if isinstance(item, str):
+            parts.append(item)
+        elif item.is_leaf:
+            parts.append(item.symbol)
+        else:
+            inner: list[cfg.Tree | str] = [f"{item.symbol}("]
+            for number, child in enumerate(item.children):
+                inner += [" ", child] if number else [child]
+            waiting.extend(reversed([*inner, ")"]))
+    return "".join(parts)
+
+
+def colours(learned: store.LearnedGrammar) -> dict[str, int]:
+    """Terminal -> number of its tint, the same in all pictures of a grammar."""
+    return {name: k for k, name in enumerate(learned.terminals.names)}
+
+
+def draw_sentences(material: Material, path: str | Path) -> Path:
+    """The trees of the sentences, each different one once, the commonest first."""
+    learned = material.learned
+    counts: dict[tuple[int, ...], list[int]] = {}
+    for number, rules in enumerate(learned.parses, start=1):
+        counts.setdefault(rules, []).append(number)
+    order = sorted(counts.items(), key=lambda pair: (-len(pair[1]), pair[1][0]))
+    trees = [
+        pictures.TreePicture(_caption(numbers), cfg.derive_by(learned.grammar, rules))
+        for rules, numbers in order[:SHOWN_TREES]
+    ]
+    title = f"{learned.name}: {len(learned.sentences)} sentences, {len(order)} different trees"
+    if len(order) > SHOWN_TREES:
+        title += f", the commonest {SHOWN_TREES}"
+    return pictures.draw_trees(trees, path, title, colours(learned))
+
+
+def _caption(numbers: Sequence[int]) -> str:
+    shown = ", ".join(map(str, numbers[:6])) + (", ..." if len(numbers) > 6 else "")
+    return f"sentence{'s' if len(numbers) > 1 else ''} {shown}"
+
+
+def draw_strings(material: Material, meanings: Sequence[Meaning], path: str | Path) -> Path:
+    """Terminals with the figures that stand for them, and the takes as strings of them."""
+    learned, terminals = material.learned, material.learned.terminals
+    cards, bars = [], []
+    for k, (name, meaning) in enumerate(zip(terminals.names, meanings)):
+        clip = int(terminals.medoids[k])
+        motion = material.motions.get(int(terminals.takes[clip]))
+        if motion is not None:
+            seconds = terminals.starts[clip] / MOTION_FPS, terminals.ends[clip] / MOTION_FPS
+            count = int((terminals.labels == k).sum())
+            text = f"{meaning.text}  {count}x" if meaning.text else f"{count}x"
+            cards.append(pictures.TerminalCard(name, text, k, cut_motion(motion, *seconds)))
+    for take, source in enumerate(learned.sources):
+        rows = np.flatnonzero(terminals.takes == take)
+        spans = [
+            (terminals.starts[r] / MOTION_FPS, terminals.ends[r] / MOTION_FPS,
+             terminals.names[terminals.labels[r]], int(terminals.labels[r]))
+            for r in rows
+        ]  # fmt: skip
+        lines = [pictures.Timeline("terminals", spans)]
+        numbered = enumerate(learned.sentences.tolist(), start=1)
+        sentences = [
+            (terminals.starts[a] / MOTION_FPS, terminals.ends[b - 1] / MOTION_FPS, str(number),
+             11 if number % 2 else 6)
+            for number, (a, b) in numbered
+            if rows[0] <= a <= rows[-1]
+        ]  # fmt: skip
+        lines.append(pictures.Timeline("sentences", sentences))
+        bars.append(pictures.StringBar(source.name, source.n_frames / MOTION_FPS, lines))
+    return pictures.draw_strings(cards, bars, path, learned.name)
+
+
+def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
+    """How a sequence came about: string, tree, seams, sources."""
+    made = sequence.made
+    return {
+        "grammar": sequence.grammar,
+        "seed": seed,
+        "string": list(sequence.string),
+        "tree": format_tree(sequence.tree),
+        "seconds": round(sequence.motion.n_frames / MOTION_FPS, 3),
+        "join cost": sequence.choice.cost,
+        "greedy join cost": sequence.greedy,
+        "foot slip": made.slip,
+        "foot slip of sources": made.source_slip,
+        "spans": [
+            {"terminal": terminal, "start": a / MOTION_FPS, "end": b / MOTION_FPS}
+            for terminal, (a, b) in zip(sequence.string, made.spans)
+        ],
+        "sources": source_facts(sequence),
+    }
+
+
+def write_sequence(sequence: GrammarSequence, seed: int, path: Path) -> dict[str, Any]:
+    """Write the motion and, beside it, where every frame comes from; gives the facts, for JSON."""
+    facts = sequence_facts(sequence, seed)
+    beside = path.with_name(f"{path.stem}.provenance.json")
+    write_clip(retarget.to_clip(sequence.motion), path)
+    write_bytes(beside, json.dumps(facts | {"frames": frame_runs(sequence)}, indent=1).encode())
+    return facts | {"output": str(path), "provenance": str(beside)}
+
+
+def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Path) -> Path:
+    """A strip of the motion with its terminals and sources."""
+    names = colours(material.learned)
+    spans = [
+        (a / MOTION_FPS, b / MOTION_FPS, terminal, names[terminal])
+        for terminal, (a, b) in zip(sequence.string, sequence.made.spans)
+    ]
+    lines = [
+        pictures.Timeline("terminals", spans),
+        pictures.Timeline("sources", source_spans(sequence)),
+    ]
+    title = f"{sequence.grammar}: {' '.join(sequence.string)}"
+    return pictures.draw_strip(sequence.motion, path, title=title, timelines=lines)
