@@ -246,15 +246,24 @@ def _steps(
     compiled: CompiledGrammar, weights: FloatArray, empties: FloatArray, corners: bool = False
 ) -> Sparse:
     """Graph of steps that read nothing; with ``corners``, of steps to what a string begins with."""
+    sources, targets, values, _ = list_steps(compiled, weights, empties, corners)
+    return sparse_graph(compiled.n_symbols, sources, targets, values)
+
+
+def list_steps(
+    compiled: CompiledGrammar, weights: FloatArray, empties: FloatArray, corners: bool = False
+) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
+    """Steps that read nothing: from, to, weight, and the rule in use or -1 for a tail's."""
     tails = np.flatnonzero(compiled.left >= 0)
     left, right = compiled.left[tails], compiled.right[tails]
-    real = compiled.rule_right >= 0
+    real = np.flatnonzero(compiled.rule_right >= 0)
     to_left = np.ones(len(tails)) if corners else empties[right]
     sources = np.concatenate((compiled.rule_left[real], tails, tails))
     targets = np.concatenate((compiled.rule_right[real], left, right))
     values = np.concatenate((weights[real], to_left, empties[left]))
+    origins = np.concatenate((real, np.full(2 * len(tails), -1)))
     keep = (values > 0) & compiled.speaking[targets]
-    return sparse_graph(compiled.n_symbols, sources[keep], targets[keep], values[keep])
+    return sources[keep], targets[keep], values[keep], origins[keep]
 
 
 def _tails_by(compiled: CompiledGrammar, child: IntArray) -> tuple[IntArray, IntArray]:
