@@ -143,15 +143,15 @@ def _read_terminal(cursor: Cursor, reading: _Reading) -> None:
             f"Line {line} declares it: write all its words there.",
             token,
         )
-    phrases = _phrases(cursor) if cursor.here.kind == "text" else ()
+    if cursor.here.kind != "text":
+        cursor.fail(
+            "quoted words that find the action's clips", f'Write {token.text} := "{token.text}".'
+        )
+    phrases = _phrases(cursor)
     without = _phrases(cursor) if cursor.meets("without") else ()
     event = ""
     if cursor.meets("event"):
         event = cursor.name("an event such as release", "Write 'event release'.")
-    if not phrases:
-        cursor.fail(
-            "quoted words that find the action's clips", f'Write {token.text} := "{token.text}".'
-        )
     reading.terminals[token.text] = Terminal(token.text, phrases, without, event), token
 
 

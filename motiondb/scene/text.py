@@ -94,7 +94,7 @@ class Cursor:
 
     def __init__(self, tokens: list[Token], where: str) -> None:
         last = tokens[-1]
-        end = Token("end", "", last.line, last.column + len(last.text))
+        end = Token("end", "", last.line, last.column + len(last.text) + 2 * (last.kind == "text"))
         self._tokens, self._where, self._at = [*tokens, end], where, 0
 
     @property
