@@ -1,0 +1,117 @@
+"""The commands of scenes: what they print, their JSON, and exit codes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from motiondb.database.scene_clips import find_actions
+from motiondb.database.scene_files import read_grammar
+
+
+def test_check_tells_the_class_of_a_grammar(command: Any) -> None:
+    ended = command("scene", "grammar", "check", "basketball")
+    assert ended.code == 0, ended.err
+    assert "basketball: 19 nonterminals, 17 terminals, 43 rules, 18 semantic rules" in ended.out
+    assert "S_A (attack): LR(1), 55 states, LALR(1), not LL(1)" in ended.out
+    assert "useless: nothing" in ended.out
+    assert "clips" not in ended.out
+
+
+def test_check_names_conflicts_and_useless_symbols(command: Any, tmp_path: Path) -> None:
+    file = tmp_path / "bad.grammar"
+    file.write_text('start S\nS -> S S | a\nT -> b\na := "walk"\nb := "b"\n')
+    ended = command("scene", "grammar", "check", file)
+    assert "S: not LR(1), not LL(1)" in ended.out
+    assert "shift-reduce: after 'S S', before a, between 'S -> S S' and 'S -> a'" in ended.out
+    assert "useless: T, b" in ended.out
+
+
+def test_check_counts_clips_and_names_what_has_none(
+    command: Any, learned_file: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "new.grammar"
+    file.write_text('start S\nS -> a | b\na := "dribble"\nb := "juggle"\n')
+    ended = command("scene", "grammar", "check", file, "--db", learned_file)
+    assert "no clips for b: caption captures that show them" in ended.out
+    facts = json.loads(
+        command("scene", "grammar", "check", file, "--json", "--db", learned_file).out
+    )
+    assert facts["clips"]["a"] > 3
+    assert facts["clips"]["b"] == 0
+    assert facts["starts"][0]["lr1"] is True
+
+
+def test_the_samples_have_clips_for_every_action(learned_file: Path) -> None:
+    import motiondb
+
+    with motiondb.open(learned_file, read_only=True) as db:
+        found = find_actions(db, read_grammar("basketball"))
+    assert min(len(parts) for parts in found.values()) >= 2
+    whole = {part.capture for part in found["dribble"] if part.start is None}
+    assert whole == {"chidi/dribble_1", "fatou/dribble_1", "goran/dribble_1"}
+
+
+def test_validate_shows_the_tree_or_where_it_fails(command: Any) -> None:
+    good = command("scene", "validate", "basketball", "hold shoot")
+    assert good.code == 0
+    assert good.out.splitlines()[:4] == ["S_A", "  Attacks", "    Ball", "      Catch"]
+    assert "      Pivot  (nothing)" in good.out
+    bad = command("scene", "validate", "basketball", "hold dribble pivot_left dribble")
+    assert bad.code == 1
+    assert bad.out == ""
+    assert "expected one of pivot_left, pass, shoot, layup, fake_shot, found 'dribble'" in bad.err
+    facts = json.loads(command("scene", "validate", "basketball", "hold", "--json").out)
+    assert (facts["allowed"], facts["position"]) == (False, 1)
+    tree = json.loads(command("scene", "validate", "basketball", "push", "--json").out)["tree"]
+    assert tree == ["S_D", [["Defenses", [["Defense", ["push"]]]]]]
+
+
+def test_suggest_tells_probabilities(command: Any) -> None:
+    ended = command("scene", "suggest", "basketball", "guard", "--start", "S_D")
+    assert "(the end)" in ended.out
+    facts = json.loads(command("scene", "suggest", "basketball", "hold", "--json").out)
+    chances = {row["action"]: row["probability"] for row in facts["next"]}
+    # Pivot is empty, left or right alike; behind an empty one, half go on to dribble
+    assert chances["pivot_left"] == chances["pivot_right"] == pytest.approx(1 / 3)
+    assert chances["dribble"] == pytest.approx(1 / 6)
+    ended = command("scene", "suggest", "basketball", "shoot")
+    assert ended.code == 1
+    assert "error: basketball: action 1, from S_A" in ended.err
+
+
+def test_draw_draws_and_tells_what_is_asked(command: Any, tmp_path: Path) -> None:
+    out = tmp_path / "x.png"
+    ended = command("scene", "draw", "give-and-go", "-o", out)
+    assert ended.code == 0, ended.err
+    assert out.stat().st_size > 10_000
+    assert "Give and Go drawn to" in ended.out
+    assert "(hold)(pass)(run)*(catch)(layup)  hold pass run catch layup" in ended.out
+    facts = json.loads(command("scene", "draw", "weave-pass", "-o", out, "--json").out)
+    assert facts["ball"] == "A1"
+    assert [player["opponent"] for player in facts["players"]] == [None, None, None]
+
+
+def test_draw_uses_the_grammar_beside_the_diagram(command: Any, tmp_path: Path) -> None:
+    (tmp_path / "mine.grammar").write_text('start S\nS -> walk+\nwalk := "walk"\n')
+    file = tmp_path / "mine.tactics"
+    file.write_text("grammar mine\nplayer C1 at 0 3\n1 walk C1 to 2 3\n")
+    out = tmp_path / "mine.png"
+    ended = command("scene", "draw", file, "-o", out, "--json")
+    assert json.loads(ended.out)["players"][0]["shortest"] == ["walk"]
+    file.write_text("grammar mine\nplayer C1 at 0 3\n1 run C1 to 2 3\n")
+    ended = command("scene", "draw", file, "-o", out)
+    assert ended.code == 1
+    assert "expected an action, found 'run'" in ended.err
+
+
+def test_nothing_is_drawn_of_what_cannot_be_played(command: Any, tmp_path: Path) -> None:
+    file = tmp_path / "bad.tactics"
+    file.write_text("attack A1 at 0 3\nattack A2 at 2 3\n2 pass A1 to A2 caught 1\n")
+    ended = command("scene", "draw", file, "-o", tmp_path / "bad.png")
+    assert ended.code == 1
+    assert f"error: {file}:3: 'pass A1 to A2': expected a step from 2 on" in ended.err
+    assert not (tmp_path / "bad.png").exists()

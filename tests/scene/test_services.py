@@ -1,0 +1,154 @@
+"""Checking, validating, suggesting and casting, on the shipped grammar and by brute force."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+
+from motiondb.database import scene_files
+from motiondb.errors import SceneError
+from motiondb.scene import services
+from motiondb.scene.expressions import expressions, g_user
+from motiondb.scene.grammar_file import read_motion_grammar
+
+SMALL = """
+grammar small
+start S for attack
+start D for defence
+S -> a S | b [0.5]
+D -> a | empty
+a := "a"
+b := "b"
+"""
+
+
+@pytest.fixture(scope="module")
+def basketball():
+    return scene_files.read_grammar("basketball")
+
+
+def test_basketball_is_lr1_and_not_ll1(basketball) -> None:
+    report = services.check(basketball)
+    assert (len(report.nonterminals), len(report.terminals)) == (19, 17)
+    assert report.useless == ()
+    for start in report.starts:
+        assert start.conflicts == ()
+        assert start.ll1_conflicts != ()
+    attack, defence = report.starts
+    assert attack.empty
+    assert not defence.empty
+    assert set(report.nullable) == {"S_A", "Attacks", "Runs", "Pivot", "Fake", "Dribble"}
+
+
+def test_useless_symbols_and_conflicts_are_reported() -> None:
+    text = 'start S\nS -> S S | a\nT -> b\na := "a"\nb := "b"'
+    report = services.check(read_motion_grammar(text, "x.grammar"))
+    assert report.useless == ("T", "b")
+    (start,) = report.starts
+    assert [conflict.kind for conflict in start.conflicts] == ["shift-reduce"]
+
+
+def test_a_sentence_has_a_tree(basketball) -> None:
+    found = services.validate(basketball, ["hold", "dribble", "shoot"])
+    assert found.allowed
+    assert found.start == "S_A"
+    assert found.tree is not None
+    assert found.tree.leaves() == ("hold", "dribble", "shoot")
+    assert services.validate(basketball, ["guard", "run"]).start == "S_D"
+
+
+def test_no_dribble_after_a_pivot_that_ended_one(basketball) -> None:
+    found = services.validate(basketball, ["hold", "dribble", "pivot_left", "dribble"])
+    assert not found.allowed
+    assert found.position == 3
+    assert set(found.expected) == {"pivot_left", "pass", "shoot", "layup", "fake_shot"}
+    assert found.message == (
+        "action 4 after 'hold dribble pivot_left', from S_A: expected one of pivot_left, pass,"
+        " shoot, layup, fake_shot, found 'dribble'. Put one of them there, or add a rule that"
+        " allows it."
+    )
+
+
+def test_nobody_on_court_does_nothing(basketball) -> None:
+    found = services.validate(basketball, [], "S_A")
+    assert (found.allowed, found.position) == (False, 0)
+    assert "the empty string: expected at least one action, of run, walk" in found.message
+
+
+def test_the_end_is_named_where_more_must_follow(basketball) -> None:
+    found = services.validate(basketball, ["hold"])
+    assert found.position == 1
+    assert "found the end. Go on with one of them." in found.message
+    assert "Did you mean walk?" in services.validate(basketball, ["wlak"]).message
+
+
+def test_suggestions_are_all_that_may_follow(basketball) -> None:
+    """Beside brute force: an action may follow exactly where some string goes on with it."""
+    names = [terminal.name for terminal in basketball.terminals]
+    for prefix in (["hold", "dribble"], ["run"], ["hold", "pass", "run", "feint"], ["push"]):
+        found = services.suggest(basketball, prefix)
+        may = set()
+        for name in names:
+            fault = services.validate(basketball, [*prefix, name])
+            if fault.allowed or fault.position > len(prefix):
+                may.add(name)
+        assert {name for name, _ in found.actions} == may
+        assert (found.end > 0) == services.validate(basketball, prefix).allowed
+        assert sum(p for _, p in found.actions) + found.end == pytest.approx(1.0)
+
+
+def test_start_symbols_count_by_how_probable_the_string_is() -> None:
+    grammar = read_motion_grammar(SMALL, "x.grammar")
+    # P(a ...) is 0.5 from S and from D; behind it, S goes on with a or b alike, D ends
+    found = services.suggest(grammar, ["a"])
+    assert dict(found.actions) == pytest.approx({"a": 0.25, "b": 0.25})
+    assert found.end == pytest.approx(0.5)
+    # nobody begins by ending: from D only a can come, so a has 0.5 + 0.5 and b 0.5
+    assert dict(services.suggest(grammar, []).actions) == pytest.approx({"a": 2 / 3, "b": 1 / 3})
+    assert services.suggest(grammar, ["a"], "S").end == 0.0
+
+
+def test_suggestions_for_what_cannot_begin(basketball) -> None:
+    with pytest.raises(SceneError) as caught:
+        services.suggest(basketball, ["shoot"])
+    assert str(caught.value).startswith("basketball: action 1, from S_A: expected one of run, walk")
+
+
+def test_every_plan_begins_as_asked_and_is_allowed(basketball) -> None:
+    for goals in product(["pass", "dribble", "shoot"], repeat=2):
+        wanted = [{goal} for goal in goals]
+        try:
+            tree = services.plan(basketball, ["hold"], wanted)
+        except SceneError:
+            assert goals[0] == "shoot"  # nothing comes behind a shot
+            continue
+        assert tree.leaves()[0] == "hold"
+        assert g_user(tree.leaves()[1:], wanted) == 0
+        assert services.validate(basketball, tree.leaves(), "S_A").allowed
+    with pytest.raises(SceneError) as caught:
+        services.plan(basketball, [], [{"sing"}])
+    assert "expected an action, found 'sing'" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", scene_files.shipped(scene_files.TACTICS))
+def test_every_player_of_the_shipped_diagrams_can_be_cast(name: str, basketball) -> None:
+    diagram = scene_files.read_tactics(name)
+    strings = services.cast(diagram, basketball)
+    assert set(strings) == set(diagram.player)
+    for player, tree in strings.items():
+        start = basketball.start_of(diagram.player[player].team)
+        assert services.validate(basketball, tree.leaves(), start).allowed
+        items = expressions(diagram)[player]
+        assert g_user(tree.leaves(), [item.actions for item in items]) == 0
+
+
+def test_what_the_grammar_does_not_allow_is_named(basketball) -> None:
+    from motiondb.scene.tactics_file import read_diagram
+
+    diagram = read_diagram("attack A1 at 0 5\ndefence D1 at 0 4\n1 guard A1 on D1", "x.tactics")
+    with pytest.raises(SceneError) as caught:
+        services.cast(diagram, basketball)
+    assert str(caught.value).startswith(
+        "x.tactics: expected of A1 what the grammar basketball allows, found (guard)*."
+    )
