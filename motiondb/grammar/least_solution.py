@@ -56,7 +56,7 @@ def _parts(compiled: CompiledGrammar, inside: np.ndarray) -> tuple[IntArray, Int
     return starts, targets
 
 
-def _groups(compiled: CompiledGrammar, inside: np.ndarray) -> list[tuple[IntArray, bool]]:
+def part_groups(compiled: CompiledGrammar, inside: np.ndarray) -> list[tuple[IntArray, bool]]:
     """Strong components of the parts, parts first, and whether each leads back to itself."""
     starts, targets = _parts(compiled, inside)
     label = strong_components(starts, targets)
@@ -85,7 +85,7 @@ def least_solution(
     """
     x = np.zeros(compiled.n_symbols)
     x[compiled.terminals] = terminal_value
-    for group, cyclic in _groups(compiled, inside):
+    for group, cyclic in part_groups(compiled, inside):
         if cyclic:
             _newton(compiled, group, x)
         elif not compiled.n_nonterminals <= group[0] < len(compiled.names):
@@ -129,7 +129,7 @@ def _value_and_slope(
 def count_empties(compiled: CompiledGrammar) -> FloatArray:
     """Number (S,) of trees by which each symbol becomes empty, infinite through a cycle."""
     x = np.zeros(compiled.n_symbols)
-    for group, cyclic in _groups(compiled, compiled.nullable):
+    for group, cyclic in part_groups(compiled, compiled.nullable):
         for symbol in group:
             rules = slice(compiled.rule_of[symbol], compiled.rule_of[symbol + 1])
             right = compiled.rule_right[rules]
