@@ -16,9 +16,10 @@ from motiondb.grammar.cfg import Grammar, Tree, nullable_symbols, reachable_symb
 from motiondb.grammar.parse import ParseError, explain, parse
 from motiondb.grammar.prefix import prefix_log_probability
 from motiondb.scene import planning
-from motiondb.scene.expressions import expressions
+from motiondb.scene.expressions import Item, expressions
 from motiondb.scene.lr import Conflict, ll1_conflicts, lr1_automaton
 from motiondb.scene.motion_grammar import MotionGrammar
+from motiondb.scene.rules import RULE_NAMES
 from motiondb.scene.tactics import Diagram
 
 
@@ -218,11 +219,15 @@ def cast(diagram: Diagram, grammar: MotionGrammar) -> dict[str, Tree]:
 
     Raises
     ------
-    SceneError, naming the player and what the grammar does not allow them.
+    SceneError, naming the player and what the grammar does not allow them, a place that the
+    grammar's rules need, or an element whose rules need an opponent where there is none.
     """
+    _check_places(diagram, grammar)
     found = {}
     for name, items in expressions(diagram).items():
         start = grammar.start_of(diagram.player[name].team)
+        for item in items:
+            _check_opponent(diagram, grammar, name, start, item)
         try:
             found[name] = plan(grammar, (), [item.actions for item in items], start)
         except SceneError as error:
@@ -232,3 +237,32 @@ def cast(diagram: Diagram, grammar: MotionGrammar) -> dict[str, Tree]:
                 f" {wanted}. {error}"
             ) from None
     return found
+
+
+def _check_places(diagram: Diagram, grammar: MotionGrammar) -> None:
+    known = dict(diagram.places)
+    for place in grammar.places:
+        if place not in known:
+            raise SceneError(
+                f"{diagram.name}: expected the place {place!r}, which rules of the grammar"
+                f" {grammar.name} are about, found {', '.join(known)}. Add 'place {place} at 0 0'."
+            )
+
+
+def _check_opponent(
+    diagram: Diagram, grammar: MotionGrammar, name: str, start: str, item: Item
+) -> None:
+    """Refuse an action that is about an opponent where nobody is one."""
+    if item.element < 0 or item.other or diagram.opponent_of(name):
+        return
+    above = reachable_symbols(grammar.started(start))
+    for action in item.actions:
+        for rule in grammar.rules_of(action, above):
+            about = [getattr(rule, part, "") for part in ("target", "partner", "first", "second")]
+            if "opponent" in about:
+                element = diagram.elements[item.element]
+                raise SceneError(
+                    f"{diagram.name}:{element.line}: '{element}': expected an opponent of {name},"
+                    f" whom the rule {RULE_NAMES[type(rule)]} of {action} is about, found none."
+                    " Add a player of the other team, or take the element out."
+                )

@@ -11,6 +11,7 @@ from motiondb.errors import SceneError
 from motiondb.scene import services
 from motiondb.scene.expressions import expressions, g_user
 from motiondb.scene.grammar_file import read_motion_grammar
+from motiondb.scene.tactics_file import read_diagram
 
 SMALL = """
 grammar small
@@ -132,23 +133,39 @@ def test_every_plan_begins_as_asked_and_is_allowed(basketball) -> None:
 
 
 @pytest.mark.parametrize("name", scene_files.shipped(scene_files.TACTICS))
-def test_every_player_of_the_shipped_diagrams_can_be_cast(name: str, basketball) -> None:
+def test_every_player_of_the_shipped_diagrams_can_be_cast(name: str) -> None:
     diagram = scene_files.read_tactics(name)
-    strings = services.cast(diagram, basketball)
+    grammar = scene_files.grammar_of(diagram)
+    strings = services.cast(diagram, grammar)
     assert set(strings) == set(diagram.player)
     for player, tree in strings.items():
-        start = basketball.start_of(diagram.player[player].team)
-        assert services.validate(basketball, tree.leaves(), start).allowed
+        start = grammar.start_of(diagram.player[player].team)
+        assert services.validate(grammar, tree.leaves(), start).allowed
         items = expressions(diagram)[player]
         assert g_user(tree.leaves(), [item.actions for item in items]) == 0
 
 
 def test_what_the_grammar_does_not_allow_is_named(basketball) -> None:
-    from motiondb.scene.tactics_file import read_diagram
-
     diagram = read_diagram("attack A1 at 0 5\ndefence D1 at 0 4\n1 guard A1 on D1", "x.tactics")
     with pytest.raises(SceneError) as caught:
         services.cast(diagram, basketball)
     assert str(caught.value).startswith(
         "x.tactics: expected of A1 what the grammar basketball allows, found (guard)*."
+    )
+
+
+def test_rules_about_who_is_not_there_are_refused(basketball) -> None:
+    diagram = read_diagram(
+        "attack A1 at 0 5\nattack A2 at 3 5\n1 feint A2\n2 pass A1 to A2\n3 shoot A2", "x.tactics"
+    )
+    with pytest.raises(SceneError) as caught:
+        services.cast(diagram, basketball)
+    assert str(caught.value) == (
+        "x.tactics:3: 'feint A2': expected an opponent of A2, whom the rule distance of feint is"
+        " about, found none. Add a player of the other team, or take the element out."
+    )
+    with pytest.raises(SceneError) as caught:
+        services.cast(diagram, scene_files.read_grammar("carrying"))
+    assert "expected the place 'origin', which rules of the grammar carrying are" in str(
+        caught.value
     )
