@@ -211,7 +211,8 @@ def draw(
         facts = {"diagram": diagram.name, "grammar": grammar.name, "file": str(out)}
         print_json(facts | {"ball": holder, "players": players} | _clip_facts(clips, names))
         return
-    typer.echo(f"{diagram.name} drawn to {out}; the ball is with {holder or 'nobody'} at first")
+    ball = f"; the ball is with {holder} at first" if holder else ""
+    typer.echo(f"{diagram.name} drawn to {out}{ball}")
     print_table(
         "",
         ["player", "team", "expression", "shortest string"],

@@ -90,7 +90,7 @@ def _draw_court(axes: Axes, diagram: Diagram) -> None:
         for name, spot in diagram.places:
             if name != "rim":
                 axes.plot([spot.x], [spot.z], marker="s", ms=6, color=style.FAINT)
-                axes.text(spot.x + 0.25, spot.z, name, fontsize=8, va="center", color=style.INK)
+                axes.text(spot.x + 0.5, spot.z, name, fontsize=8, va="center", color=style.INK)
         return
     for points in _court_lines(court.behind_rim, court.length):
         axes.plot(*points.T, color=style.GROUND, lw=1.0, zorder=1)
