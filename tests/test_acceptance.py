@@ -10,7 +10,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = (ROOT / "docs" / "acceptance.md").read_text(encoding="utf-8")
-LINES = (*(f"A{n}" for n in range(1, 20)), "X1", "X2", "X3", "X4")
+LINES = (
+    *(f"A{n}" for n in range(1, 20)),
+    *(f"C{n}" for n in (3, 6, 7, 8, 9, 15, 16, 18)),
+    *("X1", "X2", "X3", "X4"),
+)
 ROWS = {row.split("|")[1].strip(): row for row in PAGE.splitlines() if row.startswith("| ")}
 NAMED = sorted(set(re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", PAGE)))
 FILES = sorted(set(re.findall(r"`((?:motiondb|cli|schema|benchmarks|docs|tests)/[\w/.-]+)`", PAGE)))
