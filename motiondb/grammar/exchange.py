@@ -1,0 +1,279 @@
+"""Segmentation and terminals together: K medoids exchanged one by one, cuts by the cheapest path.
+
+Once the medoids are known, the best segmentation is no search: the cost of a cell (``candidates``)
+is the least of L(s) D(s, s_k^c) over the medoids, and the cheapest path through the cells is the
+segmentation of largest F with these medoids, found exactly. So the search is over K medoids alone,
+any K cells, and goes as the swap search does (``medoids``): a cell is tried as a medoid, all cells'
+costs to it are computed, and for every present medoid it could replace, the cheapest path is found
+from the least and second least cost of every cell. The best exchange is made if it lowers
+
+    G = T d_max / (1 - w) / F + sum over cuts c of (price + rest s(c)) u
+
+where u is the mean distance of a pose from the mean pose and s(c) the speed at the cut relative to
+the takes' mean: ``price`` holds against ever shorter segments, ``rest`` lets equally good
+segmentations be told apart by where the body rests (a segmentation moved on by half a step repeats
+as well as the true one). Both 0: the largest F.
+
+Cells are tried at random: those of the present segmentation more often the more they cost, a
+medoid's neighbours, and any. First medoids are drawn far from one another. The best of several
+starts is searched on.
+
+This takes the place of the genetic algorithm of Park, Lee and Lee (2011), section 4.2, which is
+kept in ``genetic``; the idea that grouping and cutting can be done in turn is that of segmental
+k-means (Rabiner, Wilpon, Juang 1986) and of aligned cluster analysis (Zhou, De la Torre, Hodgins
+2013).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+
+from motiondb.grammar.candidates import Cells, cheapest_path, path_costs
+from motiondb.grammar.poses import Poses
+from motiondb.records import Float32Array, FloatArray, IntArray
+
+_LEAST_GAIN = 1e-9
+_NEAR = 2  # cuts by which a neighbour of a medoid differs
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What is searched: poses (at the rate of the cells' frames), cells, costs of cuts (cuts,), the
+    price of a medoid's frame, and K."""
+
+    poses: Poses
+    cells: Cells
+    cut_costs: FloatArray
+    medoid_price: float
+    n_groups: int
+
+    @cached_property
+    def squares(self) -> Float32Array:
+        """|x_t|^2 of every frame."""
+        return np.asarray((self.poses.values**2).sum(axis=1), dtype=np.float32)
+
+
+@dataclass(eq=False)
+class State:
+    """Medoids (K,), cells; ``table`` (K, cells) of costs; the path of cells and its cost G."""
+
+    medoids: IntArray
+    table: Float32Array
+    path: IntArray
+    cost: float
+    least: Float32Array
+    second: Float32Array
+    nearest: IntArray
+
+
+def exchange_search(
+    task: Task,
+    rng: np.random.Generator,
+    n_starts: int,
+    n_trials: int,
+    advance: Callable[[float], None] | None = None,
+) -> State:
+    """The best state found.
+
+    Parameters
+    ----------
+    rng : for the starts and the cells that are tried; a start has its own generator, so the result
+        does not depend on the number of threads.
+    n_starts, n_trials : half of the trials are divided among the starts, half go to the best.
+    advance : called with the share that is done.
+    """
+    each = max(1, n_trials // (2 * n_starts))
+    generators = rng.spawn(n_starts + 1)
+
+    def begin(number: int) -> State:
+        state = first_state(task, generators[number])
+        improve(task, state, generators[number], each)
+        return state
+
+    states = []
+    with ThreadPoolExecutor(2) as pool:
+        for number, state in enumerate(pool.map(begin, range(n_starts))):
+            states.append(state)
+            if advance:
+                advance(0.5 * (number + 1) / n_starts)
+    best = min(states, key=lambda state: state.cost)
+    rest = n_trials - each * n_starts
+    for part in range(10):
+        improve(task, best, generators[-1], rest // 10)
+        if advance:
+            advance(0.55 + 0.05 * part)
+    return best
+
+
+def first_state(task: Task, rng: np.random.Generator) -> State:
+    """Medoids far apart: each is a segment of the best path so far, drawn by its cost."""
+    cells, n_cells = task.cells, len(task.cells.firsts)
+    chosen = [int(rng.integers(n_cells))]
+    table = np.empty((task.n_groups, n_cells), dtype=np.float32)
+    cell_costs(task, chosen[0], table[0])
+    current = table[0].copy()
+    for k in range(1, task.n_groups):
+        _, path = cheapest_path(cells, current, task.cut_costs)
+        chosen.append(_draw(path, current[path], rng))
+        cell_costs(task, chosen[-1], table[k])
+        current = np.minimum(current, table[k])
+    return _settle(task, np.array(chosen), table)
+
+
+def improve(task: Task, state: State, rng: np.random.Generator, n_trials: int) -> int:
+    """Try ``n_trials`` cells as medoids; the number of exchanges made. Changes ``state``."""
+    cells = task.cells
+    lengths = cells.ends - cells.starts
+    tried = np.empty(len(cells.firsts), dtype=np.float32)
+    made = 0
+    for _ in range(n_trials):
+        cell = _propose(task, state, rng)
+        if cell < 0 or cell in state.medoids:
+            continue
+        cell_costs(task, cell, tried)
+        prices = task.medoid_price * lengths[state.medoids]
+        k, cost = _best_exchange(
+            (cells.firsts, cells.pointers, task.cut_costs),
+            (state.least, state.second, state.nearest, tried),
+            prices,
+            float(task.medoid_price * lengths[cell]),
+            state.cost * (1.0 - _LEAST_GAIN),
+        )
+        if k >= 0 and cost < state.cost:
+            medoids, table = state.medoids, state.table
+            medoids[k], table[k] = cell, tried
+            state.__dict__.update(vars(_settle(task, medoids, table)))
+            made += 1
+    return made
+
+
+def cell_costs(task: Task, medoid: int, out: Float32Array) -> None:
+    """L(s) D(s, medoid) for all cells s, into ``out``."""
+    cells, values = task.cells, task.poses.values
+    start, end = int(cells.starts[medoid]), int(cells.ends[medoid])
+    own = values[start:end]
+    table = values @ own.T
+    _cell_costs(table, task.squares, start, cells.cuts, cells.firsts, cells.pointers, out)
+
+
+def _settle(task: Task, medoids: IntArray, table: Float32Array) -> State:
+    n_cells = table.shape[1]
+    least, second = np.empty(n_cells, np.float32), np.empty(n_cells, np.float32)
+    nearest = np.empty(n_cells, np.int64)
+    _two_least(table, least, second, nearest)
+    cost, path = cheapest_path(task.cells, least, task.cut_costs)
+    lengths = task.cells.ends[medoids] - task.cells.starts[medoids]
+    total = cost + task.medoid_price * float(lengths.sum())
+    return State(medoids, table, path, total, least, second, nearest)
+
+
+def _draw(path: IntArray, costs: Float32Array, rng: np.random.Generator) -> int:
+    weights = costs.astype(np.float64) + 1e-9
+    return int(path[rng.choice(len(path), p=weights / weights.sum())])
+
+
+def _propose(task: Task, state: State, rng: np.random.Generator) -> int:
+    """A cell to try, -1 where none was found."""
+    kind = rng.random()
+    if kind < 0.5:
+        return _draw(state.path, state.least[state.path], rng)
+    if kind < 0.75:
+        return int(rng.integers(len(task.cells.firsts)))
+    cells = task.cells
+    medoid = state.medoids[rng.integers(task.n_groups)]
+    first = cells.firsts[medoid] + rng.integers(-_NEAR, _NEAR + 1)
+    last = cells.lasts[medoid] + rng.integers(-_NEAR, _NEAR + 1)
+    if not 0 <= first < last < len(cells.cuts):
+        return -1
+    some = slice(cells.pointers[last], cells.pointers[last + 1])
+    found = np.flatnonzero(cells.firsts[some] == first)
+    return int(cells.pointers[last] + found[0]) if len(found) else -1
+
+
+def path_medoids(task: Task, state: State, path: IntArray) -> IntArray:
+    """For every terminal a segment of the path to begin with: the cheapest of its own, or a free
+    one."""
+    left = set(range(len(path)))
+    chosen: list[int] = []
+    for k in range(task.n_groups):
+        own = [n for n in left if state.nearest[path[n]] == k] or sorted(left)
+        lengths = task.cells.ends[path[own]] - task.cells.starts[path[own]]
+        best = own[int(np.argmin(state.table[k, path[own]] / lengths))]
+        chosen.append(best)
+        left.discard(best)
+    return np.array(chosen)
+
+
+@njit(cache=True, fastmath=True, nogil=True)
+def _cell_costs(table, squares, start, cuts, firsts, pointers, out):  # type: ignore[no-untyped-def]
+    """From inner products (frames, medoid's frames) to distances, to sums over warped cells."""
+    n_own = table.shape[1]
+    for t in range(table.shape[0]):
+        for u in range(n_own):
+            square = squares[t] + squares[start + u] - np.float32(2.0) * table[t, u]
+            table[t, u] = np.sqrt(max(square, np.float32(0.0)))
+    for j in range(len(cuts)):
+        for c in range(pointers[j], pointers[j + 1]):
+            first, length = cuts[firsts[c]], cuts[j] - cuts[firsts[c]]
+            total, behind, at = np.float32(0.0), 0, 0
+            if length >= n_own:
+                for t in range(first, first + length):
+                    total += table[t, at]
+                    behind += n_own
+                    if behind >= length:
+                        behind -= length
+                        at += 1
+                out[c] = total
+            else:
+                for u in range(n_own):
+                    total += table[first + at, u]
+                    behind += length
+                    if behind >= n_own:
+                        behind -= n_own
+                        at += 1
+                out[c] = total * np.float32(length) / np.float32(n_own)
+
+
+@njit(cache=True, nogil=True)
+def _two_least(table, least, second, nearest):  # type: ignore[no-untyped-def]
+    for c in range(table.shape[1]):
+        least[c], second[c], nearest[c] = np.inf, np.inf, -1
+        for k in range(table.shape[0]):
+            cost = table[k, c]
+            if cost < least[c]:
+                second[c], least[c], nearest[c] = least[c], cost, k
+            elif cost < second[c]:
+                second[c] = cost
+
+
+@njit(cache=True, nogil=True)
+def _best_exchange(graph, known, prices, price, bound):  # type: ignore[no-untyped-def]
+    """Which medoid to replace (-1: none gets below ``bound``), and G then.
+
+    No exchange is cheaper than keeping all medoids beside the new one: where that is not enough,
+    nothing is tried.
+    """
+    firsts, pointers, cut_costs = graph
+    least, second, nearest, tried = known
+    reached = np.empty(len(cut_costs))
+    before = np.empty(len(cut_costs), np.int64)
+    costs = np.minimum(least, tried)
+    floor = path_costs(firsts, pointers, costs, cut_costs, reached, before)
+    floor += prices.sum() + price
+    found = -1
+    for k in range(len(prices)):
+        if floor - prices[k] >= bound:
+            continue
+        for c in range(len(costs)):
+            costs[c] = min(second[c] if nearest[c] == k else least[c], tried[c])
+        total = path_costs(firsts, pointers, costs, cut_costs, reached, before)
+        total += prices.sum() + price - prices[k]
+        if total < bound:
+            bound, found = total, k
+    return found, bound
