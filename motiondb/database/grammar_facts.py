@@ -1,4 +1,4 @@
-"""A grammar as plain facts for print and JSON, and as pictures."""
+"""A grammar, and what it generates, as plain facts for print and JSON, and as files."""
 
 from __future__ import annotations
 
@@ -9,16 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from motiondb import pictures, store
-from motiondb.database.generated_files import frame_runs, source_facts, source_spans
+from motiondb import store
+from motiondb.database.generated_files import frame_runs, source_facts
 from motiondb.database.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammar_words import Meaning
-from motiondb.database.parts import cut_motion, write_bytes, write_clip
+from motiondb.database.parts import write_bytes, write_clip
 from motiondb.grammar import cfg
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS
-
-SHOWN_TREES = 12
 
 
 def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> dict[str, Any]:
@@ -106,65 +104,6 @@ def format_tree(tree: cfg.Tree) -> str:
     return "".join(parts)
 
 
-def colours(learned: store.LearnedGrammar) -> dict[str, int]:
-    """Terminal -> number of its tint, the same in all pictures of a grammar."""
-    return {name: k for k, name in enumerate(learned.terminals.names)}
-
-
-def draw_sentences(material: Material, path: str | Path) -> Path:
-    """The trees of the sentences, each different one once, the commonest first."""
-    learned = material.learned
-    counts: dict[tuple[int, ...], list[int]] = {}
-    for number, rules in enumerate(learned.parses, start=1):
-        counts.setdefault(rules, []).append(number)
-    order = sorted(counts.items(), key=lambda pair: (-len(pair[1]), pair[1][0]))
-    trees = [
-        pictures.TreePicture(_caption(numbers), cfg.derive_by(learned.grammar, rules))
-        for rules, numbers in order[:SHOWN_TREES]
-    ]
-    title = f"{learned.name}: {len(learned.sentences)} sentences, {len(order)} different trees"
-    if len(order) > SHOWN_TREES:
-        title += f", the commonest {SHOWN_TREES}"
-    return pictures.draw_trees(trees, path, title, colours(learned))
-
-
-def _caption(numbers: Sequence[int]) -> str:
-    shown = ", ".join(map(str, numbers[:6])) + (", ..." if len(numbers) > 6 else "")
-    return f"sentence{'s' if len(numbers) > 1 else ''} {shown}"
-
-
-def draw_strings(material: Material, meanings: Sequence[Meaning], path: str | Path) -> Path:
-    """Terminals with the figures that stand for them, and the takes as strings of them."""
-    learned, terminals = material.learned, material.learned.terminals
-    cards, bars = [], []
-    for k, (name, meaning) in enumerate(zip(terminals.names, meanings)):
-        clip = int(terminals.medoids[k])
-        motion = material.motions.get(int(terminals.takes[clip]))
-        if motion is not None:
-            seconds = terminals.starts[clip] / MOTION_FPS, terminals.ends[clip] / MOTION_FPS
-            count = int((terminals.labels == k).sum())
-            text = f"{meaning.text}  {count}x" if meaning.text else f"{count}x"
-            cards.append(pictures.TerminalCard(name, text, k, cut_motion(motion, *seconds)))
-    for take, source in enumerate(learned.sources):
-        rows = np.flatnonzero(terminals.takes == take)
-        spans = [
-            (terminals.starts[r] / MOTION_FPS, terminals.ends[r] / MOTION_FPS,
-             terminals.names[terminals.labels[r]], int(terminals.labels[r]))
-            for r in rows
-        ]  # fmt: skip
-        lines = [pictures.Timeline("terminals", spans)]
-        numbered = enumerate(learned.sentences.tolist(), start=1)
-        sentences = [
-            (terminals.starts[a] / MOTION_FPS, terminals.ends[b - 1] / MOTION_FPS, str(number),
-             11 if number % 2 else 6)
-            for number, (a, b) in numbered
-            if rows[0] <= a <= rows[-1]
-        ]  # fmt: skip
-        lines.append(pictures.Timeline("sentences", sentences))
-        bars.append(pictures.StringBar(source.name, source.n_frames / MOTION_FPS, lines))
-    return pictures.draw_strings(cards, bars, path, learned.name)
-
-
 def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
     """How a sequence came about: string, tree, seams, sources."""
     made = sequence.made
@@ -193,18 +132,3 @@ def write_sequence(sequence: GrammarSequence, seed: int, path: Path) -> dict[str
     write_clip(retarget.to_clip(sequence.motion), path)
     write_bytes(beside, json.dumps(facts | {"frames": frame_runs(sequence)}, indent=1).encode())
     return facts | {"output": str(path), "provenance": str(beside)}
-
-
-def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Path) -> Path:
-    """A strip of the motion with its terminals and sources."""
-    names = colours(material.learned)
-    spans = [
-        (a / MOTION_FPS, b / MOTION_FPS, terminal, names[terminal])
-        for terminal, (a, b) in zip(sequence.string, sequence.made.spans)
-    ]
-    lines = [
-        pictures.Timeline("terminals", spans),
-        pictures.Timeline("sources", source_spans(sequence)),
-    ]
-    title = f"{sequence.grammar}: {' '.join(sequence.string)}"
-    return pictures.draw_strip(sequence.motion, path, title=title, timelines=lines)

@@ -1,0 +1,200 @@
+"""grammar learn, list, show, compare, remove: the syntax of long takes."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    Json,
+    Seed,
+    database,
+    print_json,
+    print_table,
+    progress,
+)
+
+Name = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Put the commands into the app."""
+    from motiondb.cli import sequences
+
+    group = typer.Typer(
+        help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
+        no_args_is_help=True,
+    )
+    group.command("learn")(learn)
+    group.command("list")(list_grammars)
+    group.command("show")(show)
+    sequences.register(group)
+    group.command("compare")(compare)
+    group.command("remove")(remove)
+    app.add_typer(group, name="grammar")
+
+
+def learn(
+    captures: Annotated[
+        list[str], typer.Argument(metavar="CAPTURE...", help="Captures, long ones best.")
+    ],
+    terminals: Annotated[
+        str, typer.Option("--terminals", help="How many kinds of action, or auto: the data's.")
+    ] = "20",
+    name: Annotated[
+        str | None, typer.Option("--name", help="The grammar's name; default: the first capture's.")
+    ] = None,
+    from_symbols: Annotated[
+        bool, typer.Option("--from-symbols", help="Take the learned motion symbols as terminals.")
+    ] = False,
+    sentences: Annotated[
+        str,
+        typer.Option(
+            "--sentences",
+            help="auto: found; captures: each is one; captions: begin where timed words do.",
+        ),
+    ] = "auto",
+    seed: Seed = 0,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Learn a grammar from captures: segments, terminals, sentences, rules."""
+    from motiondb.database.grammar_learning import GrammarSettings
+    from motiondb.errors import QueryError
+
+    if terminals != "auto" and not (terminals.isdecimal() and int(terminals) > 0):
+        raise QueryError(
+            f"--terminals: expected a number of 1 or more, or auto, found {terminals!r}."
+        )
+    number = None if terminals == "auto" else int(terminals)
+    settings = GrammarSettings(number, from_symbols, sentences, seed)
+    with database(db, writing=True) as base, progress(not json) as tell:
+        learned, lost = base.grammars.learn(captures, name, settings, tell)
+        facts = base.grammars.show(learned.name)
+    if json:
+        print_json(facts | {"no longer editable": lost})
+        return
+    typer.echo(summary(facts))
+    _say_lost(lost)
+
+
+def summary(facts: dict[str, Any]) -> str:
+    """A grammar in a line."""
+    seconds = sum(c["seconds"] for c in facts["captures"])
+    n = len(facts["captures"])
+    return (
+        f"{facts['grammar']}: {n} capture{'s' * (n > 1)} ({seconds:.0f} s), "
+        f"{facts['segments']} segments of {len(facts['terminals'])} terminals, "
+        f"{facts['sentences']} sentence{'s' * (facts['sentences'] > 1)}, "
+        f"{facts['nonterminals']} nonterminal{'s' * (facts['nonterminals'] > 1)}, "
+        f"{facts['rules']} rules, {facts['bits']['sum']:.1f} bits."
+    )
+
+
+def _say_lost(lost: list[str]) -> None:
+    if lost:
+        typer.echo(
+            f"note: {', '.join(lost)} can no longer be edited: the grammar that derived "
+            f"{'it' if len(lost) == 1 else 'them'} is gone",
+            err=True,
+        )
+
+
+def list_grammars(db: Db = DEFAULT_DB, json: Json = False) -> None:
+    """List the grammars."""
+    with database(db) as base:
+        rows = [base.grammars.show(name) for name in base.grammars.names()]
+    if json:
+        keys = ("grammar", "run", "segments", "sentences", "nonterminals", "rules", "bits")
+        print_json([{k: r[k] for k in keys} | {"captures": len(r["captures"])} for r in rows])
+        return
+    if not rows:
+        typer.echo("no grammars yet: motiondb grammar learn CAPTURE...")
+    for row in rows:
+        typer.echo(summary(row))
+
+
+def show(
+    name: Name,
+    png: Annotated[
+        Path | None, typer.Option("--png", help="Draw the sentences' trees into this file.")
+    ] = None,
+    strings: Annotated[
+        Path | None,
+        typer.Option("--strings", help="Draw terminals and captures as strings into this file."),
+    ] = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Show a grammar: its rules, its terminals with their words, the bits of its description."""
+    with database(db) as base:
+        facts = base.grammars.show(name)
+        if png:
+            base.grammars.draw_trees(name, png)
+        if strings:
+            base.grammars.draw_strings(name, strings)
+    if json:
+        print_json(facts)
+        return
+    typer.echo(summary(facts))
+    typer.echo(facts["text"])
+    rows = [
+        [t["terminal"], str(t["count"]), f"{t['seconds']:.2f}",
+         "  ".join(f"{w['word']} {w['probability']:.2f}" for w in t["words"]),
+         "  ".join(f"{s['symbol']}: {s['share']:.0%}" for s in t["symbols"]),
+         f"{t['medoid']['capture']} {t['medoid']['start']:.2f}-{t['medoid']['end']:.2f} s"]
+        for t in facts["terminals"]
+    ]  # fmt: skip
+    columns = ["terminal", "count", "seconds", "words", "motion symbols", "medoid"]
+    used = [k for k, _ in enumerate(columns) if any(row[k] for row in rows)]
+    print_table("", [columns[k] for k in used], [[row[k] for k in used] for row in rows])
+    bits = {part: value for part, value in facts["bits"].items() if part != "sum"}
+    said = " + ".join(f"{part} {value:.1f}" for part, value in bits.items())
+    typer.echo(f"description: {said} = {facts['bits']['sum']:.1f} bits")
+    for capture in facts["captures"]:
+        if not capture["there"]:
+            typer.echo(
+                f"note: {capture['capture']} is no longer in the database: its segments cannot be "
+                "played",
+                err=True,
+            )
+    for picture in (png, strings):
+        if picture:
+            typer.echo(f"picture: {picture}")
+
+
+def compare(name: Name, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json = False) -> None:
+    """Compare a grammar with a finite state machine, Sequitur and flat rules on its sentences."""
+    with database(db) as base:
+        rows = base.grammars.compare(name, seed)
+    if json:
+        print_json([asdict(row) for row in rows])
+        return
+    table = [
+        [row.kind, str(row.nonterminals), str(row.rules), f"{row.bits:.1f}",
+         "more than 10,000" if row.strings is None else str(row.strings),
+         "" if row.held_out is None else f"{row.held_out:.0%}",
+         f"{row.new:.0%}", f"{row.outside:.0%}", f"{row.mean_length:.1f}"]
+        for row in rows
+    ]  # fmt: skip
+    columns = ["grammar", "nonterminals", "rules", "bits", "strings", "held out", "new", "outside",
+               "mean length"]  # fmt: skip
+    print_table("", columns, table)
+    typer.echo("held out: sentences derived by a grammar learned from the others")
+    typer.echo("new: strings that are none of the sentences; outside: that the learned one has not")
+
+
+def remove(name: Name, db: Db = DEFAULT_DB, json: Json = False) -> None:
+    """Take a grammar out; sequences that it generated stay as captures, but cannot be edited."""
+    with database(db, writing=True) as base:
+        lost = base.grammars.remove(name)
+    if json:
+        print_json({"removed": name, "no longer editable": lost})
+        return
+    typer.echo(f"{name} removed")
+    _say_lost(lost)

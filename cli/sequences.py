@@ -1,0 +1,279 @@
+"""grammar parse, suggest, generate, edit: sequences that a grammar allows."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    Json,
+    Png,
+    Seed,
+    database,
+    print_json,
+    print_table,
+    progress,
+)
+
+if TYPE_CHECKING:
+    from motiondb.database import MotionDB
+    from motiondb.database.grammar_editing import Edit
+    from motiondb.database.grammar_sequences import GrammarSequence
+
+Name = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]
+Save = Annotated[str | None, typer.Option("--save", help="Keep it as a capture, by this name.")]
+
+
+def register(group: typer.Typer) -> None:
+    """Put the commands into the group."""
+    group.command("parse")(parse)
+    group.command("suggest")(suggest)
+    group.command("generate")(generate)
+    group.command("edit")(edit)
+
+
+def parse(
+    name: Name,
+    example: Annotated[
+        str, typer.Argument(metavar="CAPTURE", help="A stored capture's name, or a file.")
+    ],
+    png: Png = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Parse a capture: its sentences' trees, or where it fails and what was expected (exit 1)."""
+    from motiondb.database.grammar_facts import format_tree
+
+    with database(db) as base:
+        found = base.grammars.parse(name, example)
+        if png and found.trees:
+            base.grammars.draw_parse(name, found, png)
+    fault = found.fault
+    if json:
+        facts: dict[str, Any] = {
+            "string": list(found.string),
+            "spans": [list(span) for span in zip(found.starts, found.ends)],
+            "learned from": found.stored,
+            "sentences": [
+                {"string": list(tree.leaves()), "tree": format_tree(tree)} for tree in found.trees
+            ],
+            "fault": None,
+        }
+        if fault:
+            facts["fault"] = {
+                "position": fault.position, "found": fault.found,
+                "expected": list(fault.expected), "may end": fault.may_end, "says": str(fault),
+            }  # fmt: skip
+        print_json(facts)
+    else:
+        how = "as learned" if found.stored else "read anew"
+        typer.echo(f"{' '.join(found.string)} ({how})")
+        for number, tree in enumerate(found.trees, start=1):
+            typer.echo(f"{number}  {format_tree(tree)}")
+        if fault:
+            typer.echo(f"{fault}")
+            if fault.position < len(found.starts):
+                start, end = found.starts[fault.position], found.ends[fault.position]
+                typer.echo(f"that is {start:.2f}-{end:.2f} s of {example}")
+    if fault:
+        raise typer.Exit(1)
+
+
+def suggest(
+    name: Name,
+    beginning: Annotated[
+        str, typer.Argument(metavar="STRING", help='Terminals so far, such as "a b c"; or "".')
+    ] = "",
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Say which actions the grammar allows next, with their probabilities."""
+    with database(db) as base:
+        found = base.grammars.suggest(name, beginning)
+        names = base.grammars.load(name).terminals.names
+        words = dict(zip(names, (m.text for m in base.grammars.meanings(name))))
+    if json:
+        print_json([{"terminal": t, "end": t is None, "probability": p} for t, p in found])
+        return
+    rows = [
+        ["the end" if t is None else t, f"{p:.3f}", words.get(t, "") if t else ""] for t, p in found
+    ]
+    columns = ["next", "score", "words"] if any(row[2] for row in rows) else ["next", "score"]
+    print_table("", columns, [row[: len(columns)] for row in rows])
+
+
+def generate(
+    name: Name,
+    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
+    seed: Seed = 0,
+    length: Annotated[
+        int | None, typer.Option("--length", min=1, help="Terminals wished, the nearest possible.")
+    ] = None,
+    save: Save = None,
+    png: Png = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Make a new sequence that obeys the grammar; its sources go into a file beside it."""
+    with database(db, writing=save is not None) as base, progress(not json) as tell:
+        tell("generating", 0.0, 1.0)
+        if save:
+            base.check_name_free(save)
+        made = base.grammars.generate(name, seed, length)
+        facts = _hand_out(base, made, seed, output, save, png)
+    if json:
+        print_json(facts)
+    else:
+        _say_made(facts, output)
+
+
+def edit(
+    name: Name,
+    sequence: Annotated[
+        str,
+        typer.Argument(metavar="SEQUENCE", help='A kept sequence\'s name, or terminals "a b c".'),
+    ],
+    at: Annotated[int, typer.Option("--at", help="The position to edit, from 0.")],
+    wider: Annotated[
+        int, typer.Option("--wider", min=0, help="Grow the region to this many ancestors up.")
+    ] = 0,
+    narrower: Annotated[
+        int, typer.Option("--narrower", min=0, help="Then shrink it to this many levels down.")
+    ] = 0,
+    number: Annotated[int, typer.Option("--number", min=1, help="Alternatives to offer.")] = 4,
+    choose: Annotated[
+        int | None, typer.Option("--choose", min=1, help="Take this alternative, from 1.")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Write the chosen one; without --choose all of them."),
+    ] = None,
+    save: Annotated[
+        str | None, typer.Option("--save", help="Keep the chosen one as a capture, by this name.")
+    ] = None,
+    png: Annotated[
+        Path | None, typer.Option("--png", help="Draw the trees of the alternatives.")
+    ] = None,
+    seed: Seed = 0,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Offer other ways through a region of a sequence; everything outside it stays.
+
+    The same seed offers the same alternatives, so look first, then --choose one.
+    """
+    from motiondb.errors import QueryError
+
+    if save and choose is None:
+        raise QueryError("edit: expected a choice to keep, found --save alone. Add --choose N.")
+    if choose is not None and not (output or save):
+        raise QueryError("edit: expected -o FILE or --save NAME beside --choose, found neither.")
+    with database(db, writing=save is not None) as base:
+        if save:
+            base.check_name_free(save)
+        edited = base.grammars.edit(name, sequence, at, (wider, narrower), number, seed)
+        if png:
+            base.grammars.draw_edit(name, edited, png)
+        if choose is not None:
+            made = base.grammars.play(name, edited, choose - 1, seed)
+            how = {"edited": sequence, "at": at}
+            facts = _hand_out(base, made, seed, output, save, None, how)
+        else:
+            facts = _offer(base, name, edited, seed, output)
+    if json:
+        print_json(facts)
+    elif choose is not None:
+        _say_made(facts, output)
+    else:
+        _say_offer(facts)
+
+
+def _hand_out(
+    base: MotionDB,
+    made: GrammarSequence,
+    seed: int,
+    output: Path | None,
+    save: str | None,
+    png: Path | None,
+    how: dict[str, object] | None = None,
+) -> dict[str, Any]:
+    """Keep, draw and write what was made; the facts."""
+    from motiondb.database import grammar_facts
+
+    if output:
+        facts = grammar_facts.write_sequence(made, seed, output)
+    else:
+        facts = grammar_facts.sequence_facts(made, seed)
+    if save:
+        base.grammars.save(save, made, seed, how)
+        facts["capture"] = save
+    if png:
+        base.grammars.draw_sequence(made, png)
+    return facts
+
+
+def _offer(
+    base: MotionDB, name: str, edited: Edit, seed: int, output: Path | None
+) -> dict[str, Any]:
+    """The alternatives played; as files NAME-1, NAME-2, ... where an output is named."""
+    from motiondb.database import grammar_facts
+
+    rows = []
+    for number, alternative in enumerate(edited.alternatives):
+        made = base.grammars.play(name, edited, number, seed)
+        facts = grammar_facts.sequence_facts(made, seed)
+        if output:
+            file = output.with_name(f"{output.stem}-{number + 1}{output.suffix}")
+            facts = grammar_facts.write_sequence(made, seed, file)
+        rows.append(
+            facts
+            | {"region": list(alternative.string), "log probability": alternative.log_probability}
+        )
+    return {
+        "grammar": name,
+        "string": list(edited.before.leaves()),
+        "region": asdict(edited.region),
+        "alternatives": rows,
+    }
+
+
+def _say_offer(facts: dict[str, Any]) -> None:
+    string, region = facts["string"], facts["region"]
+    start, end = region["start"], region["end"]
+    marked = [*string[:start], "[", *string[start:end], "]", *string[end:]]
+    typer.echo(f"{' '.join(marked)}   {region['symbol']} derives {start} to {end - 1}")
+    if not facts["alternatives"]:
+        typer.echo("nothing else can stand there: try --wider 1")
+        return
+    rows = [
+        [str(number), " ".join(row["region"]) or "nothing", f"{row['log probability']:.2f}",
+         f"{row['seconds']:.2f}", f"{row['join cost']:.2f}", row.get("output", "")]
+        for number, row in enumerate(facts["alternatives"], start=1)
+    ]  # fmt: skip
+    columns = ["rank", "region", "log probability", "seconds", "join cost", "file"]
+    used = len(columns) if any(row[-1] for row in rows) else len(columns) - 1
+    print_table("", columns[:used], [row[:used] for row in rows])
+
+
+def _say_made(facts: dict[str, Any], output: Path | None) -> None:
+    where = f" written to {output}" if output else ""
+    kept = f", kept as {facts['capture']}" if "capture" in facts else ""
+    typer.echo(f"{facts['seconds']:.2f} s of motion{where}{kept} (seed {facts['seed']})")
+    typer.echo(f"string: {' '.join(facts['string'])}")
+    typer.echo(f"tree:   {facts['tree']}")
+    typer.echo(
+        f"seams cost {facts['join cost']:.2f}, chosen greedily {facts['greedy join cost']:.2f}; "
+        f"feet slip {100 * facts['foot slip']:.1f} cm/s, in the sources "
+        f"{100 * facts['foot slip of sources']:.1f}"
+    )
+    for source in facts["sources"]:
+        typer.echo(
+            f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
+        )
+    if output:
+        typer.echo(f"every frame's origin: {facts['provenance']}")

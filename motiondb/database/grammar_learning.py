@@ -1,0 +1,196 @@
+"""Learning a grammar: captures to terminals, strings, sentences, rules; saved whole or not at all.
+
+Terminals are found in the motion itself, or are the motion symbols of the database. Sentences are
+found (the cuts of least description length), or are the captures as they are, or begin where
+people's timed words begin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from motiondb import store
+from motiondb.errors import QueryError
+from motiondb.grammar import cfg, parse, partition
+from motiondb.grammar.terminals import (
+    Terminals,
+    TerminalSettings,
+    find_terminals,
+    strings_of,
+    terminals_from_symbols,
+)
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo, FloatArray, IntArray
+
+Progress = Callable[[str, float, float], None]
+"""Called with what is being done, how much is done, how much there is."""
+
+SENTENCES = ("auto", "captures", "captions")
+N_TERMINALS = 20
+MAX_NAME = 80
+
+
+@dataclass(frozen=True)
+class GrammarSettings:
+    """Everything that decides what is learned.
+
+    n_terminals : K; None lets the description length choose. from_symbols : the motion symbols of
+    the database are the terminals. sentences : "auto", "captures" (each is one) or "captions" (one
+    begins where timed words begin). search : how terminals are looked for.
+    """
+
+    n_terminals: int | None = N_TERMINALS
+    from_symbols: bool = False
+    sentences: str = "auto"
+    seed: int = 0
+    search: TerminalSettings = field(default_factory=TerminalSettings)
+
+
+def learn_grammar(
+    database: store.Store,
+    captures: Sequence[str],
+    name: str | None,
+    settings: GrammarSettings,
+    progress: Progress | None = None,
+) -> tuple[store.LearnedGrammar, list[str]]:
+    """Learn a grammar from captures and save it in place of the one of its name.
+
+    Returns
+    -------
+    The grammar, and the generated captures that were derived by the one it replaces.
+
+    Raises
+    ------
+    QueryError
+        for unknown or generated captures, a bad name or setting. MotionDBError: the takes are too
+        short for so many terminals, or hold nothing that could be learned. Nothing is saved then.
+    """
+    tell = progress or (lambda _what, _done, _total: None)
+    infos = _sources(database, captures)
+    name = infos[0].name.rpartition("/")[2] if name is None else name
+    _check(name, settings)
+    rng = np.random.default_rng(settings.seed)
+    terminals, symbols = _terminals(database, infos, settings, rng, tell)
+    tell("sentences", 0.0, 1.0)
+    found = _sentences(database, infos, terminals, settings, rng, tell)
+    tell("parses", 0.0, 1.0)
+    learned = store.LearnedGrammar(
+        name,
+        tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
+        terminals,
+        symbols,
+        cfg.Grammar(found.grammar.start, found.grammar.rules, terminals.names),
+        _intervals(found.sentences),
+        tuple(cfg.choices_of(parse.parse(found.grammar, s)) for s in found.sentences),
+        {"rules": found.bits.grammar, "sentences": found.bits.sentences},
+    )
+    parameters = {"name": name, "captures": [info.name for info in infos], **asdict(settings)}
+    with store.transaction(database):
+        run_id = store.start_run(database, "grammar", parameters, settings.seed)
+        lost = store.save_grammar(database, learned, run_id)
+        store.finish_run(database, run_id)
+    tell("parses", 1.0, 1.0)
+    return store.load_grammar(database, name), lost
+
+
+def _sources(database: store.Store, captures: Sequence[str]) -> list[CaptureInfo]:
+    infos = [store.load_capture(database, capture) for capture in captures]
+    if not infos:
+        raise QueryError("captures: expected at least one to learn from, found none. Name some.")
+    for number, info in enumerate(infos):
+        if info.kind != "captured":
+            raise QueryError(
+                f"{info.name}: expected a capture that was captured, found a generated one."
+                " A grammar is learned from what people did: leave it out."
+            )
+        if any(info.capture_id == other.capture_id for other in infos[:number]):
+            raise QueryError(
+                f"{info.name}: expected every capture once, found it twice. Name it once."
+            )
+    return infos
+
+
+def _check(name: str, settings: GrammarSettings) -> None:
+    if not name.strip() or len(name) > MAX_NAME or not name.isprintable():
+        raise QueryError(
+            f"{name!r}: expected a name of 1 to {MAX_NAME} letters, found another. Choose one."
+        )
+    if settings.sentences not in SENTENCES:
+        raise QueryError(
+            f"sentences: expected one of {', '.join(SENTENCES)}, found {settings.sentences!r}."
+        )
+
+
+def _terminals(
+    database: store.Store,
+    infos: Sequence[CaptureInfo],
+    settings: GrammarSettings,
+    rng: np.random.Generator,
+    tell: Progress,
+) -> tuple[Terminals, IntArray]:
+    """The terminals, and the motion symbol that each is (-1: none)."""
+    motions = [store.load_motion(database, info.capture_id) for info in infos]
+    if settings.from_symbols:
+        table = store.load_segments(database, scores=False)
+        found = terminals_from_symbols(motions, [info.capture_id for info in infos], table)
+        return found, np.array([int(name.removeprefix("s")) for name in found.names])
+    assert settings.n_terminals is not None
+    found = find_terminals(
+        motions,
+        settings.n_terminals,
+        rng,
+        settings=settings.search,
+        progress=lambda done, total, what: tell(what, done, total),
+    )
+    return found, np.full(len(found.names), -1)
+
+
+def _sentences(
+    database: store.Store,
+    infos: Sequence[CaptureInfo],
+    terminals: Terminals,
+    settings: GrammarSettings,
+    rng: np.random.Generator,
+    tell: Progress,
+) -> partition.Sentences:
+    strings = strings_of(terminals)
+    if settings.sentences == "auto":
+        return partition.find_sentences(
+            strings, rng, progress=lambda done, total: tell("sentences", done, total)
+        )
+    cuts: list[list[int]] = [[] for _ in strings]
+    if settings.sentences == "captions":
+        captions = store.load_captions(database)
+        for take, info in enumerate(infos):
+            starts = terminals.starts[terminals.takes == take]
+            cuts[take] = caption_cuts(captions.get(info.capture_id, ()), starts)
+        if not any(cuts):
+            raise QueryError(
+                "sentences: expected captures with timed words, found none. Write some down"
+                " (motiondb words set --from --to), or let sentences be found (--sentences auto)."
+            )
+    return partition.sentences_between(strings, cuts)
+
+
+def caption_cuts(captions: Sequence[Caption], starts: IntArray) -> list[int]:
+    """Segments at which sentences begin: the nearest to where timed words begin.
+
+    >>> timed = [Caption("walk", 0.0, 1.0), Caption("jump", 1.0, 2.0), Caption("all")]
+    >>> caption_cuts(timed, np.array([0, 14, 33, 50]))
+    [2]
+    """
+    times = {c.start * MOTION_FPS for c in captions if c.start is not None}
+    return sorted({_nearest(starts, time) for time in times} - {0})
+
+
+def _nearest(starts: IntArray, frame: float) -> int:
+    gaps: FloatArray = np.abs(starts - frame)
+    return int(np.argmin(gaps))
+
+
+def _intervals(sentences: Sequence[Sequence[str]]) -> IntArray:
+    edges = np.cumsum([0, *map(len, sentences)])
+    return np.array(list(pairwise(edges)), dtype=np.int64).reshape(-1, 2)
