@@ -69,7 +69,7 @@ class Element:
     Attributes
     ----------
     step : when it begins, from 1.
-    other : receiver of a pass, who is screened, guarded or blocked; "" where there is none.
+    other : receiver of a pass; who is screened, guarded, blocked or run at; "" where nobody is.
     via, to : points of its way; ``to`` None where it leads nowhere.
     caught : the step at which a pass arrives; else the same as ``step``.
     """
@@ -84,8 +84,8 @@ class Element:
     line: int = 0
 
     def __str__(self) -> str:
-        link = {"pass": " to ", "screen": " on ", "guard": " on ", "block": " on "}
-        return f"{self.kind} {self.player}{link.get(self.kind, '')}{self.other}"
+        link = " to " if self.kind == "pass" else " on "
+        return f"{self.kind} {self.player}{link if self.other else ''}{self.other}"
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,8 @@
 
 Moves are ``move`` (a dribble for who has the ball, else walk or run), ``walk``, ``run``, ``cut``
 and ``dribble``; shots ``shoot`` and ``layup``; zigzags ``feint``, ``fake``, ``pivot_left`` and
-``pivot_right``; defenders ``guard`` and ``block`` (``2 guard D1 on A1``). Axes as in
+``pivot_right``; defenders ``guard`` and ``block`` (``2 guard D1 on A1``), and a move may say at
+whom it goes (``1 run D2 on A1 to 4.5 4.4``) where that is not whom the player guards. Axes as in
 :mod:`.tactics`: the origin below the rim, x to the right as seen with the rim at the top, z away
 from the baseline.
 """
@@ -139,7 +140,7 @@ def _read_element(cursor: Cursor) -> Element:
         other = cursor.name("the receiver's name", "Write whom the pass is for.")
         caught = _read_step(cursor) if cursor.meets("caught") else 0
         return replace(element, other=other, caught=caught)
-    if kind in ("screen", "guard", "block"):
+    if kind in ("screen", "guard", "block") or (kind in MOVES and cursor.here.text == "on"):
         cursor.expect("on", f"Write '{step} {kind} {player} on D1'.")
         element = replace(element, other=cursor.name("an opponent's name", "Write who it is."))
     if kind in MOVES or kind in (*FEINTS, "screen"):

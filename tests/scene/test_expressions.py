@@ -79,7 +79,7 @@ def test_figure_3_asks_what_the_paper_says() -> None:
         "A2": "(run)*(catch)(dribble)*(shoot)",
         "A3": "(walk|run)*(screen)",
         "D1": "(guard)*",
-        "D2": "(run)*(push)",
+        "D2": "(guard)*(push)",
     }
 
 
@@ -140,3 +140,11 @@ def test_what_the_grammar_says_already_is_said_once() -> None:
     assert {type(r.rule) for r in rest} == {PositionRule}
     more = [r for r in auxiliary_rules(diagram) if r not in rest]
     assert {type(r.rule) for r in more} == {DirectionRule, SynchronisationRule}
+
+
+def test_a_move_may_be_against_somebody_else() -> None:
+    found = expressions(scene_files.read_tactics("double-team"))
+    assert scene_files.read_tactics("double-team").opponent_of("D2") == "A2"
+    assert [str(item) for item in found["D2"]] == ["(run)*", "(guard)*"]
+    assert [item.other for item in found["D2"]] == ["A1", "A1"]
+    assert [item.other_item for item in found["D2"]] == [-1, -1]
