@@ -8,7 +8,7 @@ cells). What a cell then derives without reading more comes from the chains of t
 grammar, so that unit cycles and empty rules cost nothing here.
 
 ``sum_chart`` adds the values of derivations (probabilities, or their number), ``best_chart`` keeps
-the greatest. ``best_choices`` reads the best tree out of a chart, ``forward`` what may come next.
+the greatest. ``best_choices`` reads the best tree out of a chart; see also forward.py.
 """
 
 from __future__ import annotations
@@ -37,58 +37,39 @@ def fill_chart(best, sentence, by_right, left, chains):  # type: ignore[no-untyp
     -------
     begin, end (n + 1, n + 1) into symbols and values (entries,); exponents (n + 1, n + 1).
     """
-    starts, tails = by_right
-    chain_starts, chain_symbols, chain_weights = chains
     n, n_symbols = len(sentence), len(left)
     begin = np.zeros((n + 1, n + 1), np.int64)
     end, exponents = np.zeros((n + 1, n + 1), np.int64), np.zeros((n + 1, n + 1), np.int64)
     symbols, values, used = np.zeros(256, np.int64), np.zeros(256), 0
-    row = np.zeros((n + 1, n_symbols))
+    row, splits = np.zeros((n + 1, n_symbols)), np.zeros(n + 1, np.int64)
     base, full = np.zeros(n_symbols), np.zeros(n_symbols)
     touched, reached = np.zeros(n_symbols, np.int64), np.zeros(n_symbols, np.int64)
-    splits = np.zeros(n + 1, np.int64)
     for i in range(n - 1, -1, -1):
         n_splits = 0
         for j in range(i + 1, n + 1):
-            n_touched = n_reached = 0
+            n_touched = 0
             if j == i + 1:
                 base[sentence[i]], touched[0], n_touched = 1.0, sentence[i], 1
             top = _top_exponent(begin, end, exponents, splits[:n_splits], i, j)
-            for k in splits[:n_splits]:
+            for s in range(n_splits):
+                k = splits[s]
                 factor = ldexp(1.0, exponents[i, k] + exponents[k, j] - top)
-                for entry in range(begin[k, j], end[k, j]):
-                    symbol = symbols[entry]
-                    for t in range(starts[symbol], starts[symbol + 1]):
-                        tail = tails[t]
-                        if row[k, left[tail]] == 0.0:
-                            continue
-                        value = row[k, left[tail]] * values[entry] * factor
-                        if value == 0.0:
-                            continue
-                        if base[tail] == 0.0:
-                            touched[n_touched] = tail
-                            n_touched += 1
-                        base[tail] = max(base[tail], value) if best else base[tail] + value
-            for t in range(n_touched):
-                symbol = touched[t]
-                for c in range(chain_starts[symbol], chain_starts[symbol + 1]):
-                    above, value = chain_symbols[c], chain_weights[c] * base[symbol]
-                    if value == 0.0:
-                        continue
-                    if full[above] == 0.0:
-                        reached[n_reached] = above
-                        n_reached += 1
-                    full[above] = max(full[above], value) if best else full[above] + value
-                base[symbol] = 0.0
-            while used + n_reached > len(symbols):
-                symbols = np.concatenate((symbols, np.zeros_like(symbols)))
-                values = np.concatenate((values, np.zeros_like(values)))
+                cell = symbols[begin[k, j] : end[k, j]], values[begin[k, j] : end[k, j]]
+                n_touched = _combine(
+                    best, row[k], cell, factor, by_right, left, (base, touched, n_touched)
+                )
+            n_reached = _climb(best, touched[:n_touched], base, chains, full, reached)
+            if used + n_reached > len(symbols):
+                more = max(n_reached, len(symbols))
+                symbols = np.append(symbols, np.zeros(more, np.int64))
+                values = np.append(values, np.zeros(more))
             shift = _shift(full, reached, n_reached)
             begin[i, j], exponents[i, j] = used, top + shift
-            for symbol in np.sort(reached[:n_reached]):
-                value = ldexp(full[symbol], -shift)
-                symbols[used], values[used], row[j, symbol] = symbol, value, value
-                full[symbol] = 0.0
+            _sort(reached[:n_reached])
+            for r in range(n_reached):
+                value = ldexp(full[reached[r]], -shift)
+                symbols[used], values[used], row[j, reached[r]] = reached[r], value, value
+                full[reached[r]] = 0.0
                 used += 1
             end[i, j] = used
             if n_reached > 0:
@@ -98,6 +79,58 @@ def fill_chart(best, sentence, by_right, left, chains):  # type: ignore[no-untyp
             for entry in range(begin[i, j], end[i, j]):
                 row[j, symbols[entry]] = 0.0
     return begin, end, exponents, symbols[:used], values[:used]
+
+
+@njit(cache=True)
+def _combine(best, firsts, cell, factor, by_right, left, work):  # type: ignore[no-untyped-def]
+    """Add the tails made of what ends at a place and the cell that begins there to ``base``."""
+    starts, tails = by_right
+    symbols, values = cell
+    base, touched, n_touched = work
+    for entry in range(len(symbols)):
+        for t in range(starts[symbols[entry]], starts[symbols[entry] + 1]):
+            tail = tails[t]
+            value = firsts[left[tail]] * values[entry] * factor
+            if value == 0.0:
+                continue
+            if base[tail] == 0.0:
+                touched[n_touched] = tail
+                n_touched += 1
+            base[tail] = max(base[tail], value) if best else base[tail] + value
+    return n_touched
+
+
+@njit(cache=True)
+def _climb(best, touched, base, chains, full, reached):  # type: ignore[no-untyped-def]
+    """Follow the chains up from ``base`` (emptied) to ``full``; returns how many are reached."""
+    starts, symbols, weights = chains
+    n_reached = 0
+    for t in range(len(touched)):
+        symbol = touched[t]
+        for c in range(starts[symbol], starts[symbol + 1]):
+            above, value = symbols[c], weights[c] * base[symbol]
+            if value == 0.0:
+                continue
+            if full[above] == 0.0:
+                reached[n_reached] = above
+                n_reached += 1
+            full[above] = max(full[above], value) if best else full[above] + value
+        base[symbol] = 0.0
+    return n_reached
+
+
+@njit(cache=True)
+def _sort(numbers):  # type: ignore[no-untyped-def]
+    """Shell's sort in place: quicker to compile than a general one, and cells are small."""
+    gap = len(numbers) // 2
+    while gap > 0:
+        for i in range(gap, len(numbers)):
+            number, j = numbers[i], i
+            while j >= gap and numbers[j - gap] > number:
+                numbers[j] = numbers[j - gap]
+                j -= gap
+            numbers[j] = number
+        gap //= 2
 
 
 @njit(cache=True)
@@ -122,16 +155,22 @@ def _shift(full, reached, n_reached):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def find(chart, symbol, i, j):  # type: ignore[no-untyped-def]
-    """Value and exponent of a symbol over (i, j), i < j; value 0 where it is not there."""
-    begin, end, exponents, symbols, values = chart
-    low, high = begin[i, j], end[i, j]
+def place_of(symbols, symbol, low, high):  # type: ignore[no-untyped-def]
+    """The first place from ``low`` to ``high`` with no smaller symbol (binary search)."""
     while low < high:
         middle = (low + high) // 2
         if symbols[middle] < symbol:
             low = middle + 1
         else:
             high = middle
+    return low
+
+
+@njit(cache=True)
+def find(chart, symbol, i, j):  # type: ignore[no-untyped-def]
+    """Value and exponent of a symbol over (i, j), i < j; value 0 where it is not there."""
+    begin, end, exponents, symbols, values = chart
+    low = place_of(symbols, symbol, begin[i, j], end[i, j])
     if low < end[i, j] and symbols[low] == symbol:
         return values[low], exponents[i, j]
     return 0.0, 0
@@ -155,17 +194,20 @@ def best_choices(chart, empties, forms, start, n):  # type: ignore[no-untyped-de
     forms : (left, right, rule_of, rule_right, log weights) of the compiled grammar.
     start, n : the symbol to begin with and the sentence's length.
     """
-    left, right, rule_of, rule_right, log_weights = forms
+    left, right, rule_of, rule_right, _ = forms
     choices, used = np.zeros(64, np.int64), 0
-    stack, depth = np.zeros((64, 3), np.int64), 1
-    stack[0, 0], stack[0, 2] = start, n
+    nodes, begins, ends = np.zeros(64, np.int64), np.zeros(64, np.int64), np.zeros(64, np.int64)
+    depth = 1
+    nodes[0], ends[0] = start, n
     while depth > 0:
         depth -= 1
-        symbol, i, j = stack[depth]
-        if depth + 2 > len(stack):
-            stack = np.concatenate((stack, np.zeros_like(stack)))
+        symbol, i, j = nodes[depth], begins[depth], ends[depth]
+        if depth + 2 > len(nodes):
+            nodes = np.append(nodes, np.zeros_like(nodes))
+            begins = np.append(begins, np.zeros_like(begins))
+            ends = np.append(ends, np.zeros_like(ends))
         if used == len(choices):
-            choices = np.concatenate((choices, np.zeros_like(choices)))
+            choices = np.append(choices, np.zeros_like(choices))
         goal = _log_best(chart, empties, symbol, i, j) - TOLERANCE
         if left[symbol] >= 0:
             k = i
@@ -175,73 +217,29 @@ def best_choices(chart, empties, forms, start, n):  # type: ignore[no-untyped-de
                 < goal
             ):
                 k += 1
-            stack[depth, 0], stack[depth, 1], stack[depth, 2] = right[symbol], k, j
-            stack[depth + 1, 0], stack[depth + 1, 1], stack[depth + 1, 2] = left[symbol], i, k
+            nodes[depth], begins[depth], ends[depth] = right[symbol], k, j
+            nodes[depth + 1], begins[depth + 1], ends[depth + 1] = left[symbol], i, k
             depth += 2
         elif rule_of[symbol] < rule_of[symbol + 1]:
-            rule = rule_of[symbol]
-            while True:
-                below = rule_right[rule]
-                value = log_weights[rule]
-                if below >= 0:
-                    value += _log_best(chart, empties, below, i, j)
-                elif i < j:
-                    value = -inf
-                if value >= goal or rule + 1 == rule_of[symbol + 1]:
-                    break
-                rule += 1
-            choices[used] = rule
-            used += 1
-            if rule_right[rule] >= 0:
-                stack[depth, 0], stack[depth, 1], stack[depth, 2] = rule_right[rule], i, j
+            choices[used] = _first_rule(chart, empties, forms, symbol, (i, j), goal)
+            nodes[depth], begins[depth], ends[depth] = rule_right[choices[used]], i, j
+            if nodes[depth] >= 0:
                 depth += 1
+            used += 1
     return choices[:used]
 
 
 @njit(cache=True)
-def forward(chart, sentence, start, grammar):  # type: ignore[no-untyped-def]
-    """What may stand at each place of a sentence, given all before it.
-
-    Parameters
-    ----------
-    chart : the sum chart of the sentence.
-    sentence, start : array (n,) and the start symbol.
-    grammar : (by_left starts, by_left tails, right, left-corner closure as starts, symbols and
-        weights by the symbol that begins).
-
-    Returns
-    -------
-    weights (n + 1, S) and exponents (n + 1,): for a terminal t, ``weights[i, t]`` times two to the
-    exponent is the probability that a string of the grammar begins with the first i symbols and t.
-    """
-    begin, end, exponents, symbols, values = chart
-    starts, tails, right, corner_starts, corner_symbols, corner_weights = grammar
-    n, n_symbols = len(sentence), len(right)
-    asked, scale = np.zeros((n + 1, n_symbols)), np.zeros(n + 1, np.int64)
-    seen, weights = np.zeros(n + 1, np.bool_), np.zeros((n + 1, n_symbols))
-    asked[0, start] = 1.0
-    for i in range(n + 1):
-        greatest = asked[i].max()
-        shift = frexp(greatest)[1] if greatest > 0.0 else 0
-        scale[i] += shift
-        for symbol in range(n_symbols):
-            if asked[i, symbol] == 0.0:
-                continue
-            value = ldexp(asked[i, symbol], -shift)
-            for c in range(corner_starts[symbol], corner_starts[symbol + 1]):
-                weights[i, corner_symbols[c]] += value * corner_weights[c]
-        for k in range(i + 1, n + 1):
-            here = scale[i] + exponents[i, k]
-            for entry in range(begin[i, k], end[i, k]):
-                for t in range(starts[symbols[entry]], starts[symbols[entry] + 1]):
-                    tail = tails[t]
-                    if weights[i, tail] == 0.0:
-                        continue
-                    if not seen[k]:
-                        seen[k], scale[k] = True, here
-                    elif here > scale[k]:
-                        asked[k] *= ldexp(1.0, scale[k] - here)
-                        scale[k] = here
-                    value = weights[i, tail] * values[entry]
-                    asked[k, right[tail]] += value * ldexp(1.0, here - scale[k])
-    return weights, scale
+def _first_rule(chart, empties, forms, symbol, span, goal):  # type: ignore[no-untyped-def]
+    """The first rule of a symbol that reaches the goal over a span."""
+    _, _, rule_of, rule_right, log_weights = forms
+    i, j = span
+    for rule in range(rule_of[symbol], rule_of[symbol + 1] - 1):
+        below, value = rule_right[rule], log_weights[rule]
+        if below >= 0:
+            value += _log_best(chart, empties, below, i, j)
+        elif i < j:
+            continue
+        if value >= goal:
+            return rule
+    return rule_of[symbol + 1] - 1

@@ -106,64 +106,69 @@ def _close_component(kind, inner):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _largest(label):  # type: ignore[no-untyped-def]
-    return np.bincount(label).max() if len(label) else 1
+def _gather(kind, node, a, graph, rows, work):  # type: ignore[no-untyped-def]
+    """Row ``a`` of a component: steps inside it, and what the steps out of it lead to.
+
+    Returns how many nodes are reached so far.
+    """
+    starts, targets, weights, label = graph
+    row_start, row_end, columns, values = rows
+    place, inner, outer, reached, is_reached, n_reached = work
+    for e in range(starts[node], starts[node + 1]):
+        target = targets[e]
+        if label[target] == label[node]:
+            inner[a, place[target]] = _plus(kind, inner[a, place[target]], weights[e])
+            continue
+        for c in range(row_start[target], row_end[target]):
+            column = columns[c]
+            outer[a, column] = _plus(kind, outer[a, column], weights[e] * values[c])
+            if not is_reached[column]:
+                reached[n_reached], is_reached[column] = column, True
+                n_reached += 1
+    return n_reached
 
 
 @njit(cache=True)
-def _close_graph(kind, starts, targets, weights, label):  # type: ignore[no-untyped-def]
-    n = len(starts) - 1
-    order = np.argsort(label, kind="mergesort")
+def _close_graph(kind, graph, order, largest):  # type: ignore[no-untyped-def]
+    label = graph[3]
+    n = len(label)
     row_start, row_end = np.zeros(n, np.int64), np.zeros(n, np.int64)
     columns, values, used = np.zeros(2 * n + 16, np.int64), np.zeros(2 * n + 16), 0
-    place, touched, is_touched = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.bool_)
-    outer = np.zeros((_largest(label), n))
+    place, reached, is_reached = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.bool_)
+    outer = np.zeros((largest, n))
     first = 0
     while first < n:
-        last = first
-        while last < n and label[order[last]] == label[order[first]]:
-            place[order[last]] = last - first
-            last += 1
-        m, n_touched = last - first, 0
-        inner = np.zeros((m, m))
+        m, n_reached = 0, 0
+        while first + m < n and label[order[first + m]] == label[order[first]]:
+            node = order[first + m]
+            place[node], outer[m, node] = m, 1.0
+            reached[m], is_reached[node] = node, True
+            m += 1
+        inner, n_reached = np.zeros((m, m)), m
         for a in range(m):
-            node = order[first + a]
-            outer[a, node] = 1.0
-            touched[n_touched], is_touched[node] = node, True
-            n_touched += 1
-        for a in range(m):
-            node = order[first + a]
-            for e in range(starts[node], starts[node + 1]):
-                target, weight = targets[e], weights[e]
-                if label[target] == label[node]:
-                    inner[a, place[target]] = _plus(kind, inner[a, place[target]], weight)
-                    continue
-                for c in range(row_start[target], row_end[target]):
-                    column = columns[c]
-                    outer[a, column] = _plus(kind, outer[a, column], weight * values[c])
-                    if not is_touched[column]:
-                        touched[n_touched], is_touched[column] = column, True
-                        n_touched += 1
+            rows = (row_start, row_end, columns, values)
+            work = (place, inner, outer, reached, is_reached, n_reached)
+            n_reached = _gather(kind, order[first + a], a, graph, rows, work)
         _close_component(kind, inner)
-        reached = np.sort(touched[:n_touched])
-        while used + m * n_touched > len(columns):
-            columns = np.concatenate((columns, np.zeros_like(columns)))
-            values = np.concatenate((values, np.zeros_like(values)))
+        while used + m * n_reached > len(columns):
+            columns = np.append(columns, np.zeros_like(columns))
+            values = np.append(values, np.zeros_like(values))
         for a in range(m):
             row_start[order[first + a]] = used
-            for column in reached:
+            for r in range(n_reached):
                 total = 0.0
                 for b in range(m):
-                    if inner[a, b] != 0.0 and outer[b, column] != 0.0:
-                        total = _plus(kind, total, inner[a, b] * outer[b, column])
+                    if inner[a, b] != 0.0 and outer[b, reached[r]] != 0.0:
+                        total = _plus(kind, total, inner[a, b] * outer[b, reached[r]])
                 if total != 0.0:
-                    columns[used], values[used] = column, total
+                    columns[used], values[used] = reached[r], total
                     used += 1
             row_end[order[first + a]] = used
-        for column in reached:
-            outer[:m, column] = 0.0
-            is_touched[column] = False
-        first = last
+        for r in range(n_reached):
+            for a in range(m):
+                outer[a, reached[r]] = 0.0
+            is_reached[reached[r]] = False
+        first += m
     return row_start, row_end, columns, values
 
 
@@ -188,10 +193,15 @@ def close_graph(
     [1.3333, 0.6667, 0.6667, 1.3333]
     """
     label = strong_components(starts, targets)
-    begin, end, columns, values = _close_graph(kind, starts, targets, weights, label)
+    order, largest = np.argsort(label, kind="stable"), int(np.bincount(label).max(initial=0))
+    begin, end, columns, values = _close_graph(
+        kind, (starts, targets, weights, label), order, largest
+    )
     lengths = end - begin
     new_starts = np.concatenate(([0], np.cumsum(lengths)))
     take = np.repeat(begin - new_starts[:-1], lengths) + np.arange(new_starts[-1])
+    rows = np.repeat(np.arange(len(lengths)), lengths)
+    take = take[np.lexsort((columns[take], rows))]
     return new_starts, columns[take], values[take]
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from numba import njit
 
 from motiondb.grammar.cfg import Grammar, Tree
+from motiondb.grammar.chart import place_of
 from motiondb.grammar.closure import transpose
 from motiondb.grammar.compiled import CompiledGrammar, list_steps, numbered
 from motiondb.grammar.least_solution import sparse_graph
@@ -247,5 +248,5 @@ def _outside(chart, n, start, forms):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _entry(chart, symbol, i, j):  # type: ignore[no-untyped-def]
     begin, end, _, symbols, _ = chart
-    place = begin[i, j] + np.searchsorted(symbols[begin[i, j] : end[i, j]], symbol)
+    place = place_of(symbols, symbol, begin[i, j], end[i, j])
     return place if place < end[i, j] and symbols[place] == symbol else -1

@@ -48,10 +48,13 @@ def _fill_lengths(n, terminals, tails, chains, empties):  # type: ignore[no-unty
             if base[symbol] > 0.0:
                 for c in range(chain_starts[symbol], chain_starts[symbol + 1]):
                     weights[length, chain_symbols[c]] += chain_weights[c] * base[symbol]
-        greatest = weights[length].max()
+        greatest = 0.0
+        for symbol in range(n_symbols):
+            greatest = max(greatest, weights[length, symbol])
         if greatest > 0.0:
             shift = frexp(greatest)[1]
-            weights[length] *= ldexp(1.0, -shift)
+            for symbol in range(n_symbols):
+                weights[length, symbol] = ldexp(weights[length, symbol], -shift)
             exponents[length], possible[length] = top + shift, True
     return weights, exponents
 

@@ -20,8 +20,9 @@ import numpy as np
 
 from motiondb.errors import suggestion
 from motiondb.grammar.cfg import Grammar, GrammarError, Tree, derive_by
-from motiondb.grammar.chart import best_choices, fill_chart, find, forward
+from motiondb.grammar.chart import best_choices, fill_chart, find
 from motiondb.grammar.compiled import RULE_PENALTY, CompiledGrammar, compile_grammar, numbered
+from motiondb.grammar.forward import forward
 from motiondb.records import FloatArray, IntArray
 
 AnyGrammar = Grammar | CompiledGrammar
