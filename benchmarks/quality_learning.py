@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from quality_captures import Capture
 
-from motiondb.database.learned import WINDOW_MARGIN
 from motiondb.database.learning import FeaturePool, LearnSettings, acquire_symbols, segment_table
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
@@ -45,7 +44,7 @@ class Recognised:
         """Log-odds of all words in a capture, from its motion alone."""
         part = self.part(capture)
         starts, ends = self.table.starts[part], self.table.ends[part]
-        odds = by_words.heard(fit, self.rows[part], starts, ends, WINDOW_MARGIN)
+        odds = by_words.heard(fit, self.rows[part], starts, ends, by_words.WINDOW_MARGIN)
         return by_words.TakeScores(starts, ends, odds[:-1], odds[-1])
 
 

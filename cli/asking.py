@@ -28,6 +28,8 @@ from motiondb.cli.options import (
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
+    from motiondb.database.answering import WordAnswer
+    from motiondb.database.examples import ExampleAnswer
     from motiondb.records import Match, Motion
 
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
@@ -56,7 +58,11 @@ def search(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Find the intervals that show what the words ask for, in their order."""
+    """Find the intervals that show what the words ask for, in their order.
+
+    Every answer carries the probability that it shows them, learned with performers left out. Where
+    no answer is good enough, that is said, and the nearest are given.
+    """
     from motiondb.cli import explaining
 
     with database(db) as base:
@@ -65,11 +71,11 @@ def search(
         vocabulary = base.learned.association.words
         if png and explain and answer.reasons:
             explaining.draw_reason(base, answer, png, words)
-        elif png:
+        elif png and answer.matches:
             _draw(base, answer.matches, png, words)
     note_unknown(answer.unknown)
     why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
-    _print_matches(answer.matches, json, reasons=True, why=why)
+    _print_answer(answer, json, reasons=True, why=why)
     if explain and not json:
         explaining.print_reasons(answer, vocabulary)
 
@@ -80,46 +86,76 @@ def like(
     end: To = None,
     where: Where = "",
     limit: Limit = 10,
+    meaning: Annotated[
+        bool | None,
+        typer.Option(
+            "--meaning/--by-motion-alone",
+            help="Whether words that were learned judge too, so that other styles of an action "
+            "are alike.  [default: where there are words]",
+            show_default=False,
+        ),
+    ] = None,
     png: Png = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Find the intervals that move like an example."""
+    """Find the intervals that move like an example.
+
+    Where people wrote about the captures, every answer carries the probability that it shows the
+    same action, and it is said when none is good enough; without words there is no probability.
+    """
     with database(db) as base:
-        matches = base.like(example, start, end, where, limit)
+        answer = base.like(example, start, end, where, limit, meaning)
         note_unlearned(base)
-        if png:
-            _draw(base, matches, png, f"like {example}", base.motion(example, start, end))
-    _print_matches(matches, json, reasons=any(m.reason for m in matches))
+        if png and answer.matches:
+            motion = base.motion(example, start, end)
+            _draw(base, answer.matches, png, f"like {example}", motion)
+    _print_answer(answer, json, reasons=any(m.reason for m in answer))
 
 
-def _print_matches(
-    matches: tuple[Match, ...],
+def _print_answer(
+    answer: WordAnswer | ExampleAnswer,
     json: bool,
     reasons: bool = False,
     why: Sequence[dict[str, Any]] = (),
 ) -> None:
+    """The matches, and whether they are worth the name; in JSON one object."""
+    matches, found = answer.matches, answer.matches_anything
     if json:
-        rows = [
+        rows: list[dict[str, Any]] = [
             {
                 "rank": m.rank, "capture": m.capture, "start": m.start, "end": m.end,
-                "score": m.score, "words": list(m.words),
+                "score": m.score, "probability": m.probability, "words": list(m.words),
             }
             for m in matches
         ]  # fmt: skip
         for row, reason in zip(rows, why):
             row["explain"] = reason
-        print_json(rows)
+        print_json(
+            {
+                "matches_anything": found,
+                "strength": answer.strength,
+                "threshold": answer.threshold,
+                "matches": rows,
+            }
+        )
         return
-    if not matches:
-        typer.echo("nothing in this database matches")
-        return
+    if found is False:
+        typer.echo("nothing in this database matches" + ("; the nearest:" if matches else ""))
+    if matches:
+        _print_matches(matches, reasons)
+
+
+def _print_matches(matches: Sequence[Match], reasons: bool) -> None:
+    sure = any(m.probability is not None for m in matches)
+    columns = ["rank", "capture", "start", "end", "score"] + ["probability"] * sure
     print_table(
         "",
-        ["rank", "capture", "start", "end", "score", "words"] + (["found"] if reasons else []),
+        [*columns, "words"] + (["found"] if reasons else []),
         [
-            [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}",
-             " ".join(m.words)] + ([m.reason] if reasons else [])
+            [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}"]
+            + ([f"{m.probability:.2f}"] if m.probability is not None else [""] * sure)
+            + [" ".join(m.words)] + ([m.reason] if reasons else [])
             for m in matches
         ],
     )  # fmt: skip

@@ -53,7 +53,7 @@ def print_reasons(answer: WordAnswer, words: Sequence[str]) -> None:
     for match, why in zip(answer.matches, answer.reasons):
         typer.echo(
             f"{match.rank} {match.capture}  log-odds {reasons.total(why):+.3f}, "
-            f"probability {match.score:.3f}"
+            f"score {match.score:.3f}"
         )
         for w in why:
             loudest = reasons.strongest(w)

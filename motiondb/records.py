@@ -209,7 +209,11 @@ class Run:
 
 @dataclass(frozen=True)
 class Match:
-    """One answer to a search: an interval of a capture, in seconds, and why it was found."""
+    """One answer to a search: an interval of a capture, in seconds, and why it was found.
+
+    ``score`` orders answers; ``probability`` that it shows what was asked, None where too little
+    was written about the captures to tell (:mod:`motiondb.search.certainty`).
+    """
 
     rank: int
     capture: str
@@ -218,6 +222,7 @@ class Match:
     score: float
     words: tuple[str, ...] = ()
     reason: str = ""
+    probability: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Answers from what was learned: by words, by example, and the words of a motion."""
+"""Answers from what was learned: by words, and the words of a motion."""
 
 from __future__ import annotations
 
@@ -8,16 +8,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb import store
-from motiondb.database.learned import WINDOW_MARGIN, Learned, decode, recognise
+from motiondb.database.learned import Learned, decode, recognise
 from motiondb.errors import QueryError
-from motiondb.pose.features import FEATURE_STEP, recognition_features
+from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import (
     MOTION_FPS,
     Match,
     Motion,
 )
-from motiondb.search import alignment, by_motion, by_words, extents, reasons, score_vectors
-from motiondb.symbols.hmm_jobs import one_blas_thread
+from motiondb.search import (
+    alignment,
+    by_words,
+    certainty,
+    reasons,
+    score_vectors,
+)
+from motiondb.search.by_words import WINDOW_MARGIN
 from motiondb.words import decoding, vocabulary
 
 
@@ -27,7 +33,11 @@ class WordAnswer:
 
     unknown : word -> nearest known words. decoding : None where no symbol sequence was found.
     reasons : per match what every asked word adds to its log-odds; ``search.reasons.total`` of them
-        is the number that ranks the match, and ``score`` its probability.
+        is the number that ranks the match, and ``score`` its logistic function.
+    strength : of the best match, nats by which the action that it shows least clearly is likelier
+        than what is usual for the words asked.
+    threshold : the strength below which nothing in the database matches; None: it could not be
+        learned (``search.certainty``).
     """
 
     matches: tuple[Match, ...]
@@ -35,6 +45,21 @@ class WordAnswer:
     actions: tuple[tuple[str, ...], ...]
     decoding: decoding.Decoding | None = None
     reasons: tuple[tuple[reasons.WordReason, ...], ...] = ()
+    strength: float | None = None
+    threshold: float | None = None
+
+    @property
+    def matches_anything(self) -> bool | None:
+        """Whether anything in the database shows what was asked; None: that cannot be told."""
+        return reaches(self.matches, self.strength, self.threshold)
+
+
+def reaches(
+    matches: Sequence[Match], strength: float | None, threshold: float | None
+) -> bool | None:
+    if not matches:
+        return False
+    return None if strength is None or threshold is None else strength >= threshold
 
 
 def search_words(
@@ -55,7 +80,7 @@ def search_words(
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
     query = vocabulary.parse_query(text, learned.known_words, learned.synonyms)
-    allowed = _allowed(learned, where)
+    allowed = allowed_captures(learned, where)
     if by_symbols:
         return _search_decoded(learned, query, allowed, limit)
     number = {word: n for n, word in enumerate(learned.association.words)}
@@ -76,16 +101,41 @@ def search_words(
         Match(
             rank,
             learned.captures[capture].name,
-            *_seconds(learned, capture, hit.start, hit.end),
+            *to_seconds(learned, capture, hit.start, hit.end),
             float(1.0 / (1.0 + np.exp(-reasons.total(why)))),
             _matched(takes[capture], query.actions, number),
-            _reason(hit, query.actions) + _made(learned, capture, "; "),
+            _reason(hit, query.actions) + mark_generated(learned, capture, "; "),
+            _word_chance(learned, why),
         )
         for rank, (capture, hit, why) in enumerate(explained, start=1)
     )
+    why = tuple(why for _, _, why in explained)
+    sure = learned.word_certainty
     return WordAnswer(
-        matches, query.unknown, query.actions, reasons=tuple(why for _, _, why in explained)
-    )
+        matches, query.unknown, query.actions, reasons=why,
+        strength=max((_strength(learned, each) for each in why), default=None),
+        threshold=None if sure is None or np.isnan(sure.threshold) else sure.threshold,
+    )  # fmt: skip
+
+
+def _word_chance(learned: Learned, why: Sequence[reasons.WordReason]) -> float | None:
+    """Calibrated probability that a match shows all actions, the product of theirs."""
+    sure = learned.word_certainty
+    if sure is None:
+        return None
+    chance = 1.0
+    for log_odds, said in reasons.by_action(why):
+        heard = float(sure.log_odds(np.array([log_odds - said])))
+        chance *= float(certainty.probability(heard + said))
+    return chance
+
+
+def _strength(learned: Learned, why: Sequence[reasons.WordReason]) -> float:
+    """Nats by which the action that a match shows least clearly is likelier than usual."""
+    usual = certainty.usual(learned.word_map)
+    asked = sorted({w.action for w in why})
+    each = [float(np.mean([usual[w.word] for w in why if w.action == a])) for a in asked]
+    return min(odds - level for (odds, _), level in zip(reasons.by_action(why), each))
 
 
 def explain_hit(
@@ -142,85 +192,15 @@ def _search_decoded(
         Match(
             rank,
             learned.captures[capture].name,
-            *_seconds(learned, capture, start, end),
+            *to_seconds(learned, capture, start, end),
             float(score),
             _matched(learned.takes[capture], query.actions, number),
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
-            + _made(learned, capture, "; "),
+            + mark_generated(learned, capture, "; "),
         )
         for rank, (score, capture, start, end) in enumerate(found[:limit], start=1)
     )
     return WordAnswer(matches, query.unknown, query.actions, decoded)
-
-
-def search_motion(
-    learned: Learned, motion: Motion, where: str = "", limit: int = 10, meaning: bool = False
-) -> tuple[Match, ...]:
-    """The stored intervals that move like a motion, best first.
-
-    meaning : let what words were learned for judge likeness too, so that the same action in another
-        style counts as alike (NotLearnedError where no words were learned).
-    """
-    with one_blas_thread():  # the matrices of one query are too small for two threads to gain by
-        refined = _find_motion(learned, motion, where, meaning)
-        refined = _whole_activities(learned, motion, refined[: 2 * limit])
-    return tuple(
-        Match(
-            rank,
-            learned.captures[c.capture].name,
-            *_seconds(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
-            c.score,
-            _words_of_interval(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
-            _made(learned, c.capture),
-        )
-        for rank, c in enumerate(refined[:limit], start=1)
-    )
-
-
-def _find_motion(
-    learned: Learned, motion: Motion, where: str, meaning: bool
-) -> list[by_motion.Candidate]:
-    query = make_query(learned, motion, meaning)
-    takes = {
-        capture: by_motion.Take(
-            learned.segments.starts[rows] // FEATURE_STEP,
-            -(-learned.segments.ends[rows] // FEATURE_STEP),
-            learned.segments.symbols[rows],
-            learned.standardised[rows],
-        )
-        for capture in _allowed(learned, where)
-        for rows in [learned.rows[capture]]
-    }
-    candidates = by_motion.find_candidates(query, takes, learned.distances)
-    features = {capture: learned.features(capture) for capture in {c.capture for c in candidates}}
-    return by_motion.refine(query, candidates, features)
-
-
-def _whole_activities(
-    learned: Learned, motion: Motion, found: list[by_motion.Candidate]
-) -> list[by_motion.Candidate]:
-    """Answers in long captures reach as far as the activity lasts (``search.extents``)."""
-    if learned.context_space is None or motion.n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
-        return found
-    example = learned.context_space.view(recognition_features(motion))
-    lengths = {c.capture: learned.captures[c.capture].motion_frames for c in found}
-    takes = {
-        capture: learned.contexts(capture)
-        for capture, length in lengths.items()
-        if length >= extents.LONG * motion.n_frames
-    }
-    return by_motion.to_activities(example, found, takes)
-
-
-def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_motion.Query:
-    """Segment and recognise an example as the captures were; see :func:`search_motion`."""
-    features, starts, ends, symbols, standardised = recognise(learned, motion)
-    weights = (ends - starts) / max(int((ends - starts).sum()), 1)
-    vector = score_vectors.interval_vectors(
-        standardised, starts, ends, np.array([0.0]), np.array([float(len(features))])
-    )[0]
-    words = learned.word_map if meaning else None
-    return by_motion.Query(features, symbols, weights, vector, words)
 
 
 @dataclass(frozen=True)
@@ -264,13 +244,13 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
     return tuple(answers)
 
 
-def _allowed(learned: Learned, where: str) -> list[int]:
+def allowed_captures(learned: Learned, where: str) -> list[int]:
     """Captures that a filter lets through and that were there when the database learned."""
     infos = store.load_captures(learned.database, where) if where else learned.captures.values()
     return [info.capture_id for info in infos if info.capture_id in learned.rows]
 
 
-def _seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[float, float]:
+def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[float, float]:
     duration = learned.captures[capture].duration
     low = round(start / MOTION_FPS, 3)
     return min(low, duration), round(min(end / MOTION_FPS, duration), 3)
@@ -285,18 +265,7 @@ def _matched(
     return tuple(word for word in asked if top[number[word]] > 0.0)
 
 
-def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:
-    """The likeliest words of a stored interval, if the database knows words at all."""
-    if "word_weights" not in learned.parameters:
-        return ()
-    take = learned.takes[capture]
-    inside = (take.starts < end) & (take.ends > start)
-    odds = np.where(learned.association.counts > 0, take.windows[inside].mean(axis=0), -np.inf)
-    order = np.argsort(-odds, kind="stable")[:3]
-    return tuple(learned.association.words[w] for w in order if odds[w] > -1.0)
-
-
-def _made(learned: Learned, capture: int, before: str = "") -> str:
+def mark_generated(learned: Learned, capture: int, before: str = "") -> str:
     """A mark for an answer that nobody performed."""
     return f"{before}generated" if learned.captures[capture].kind == "generated" else ""
 

@@ -27,12 +27,11 @@ from motiondb.records import (
     MotionSymbols,
     SegmentTable,
 )
-from motiondb.search import by_words, extents, movement, score_vectors
+from motiondb.search import by_words, certainty, extents, movement, score_vectors
+from motiondb.search.by_words import WINDOW_MARGIN
 from motiondb.symbols import acquisition, feature_space, hmm
 from motiondb.words import decoding, explanation, transition, word_map
 
-WINDOW_MARGIN = 22
-"""Frames (0.75 s) that a window reaches beyond its segment: one segment alone tells too little."""
 LONGEST_DECODED = 12
 CLEAREST = 3
 """Segments by which a symbol is judged to be able to show a word."""
@@ -103,6 +102,26 @@ class Learned:
                 'Add words (motiondb words set CAPTURE "...") and run motiondb learn again.'
             )
         return word_map.WordMap(*(self.parameters[f"word_{n}"] for n in names))
+
+    @cached_property
+    def word_certainty(self) -> certainty.Certainty | None:
+        """How sure an answer to words is; None where there was too little to tell."""
+        return self._certainty("certainty_words")
+
+    @cached_property
+    def example_certainty(self) -> certainty.Certainty | None:
+        """How sure an answer to an example is; None where there was too little to tell."""
+        return self._certainty("certainty_example")
+
+    def _certainty(self, name: str) -> certainty.Certainty | None:
+        if name not in self.parameters or not self.has_words:
+            return None
+        return certainty.unpack(self.parameters[name])
+
+    @cached_property
+    def has_words(self) -> bool:
+        """Whether words were learned, and some capture is still described."""
+        return "word_weights" in self.parameters and bool(self.association.counts.any())
 
     @cached_property
     def distances(self) -> FloatArray:
@@ -268,6 +287,7 @@ def decode(
     words: Sequence[str],
     clustered: bool = True,
     after: int | None = None,
+    first: bool = True,
     last: bool = True,
     length: int | None = None,
     association: Association | None = None,
@@ -277,7 +297,9 @@ def decode(
     Parameters
     ----------
     clustered : mix in the clustered bigram, so that pairs never seen may follow one another.
-    after : the symbol that the sequence follows; None: it begins a capture.
+    after : the symbol that the sequence follows.
+    first : without ``after``, whether the sequence begins a capture; otherwise it may begin with
+        any symbol, as probable as it is frequent.
     last : whether the sequence ends a capture; otherwise it may end with any symbol.
     length : number of symbols; None: any, as likely as the described captures make it.
     association : t and a in place of the learned ones.
@@ -286,6 +308,10 @@ def decode(
     log_transitions = learned.log_transitions[clustered].copy()
     if after is not None:
         log_transitions[0] = log_transitions[after + 1]
+        log_transitions[0, 0] = -np.inf
+    elif not first:
+        count = np.bincount(learned.segments.symbols, minlength=learned.symbols.n_symbols)
+        log_transitions[0, 1:] = np.log((count + 0.5) / (count + 0.5).sum())
         log_transitions[0, 0] = -np.inf
     if not last:
         log_transitions[1:, 0] = 0.0

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb import store
-from motiondb.database import counting, drift
+from motiondb.database import certainty, counting, drift
 from motiondb.errors import MotionDBError
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import (
@@ -249,7 +249,7 @@ def _associate(
     shapes = Counter((len(symbols), len(spoken)) for symbols, spoken in pairs)
     reference = counting.make_reference(fitted, shapes, scores)
     counts = counting.count(table, captions, synonyms, reference)
-    ridge, calibration = None, None
+    ridge, calibration, sure = None, None, {}
     if described:
         vectors, presence, owners = counting.training_rows(table, described, scores, number)
         who = np.unique([groups[int(c)] for c in owners], return_inverse=True)[1]
@@ -257,7 +257,23 @@ def _associate(
             vectors, presence, who = vectors.repeat(2, 0), presence.repeat(2, 0), np.arange(2)
         fit = word_map.fit_word_map(vectors, presence, who)
         ridge, calibration = fit.ridge, fit.calibration
-    parameters = {"score_mean": scores.mean, "score_spread": scores.spread}
+        sure = _certainties(table, described, (vectors, presence, owners, who), scores, words, fit)
+    parameters = {"score_mean": scores.mean, "score_spread": scores.spread, **sure}
     parameters |= counting.publish_parameters(counts, ridge, calibration)
     parameters |= counting.pack(counts, reference)
     return counting.publish_association(counts, reference), parameters
+
+
+def _certainties(table, described, rows, scores, names, fit):  # type: ignore[no-untyped-def]
+    """How sure answers are (``database.certainty``); ``rows`` as the word map was fitted to."""
+    vectors, presence, owners, who = rows
+    if len(owners) < len(who):
+        return {}
+    starts, ends = certainty.intervals_of(described)
+    standardised = scores.standardise(table.scores, table.movement)
+    return certainty.fit_certainties(
+        certainty.Written(
+            vectors, presence, names, owners, starts, ends, who, table, standardised,
+            fit.ridge, fit.calibration,
+        )
+    )  # fmt: skip

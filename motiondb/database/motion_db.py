@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING
 
 from motiondb import capture, store
 from motiondb.capture.sheet import read_sheet
-from motiondb.database import answering, cataloguing, generating, learning, suggesting, updating
+from motiondb.database import (
+    answering,
+    cataloguing,
+    examples,
+    generating,
+    learning,
+    suggesting,
+    updating,
+)
 from motiondb.database import drift as drifting
 from motiondb.database import learned as learned_state
 from motiondb.database.keeping import check_name_free, keep_generated
@@ -24,7 +32,6 @@ from motiondb.records import (
     CaptureInfo,
     Clip,
     Learning,
-    Match,
     Motion,
     Relation,
 )
@@ -141,14 +148,15 @@ class MotionDB:
         end: float | None = None,
         where: str = "",
         limit: int = 10,
-        meaning: bool = False,
-    ) -> tuple[Match, ...]:
+        meaning: bool | None = None,
+    ) -> examples.ExampleAnswer:
         """Intervals that move like an example: a file, a stored capture, or a motion (seconds).
 
-        ``meaning`` looks for the same action in other styles, by the words that were learned.
+        ``meaning`` looks for the same action in other styles too, by the words that were learned;
+        None: where there are any. False: by motion alone.
         """
         motion = self.motion(example, start, end)
-        return answering.search_motion(self.searchable, motion, where, limit, meaning)
+        return examples.search_motion(self.searchable, motion, where, limit, meaning)
 
     def describe(
         self, example: str | Path | Motion, start: float | None = None, end: float | None = None

@@ -9,7 +9,10 @@ Three looks, each finer and each at fewer places:
    the exact start and end (:mod:`motiondb.search.warping`).
 
 The first two choose candidates by ``rough`` = (cosine + alignment) / 2, where the alignment counts
-as far as the window holds the aligned segments. The answer's ``score`` is exactly
+as far as the window holds the aligned segments. Where words were learned, they tell which captures
+show the same action in another style: the best window of a capture takes its :func:`resemblance`
+in place of the cosine, and all windows of the capture are raised or lowered by as much. So words
+choose between captures, and motion alone within one. The answer's ``score`` is exactly
 
     score = rough - WARP_WEIGHT * warp,    warp the mean feature distance of the third look;
 
@@ -81,23 +84,53 @@ def find_candidates(
 ) -> list[Candidate]:
     """The most promising intervals of all captures, best first (ties: lowest capture number)."""
     scale = alignment.distance_scale(distances)
+    looks = {c: _look(query, take, distances, scale) for c, take in takes.items()}
+    gains = _meaning_gains(query, list(looks.values()))
     found: list[Candidate] = []
-    length = len(query.features)
-    for capture, take in takes.items():
-        aligned, first, last = alignment.align(
-            query.symbols, query.weights, take.symbols, distances, scale
-        )
-        low, high, cosine = _windows(query, take, length)
-        overlap = np.zeros(len(low))
-        if last > first:
-            a, b = take.starts[first], take.ends[last - 1]
-            shared = np.maximum(np.minimum(high, b) - np.maximum(low, a), 0)
-            overlap = shared / np.maximum(np.minimum(high - low, b - a), 1)
-        rough = 0.5 * cosine + 0.5 * aligned * overlap
-        for w in _separate_peaks(rough, low, high, per_capture):
-            found.append(Candidate(capture, int(low[w]), int(high[w]), float(rough[w])))
+    for (capture, look), gain in zip(looks.items(), gains):
+        for w in _separate_peaks(look.rough, look.low, look.high, per_capture):
+            rough = float(look.rough[w] + 0.5 * gain)
+            found.append(Candidate(capture, int(look.low[w]), int(look.high[w]), rough))
     found.sort(key=lambda c: (-c.rough, c.capture, c.start))
     return found[:n_candidates]
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """Windows [low, high) of a capture, how alike they move, and of the best one its vector and
+    cosine: arrays (windows,), (columns,), a number."""
+
+    low: IntArray
+    high: IntArray
+    rough: FloatArray
+    vector: FloatArray
+    cosine: float
+
+
+def _look(query: Query, take: Take, distances: FloatArray, scale: float) -> _Look:
+    aligned, first, last = alignment.align(
+        query.symbols, query.weights, take.symbols, distances, scale
+    )
+    low, high = window_places(take.starts, take.ends, len(query.features))
+    vectors = interval_vectors(take.standardised, take.starts, take.ends, low, high)
+    cosine = resemblance(query.vector, vectors)
+    overlap = np.zeros(len(low))
+    if last > first:
+        a, b = take.starts[first], take.ends[last - 1]
+        shared = np.maximum(np.minimum(high, b) - np.maximum(low, a), 0)
+        overlap = shared / np.maximum(np.minimum(high - low, b - a), 1)
+    rough = 0.5 * cosine + 0.5 * aligned * overlap
+    best = int(np.argmax(rough))
+    return _Look(low, high, rough, vectors[best], float(cosine[best]))
+
+
+def _meaning_gains(query: Query, looks: Sequence[_Look]) -> FloatArray:
+    """What words add to the likeness of the best window of every capture: array (captures,)."""
+    if query.words is None or not looks:
+        return np.zeros(len(looks))
+    vectors = np.stack([look.vector for look in looks])
+    alike = resemblance(query.vector, vectors, query.words)
+    return alike - np.array([look.cosine for look in looks])
 
 
 def refine(
@@ -170,14 +203,20 @@ def to_activities(
     return _without_overlaps(placed)
 
 
-def _windows(query: Query, take: Take, length: int) -> tuple[IntArray, IntArray, FloatArray]:
-    """Windows of about the query's length that begin at segments, and their cosines."""
-    total = int(take.ends[-1])
-    low = np.unique(np.clip(np.concatenate([take.starts, take.ends - length]), 0, None))
+def window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArray, IntArray]:
+    """First and last + 1 frame of windows of a length that begin or end with segments.
+
+    Parameters
+    ----------
+    starts, ends : arrays (segments,), frames of one capture, which they tile.
+
+    >>> [place.tolist() for place in window_places(np.array([0, 10]), np.array([10, 30]), 12)]
+    [[0, 10, 18], [12, 22, 30]]
+    """
+    total = int(ends[-1])
+    low = np.unique(np.clip(np.concatenate([starts, ends - length]), 0, None))
     low = np.unique(np.minimum(low, max(total - length, 0)))
-    high = np.minimum(low + length, total)
-    vectors = interval_vectors(take.standardised, take.starts, take.ends, low, high)
-    return low, high, resemblance(query.vector, vectors, query.words)
+    return low, np.minimum(low + length, total)
 
 
 def resemblance(
@@ -202,6 +241,15 @@ def resemblance(
         return cosine
     meanings = word_meanings(words, vectors) if meanings is None else meanings
     return (2.0 * (meanings @ word_meanings(words, vector)) + cosine) / 3.0
+
+
+def same_motion(chance: float, warp: float) -> float:
+    """A probability where frames all but agree: what is one motion shows one thing.
+
+    >>> same_motion(0.5, 0.0), same_motion(0.5, 0.1), same_motion(0.5, 0.8)
+    (1.0, 0.75, 0.5)
+    """
+    return 1.0 - (1.0 - chance) * min(1.0, warp / NEAR)
 
 
 def word_meanings(words: WordMap, vectors: FloatArray) -> FloatArray:

@@ -29,6 +29,8 @@ WRITTEN = 4.0
 """Log-odds that a word written about the interval adds (people rarely write what is not there)."""
 UNWRITTEN = -1.0
 """Log-odds that a word missing from an existing description adds (descriptions are never whole)."""
+WINDOW_MARGIN = 22
+"""Frames (0.75 s) that a window reaches beyond its segment: one segment alone tells too little."""
 
 
 @dataclass(frozen=True, eq=False)

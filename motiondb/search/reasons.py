@@ -120,16 +120,23 @@ def explain_word(
     return WordReason(word, action, log_odds, weight * evidence.constant, weight * said, shares)
 
 
+def by_action(reasons: Sequence[WordReason]) -> list[tuple[float, float]]:
+    """Log-odds of every asked action by itself, and what of them people's words add."""
+    actions = sorted({reason.action for reason in reasons})
+    found = []
+    for k in actions:
+        own = [reason for reason in reasons if reason.action == k]
+        log_odds = math.fsum(p for reason in own for p in reason.parts)
+        said = math.fsum(reason.written for reason in own)
+        found.append((len(actions) * log_odds, len(actions) * said))
+    return found
+
+
 def together(reasons: Sequence[WordReason]) -> float:
     """What asking for all actions at once adds to the mean of their log-odds (0 for one action)."""
-    actions = sorted({reason.action for reason in reasons})
-    if len(actions) < 2:
+    each = [log_odds for log_odds, _ in by_action(reasons)]
+    if len(each) < 2:
         return 0.0
-    each = [
-        len(actions)
-        * math.fsum(p for reason in reasons if reason.action == k for p in reason.parts)
-        for k in actions
-    ]
     return joint_log_odds(each) - math.fsum(p for reason in reasons for p in reason.parts)
 
 

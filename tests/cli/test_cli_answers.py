@@ -17,14 +17,17 @@ def answer(ended: Any) -> Any:
 
 def test_search_and_like_answer_as_promised(command: Any, learned_file: Path) -> None:
     for words in (("search", "walk, kick"), ("like", "ana/bow_1", "--from", 0.5, "--to", 2)):
-        found = answer(
-            command(
-                *words, "--where", "performer=ana", "--limit", 3, "--json", "--db", learned_file
-            )
-        )
+        asked = (*words, "--where", "performer=ana", "--limit", 3, "--json", "--db", learned_file)
+        told = answer(command(*asked))
+        assert list(told) == ["matches_anything", "strength", "threshold", "matches"]
+        assert told["matches_anything"] is (told["strength"] >= told["threshold"])
+        found = told["matches"]
         assert [m["rank"] for m in found] == [1, 2, 3]
         for match in found:
-            assert list(match) == ["rank", "capture", "start", "end", "score", "words"]
+            assert list(match) == [
+                "rank", "capture", "start", "end", "score", "probability", "words",
+            ]  # fmt: skip
+            assert 0.0 <= match["probability"] <= 1.0
             assert match["capture"].startswith("ana/")
             assert 0 <= match["start"] < match["end"]
             assert all(isinstance(word, str) for word in match["words"])
@@ -89,7 +92,7 @@ def test_pictures(command: Any, learned_file: Path) -> None:
 def test_an_unknown_word_is_named_with_the_nearest(command: Any, learned_file: Path) -> None:
     ended = command("search", "wlak, kick", "--limit", 1, "--json", "--db", learned_file)
     assert ended.err == "unknown word 'wlak' left out; the nearest known: walk\n"
-    assert answer(ended)[0]["words"] == ["kick"]
+    assert answer(ended)["matches"][0]["words"] == ["kick"]
     ended = command("search", "xyzzy", "--db", learned_file)
     assert (ended.code, ended.out) == (2, "")
     assert ended.err == (
@@ -132,7 +135,7 @@ def test_what_is_added_after_learning_is_found(
     ended = command("like", "boris/kick_1", "--limit", 2, "--json", "--db", learned_copy)
     assert bool(ended.err) == bool(left_out)
     if not left_out:
-        assert {m["capture"] for m in answer(ended)} == {"boris/kick_1", "kick_1"}
+        assert {m["capture"] for m in answer(ended)["matches"]} == {"boris/kick_1", "kick_1"}
 
 
 @pytest.mark.parametrize(("count", "what"), [(1, "1 capture is"), (7, "7 captures are")])
@@ -143,7 +146,7 @@ def test_what_answers_leave_out_is_said(
     for words in (("search", "walk"), ("like", "ana/bow_1")):
         ended = command(*words, "--limit", 1, "--json", "--db", learned_file)
         assert ended.err == f"note: {what} not yet learned: run motiondb learn to include them\n"
-        assert len(answer(ended)) == 1
+        assert len(answer(ended)["matches"]) == 1
 
 
 def test_add_export_remove_compact(command: Any, some: Path, samples_folder: Path) -> None:
@@ -218,7 +221,8 @@ def test_words_are_set_imported_and_synonyms_kept(command: Any, some: Path) -> N
     assert answer(command("words", "synonyms", "synonyms", "--json")) == {"boot": "kick"}
     assert command("learn").code == 0
     assert {w["word"] for w in answer(command("words", "--json"))} >= {"kick", "bow"}
-    assert answer(command("search", "boot", "--limit", 1, "--json"))[0]["capture"] == "boris/kick_1"
+    first = answer(command("search", "boot", "--limit", 1, "--json"))["matches"][0]
+    assert first["capture"] == "boris/kick_1"
     assert command("words", "synonyms", "nothing").err == (
         "error: nothing: expected a readable file of synonyms, found: No such file or directory.\n"
     )

@@ -34,7 +34,7 @@ def test_explained_json_sums_to_its_log_odds(learned_file: Path) -> None:
     asked = ["search", "walk, sit down", "--explain", "--json", "--limit", "3"]
     result = CliRunner().invoke(app, [*asked, "--db", str(learned_file)])
     assert result.exit_code == 0
-    for row in json.loads(result.stdout):
+    for row in json.loads(result.stdout)["matches"]:
         words = row["explain"]["words"]
         parts = [
             part
