@@ -90,7 +90,10 @@ def _combine(best, firsts, cell, factor, by_right, left, work):  # type: ignore[
     for entry in range(len(symbols)):
         for t in range(starts[symbols[entry]], starts[symbols[entry] + 1]):
             tail = tails[t]
-            value = firsts[left[tail]] * values[entry] * factor
+            first = firsts[left[tail]]
+            if first == 0.0:  # not there; an endless count times 0 would be no number
+                continue
+            value = first * values[entry] * factor
             if value == 0.0:
                 continue
             if base[tail] == 0.0:

@@ -17,7 +17,7 @@ from math import inf, ldexp
 import numpy as np
 from numba import njit
 
-from motiondb.grammar.cfg import Grammar, Tree
+from motiondb.grammar.cfg import Grammar, Tree, choices_of
 from motiondb.grammar.chart import place_of
 from motiondb.grammar.closure import transpose
 from motiondb.grammar.compiled import CompiledGrammar, list_steps, numbered
@@ -116,14 +116,15 @@ def estimate_from_best_trees(
     ParseError, with the number of the sentence, where the grammar does not derive one.
     """
     likelihoods: list[float] = []
-    before: list[Tree] = []
+    before: list[tuple[int, ...]] = []
     for _ in range(rounds):
         trees = [_parse_or_fault(grammar, sentence, k) for k, sentence in enumerate(sentences)]
         likelihoods.append(sum(tree_log_probability(grammar, tree) for tree in trees))
-        if trees == before:
+        rules = [choices_of(tree) for tree in trees]
+        if rules == before:
             break
         grammar = grammar.with_probabilities(rule_counts(grammar, trees).tolist())
-        before = trees
+        before = rules
     return Estimate(grammar, tuple(likelihoods))
 
 

@@ -27,6 +27,8 @@ from motiondb.records import FloatArray, IntArray
 
 AnyGrammar = Grammar | CompiledGrammar
 
+_SHOWN = 20  # expected terminals that a message names; the error holds all
+
 
 class ParseError(GrammarError):
     """A sentence that the grammar does not derive.
@@ -228,8 +230,10 @@ def _say(
     expected: tuple[str, ...],
     may_end: bool,
 ) -> str:
-    options = [*expected, *(["the end"] if may_end else [])]
+    options = [*expected[:_SHOWN], *(["the end"] if may_end else [])]
     wanted = f"one of {', '.join(options)}" if len(options) > 1 else "".join(options) or "nothing"
+    if len(expected) > _SHOWN:
+        wanted += f" and {len(expected) - _SHOWN} more"
     if position == len(sentence):
         last = f" (after symbol {position - 1}, {sentence[-1]!r})" if sentence else ""
         where = f"end of the sentence{last}"

@@ -134,6 +134,7 @@ def plain_count(grammar: Grammar, sentence: tuple[str, ...]) -> float:
 @given(grammars(), st.lists(st.sampled_from(["a", "b"]), max_size=3).map(tuple))
 @settings(max_examples=60, deadline=None)
 @example(read_grammar("S -> A | a\nA -> A A | empty"), ("a",))
+@example(read_grammar("S -> S | b S | empty"), ("a", "b"))
 @example(read_grammar("S -> A S | a\nA -> A | b"), ("b", "a"))
 def test_number_of_trees_is_that_of_the_plain_equations(
     grammar: Grammar, sentence: tuple[str, ...]
@@ -290,6 +291,13 @@ def test_message_of_a_failure(sentence: str, message: str) -> None:
     with pytest.raises(ParseError) as caught:
         parse(BALL, sentence.split())
     assert str(caught.value) == message
+
+
+def test_a_message_names_so_many_and_the_error_all() -> None:
+    grammar = read_grammar("S -> " + " | ".join(f"t{k}" for k in range(30)))
+    with pytest.raises(ParseError, match=r"t0, t1, t10, .* and 10 more, found the end\.") as caught:
+        parse(grammar, ())
+    assert len(caught.value.expected) == 30
 
 
 def test_a_grammar_that_derives_nothing_is_refused() -> None:
