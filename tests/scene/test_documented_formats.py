@@ -1,0 +1,64 @@
+"""docs/scenes.md is true: its files can be read, its numbers are those of the program."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+from motiondb.database import scene_files
+from motiondb.scene import rules, tactics
+from motiondb.scene.expressions import expressions
+from motiondb.scene.grammar_file import read_motion_grammar
+from motiondb.scene.tactics_file import read_diagram
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "scenes.md"
+TEXT = PAGE.read_text(encoding="utf-8")
+
+
+def block(language: str) -> str:
+    (found,) = re.findall(rf"```{language}\n(.*?)```", TEXT, re.DOTALL)
+    return str(found)
+
+
+def test_the_grammar_of_the_page_is_one() -> None:
+    grammar = read_motion_grammar(block("grammar"), "page")
+    assert grammar.grammar.nonterminals == ("S", "Walk", "Walk.1", "Carry", "Carry.1")
+    assert [rule.probability for rule in grammar.grammar.rules if rule.left == "Carry"] == [
+        0.9,
+        1 - 0.9,
+    ]
+    assert len(grammar.annotations) == 4
+
+
+def test_the_diagram_of_the_page_is_one() -> None:
+    diagram = read_diagram(block("tactics"), "page")
+    asked = ["".join(map(str, items)) for items in expressions(diagram).values()]
+    assert asked == ["(hold)(pass)(run)*(catch)(layup)", "(catch)(pass)", "(guard)*"]
+
+
+def test_the_weights_of_the_page_are_the_defaults() -> None:
+    assert "| 0.3 m | 20 deg | 0.1 s | 0.1 | 0.3 m | 0.1 | 1 | 0.1 | off |" in TEXT
+    found = [
+        rules.PositionRule.weight,
+        round(math.degrees(rules.DirectionRule.weight), 9),
+        rules.SynchronisationRule.weight,
+        rules.DistanceRule.weight,
+        rules.LineRule.weight,
+        rules.Weights.user,
+        rules.Weights.smooth,
+        rules.Weights.collision,
+        rules.Weights.effort,
+    ]
+    assert found == [0.3, 20.0, 0.1, 0.1, 0.3, 0.1, 1.0, 0.1, math.inf]
+    assert rules.PASS_SPEED == 8.0
+
+
+def test_every_element_and_shipped_file_stands_on_the_page() -> None:
+    for name in (*tactics.KINDS, *tactics.TEAMS):
+        assert re.search(rf"[`\n]{name}\b", TEXT) or f"{name} " in block("tactics"), name
+    for ending in (scene_files.GRAMMAR, scene_files.TACTICS):
+        for name in scene_files.shipped(ending):
+            assert f"`{name}`" in TEXT
+    for target in re.findall(r"\]\(([^)#:]+)\)", TEXT):
+        assert (PAGE.parent / target).exists(), target
