@@ -8,31 +8,31 @@ itself, as paper A prints it).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from motiondb import store
-from motiondb.database.counting import described_intervals
-from motiondb.database.learned import Learned, decode, recognise
+from motiondb.database import hearing
+from motiondb.database.action_symbols import decode_actions, word_numbers
+from motiondb.database.learned import Learned
 from motiondb.errors import QueryError
-from motiondb.generate import contact, generation_model, series, stitching, trajectory
+from motiondb.generate import clarity, contact, generation_model, series, stitching, trajectory
 from motiondb.pose import pose_vectors, rotation
 from motiondb.pose.features import FEATURE_STEP
-from motiondb.records import Association, FloatArray, IntArray, Motion, MotionSymbols
+from motiondb.records import FloatArray, IntArray, Motion, MotionSymbols
 from motiondb.symbols import hmm
 from motiondb.words import decoding, vocabulary
 
 METHODS = ("stitched", "trajectory", "montecarlo")
 MEMBERS = 60
 """Segments per symbol that take part: the likeliest ones."""
-LENGTHS = (2, 4)
-"""Fewest and most symbols of one action."""
-SAID_WEIGHT = 3.0
-"""w: how much more than t counts what the symbol's own segments say."""
-UNSAID = 1e-4
-"""Most that NULL may say of a word: what is asked for is to be seen."""
 WORD_WEIGHT = 3.0
+LENGTH_WEIGHT = 1.0
+ATTEMPTS = 4
+"""Times that a motion is made at most until every action is heard in it."""
+HEARD = 0.5
+"""Mean probability from which on a word counts as heard."""
 JOIN_WEIGHT = 0.5
 
 
@@ -71,8 +71,65 @@ def generate(learned: Learned, text: str, seed: int, method: str = "stitched") -
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
     query = vocabulary.parse_query(text, learned.known_words, learned.synonyms)
     actions = [action for action in query.actions if action]
+    made = _best_attempt(learned, actions, seed, method)
+    provenance = store.to_provenance(learned.database, made.captures, made.frames, edits=made.edits)
+    return Generated(
+        made.motion, tuple(int(s) for s in made.symbols), made.positions, tuple(actions),
+        made.decodings, tuple(int(s) for s in made.found), provenance, query.unknown, made.spans,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Attempt:
+    """A motion made of certain symbols, where its frames come from, and how it is heard.
+
+    clarities : per action, log c (see ``generate.clarity``). unclear : per action, the symbol that
+        shows it least, where the action is not heard.
+    """
+
+    motion: Motion
+    symbols: IntArray
+    positions: tuple[int, ...]
+    decodings: tuple[decoding.Decoding, ...]
+    captures: IntArray
+    frames: FloatArray
+    edits: tuple[str, ...]
+    spans: tuple[tuple[int, int], ...]
+    found: IntArray
+    clarities: tuple[float, ...]
+    unclear: Mapping[int, int]
+
+
+def _best_attempt(
+    learned: Learned, actions: Sequence[Sequence[str]], seed: int, method: str
+) -> _Attempt:
+    """Make the motion, hear it, and make what is not heard anew without its least clear symbol.
+
+    The attempt whose actions are clearest on average is kept.
+    """
+    avoided: list[set[int]] = [set() for _ in actions]
+    best: _Attempt | None = None
+    for _ in range(ATTEMPTS):
+        attempt = _attempt(learned, actions, avoided, seed, method)
+        if best is None or np.mean(attempt.clarities) > np.mean(best.clarities):
+            best = attempt
+        if not attempt.unclear:
+            break
+        for action, symbol in attempt.unclear.items():
+            avoided[action].add(symbol)
+    assert best is not None
+    return best
+
+
+def _attempt(
+    learned: Learned,
+    actions: Sequence[Sequence[str]],
+    avoided: Sequence[set[int]],
+    seed: int,
+    method: str,
+) -> _Attempt:
     rng = np.random.default_rng(seed)
-    symbols, positions, decodings = _decode_actions(learned, actions)
+    symbols, positions, decodings = decode_actions(learned, actions, avoided)
     model = _Model(learned, symbols)
     if method == "stitched":
         motion, captures, frames, edits, lengths = _stitched(
@@ -83,13 +140,35 @@ def generate(learned: Learned, text: str, seed: int, method: str = "stitched") -
         captures = np.full(motion.n_frames, -1)
         frames = np.zeros(motion.n_frames)
         edits = (method,) * motion.n_frames
-    found = recognise(learned, motion)[3]
-    return Generated(
-        motion, tuple(int(s) for s in symbols), tuple(positions), tuple(actions),
-        tuple(decodings), tuple(int(s) for s in found),
-        store.to_provenance(learned.database, captures, frames, edits=edits), query.unknown,
-        _spans(positions, lengths),
+    probabilities, found = hearing.hear(learned, motion)
+    clarities, unclear = _hear_actions(learned, actions, probabilities, symbols, positions, lengths)
+    return _Attempt(
+        motion, symbols, tuple(positions), tuple(decodings), captures, frames, edits,
+        _spans(positions, lengths), found, clarities, unclear,
     )  # fmt: skip
+
+
+def _hear_actions(
+    learned: Learned,
+    actions: Sequence[Sequence[str]],
+    probabilities: FloatArray,
+    symbols: IntArray,
+    positions: Sequence[int],
+    lengths: Sequence[int],
+) -> tuple[tuple[float, ...], dict[int, int]]:
+    """How clear every action is, and the least clear symbol of those that are not heard."""
+    bounds = np.minimum(np.cumsum([0, *lengths]), len(probabilities) - 1)
+    clarities, unclear = [], {}
+    for number, action in enumerate(actions):
+        asked = word_numbers(learned, action)
+        own = [k for k, position in enumerate(positions) if position == number]
+        stretch = probabilities[bounds[own[0]] : bounds[own[-1] + 1] + 1]
+        clarities.append(hearing.log_clarity(stretch, asked))
+        if not hearing.is_heard(stretch, asked, HEARD):
+            parts = [probabilities[bounds[k] : bounds[k + 1] + 1] for k in own]
+            least = int(np.argmin([hearing.log_clarity(part, asked) for part in parts]))
+            unclear[number] = int(symbols[own[least]])
+    return tuple(clarities), unclear
 
 
 def _spans(positions: Sequence[int], lengths: Sequence[int]) -> tuple[tuple[int, int], ...]:
@@ -101,81 +180,6 @@ def _spans(positions: Sequence[int], lengths: Sequence[int]) -> tuple[tuple[int,
     totals = np.bincount(positions, weights=lengths).astype(int)
     ends = np.cumsum(totals)
     return tuple((int(end - total), int(end)) for end, total in zip(ends, totals))
-
-
-def _decode_actions(
-    learned: Learned, actions: Sequence[Sequence[str]]
-) -> tuple[IntArray, list[int], list[decoding.Decoding]]:
-    """Symbols of all actions; each decoding starts where the one before it ended."""
-    symbols: list[int] = []
-    positions: list[int] = []
-    decodings = []
-    association = _spoken_association(learned)
-    lengths = _typical_lengths(learned, actions)
-    for number, action in enumerate(actions):
-        for length in dict.fromkeys((lengths[number], 1)):  # one symbol, where none ever followed
-            decoded = decode(
-                learned,
-                _said_throughout(action, length),
-                after=symbols[-1] if symbols else None,
-                last=number == len(actions) - 1,
-                length=length,
-                association=association,
-            )
-            if decoded is not None:
-                break
-        if decoded is None:
-            raise QueryError(
-                f"generate: expected symbols for {' '.join(action)!r}, found none that the words "
-                "ever stood beside. Add captures with these words and learn again."
-            )
-        symbols += decoded.symbols
-        positions += [number] * len(decoded.symbols)
-        decodings.append(decoded)
-    return np.array(symbols), positions, decodings
-
-
-def _said_throughout(action: Sequence[str], n_symbols: int) -> list[str]:
-    """The words of an action as often as it has symbols: it is to be seen all the while, not once.
-
-    >>> _said_throughout(["turn", "left"], 3)
-    ['turn', 'left', 'turn', 'left']
-    """
-    return list(action) * -(-n_symbols // len(action))
-
-
-def _spoken_association(learned: Learned) -> Association:
-    """How well a symbol shows a word, in place of t(word | symbol): (t + w said) * said.
-
-    Captions speak of whole captures, so t alone cannot tell the jump from the standing before it;
-    the word map, which compares captures with and without the word, can. ``said`` is the geometric
-    mean of what it gives the symbol's segments on average and what it gives the clearest of them:
-    those are what generation shows. Rows need not sum to 1: a symbol that shows nothing clearly
-    says nothing.
-    """
-    said = np.sqrt(learned.spoken * learned.clearest)
-    t = learned.smoothed_association.translation.copy()
-    t[0] = np.minimum(t[0], UNSAID)
-    t[1:] = (t[1:] + SAID_WEIGHT * said) * said
-    return replace(learned.smoothed_association, translation=t)
-
-
-def _typical_lengths(learned: Learned, actions: Sequence[Sequence[str]]) -> list[int]:
-    """How many symbols an action takes: the median over captures described with its words."""
-    captions = store.load_captions(learned.database)
-    described = described_intervals(learned.segments, captions, learned.synonyms)
-    if not described:
-        raise QueryError(
-            "generate: expected captures with words, found none. Write some down (motiondb words "
-            "set) and learn again."
-        )
-    lengths = []
-    for action in actions:
-        said = [d for d in described if set(action) <= set(d.words)]
-        said = said or [d for d in described if set(action) & set(d.words)] or described
-        typical = np.median([(d.high - d.low) / d.n_actions for d in said])
-        lengths.append(int(np.clip(np.ceil(typical), *LENGTHS)))
-    return lengths
 
 
 class _Model:
@@ -278,12 +282,12 @@ def _stitched(
 ) -> tuple[Motion, IntArray, FloatArray, tuple[str, ...], list[int]]:
     values, owner = _trajectory(model, sequence)
     scale = np.concatenate(list(model.vectors.values())).std(axis=0) + 1e-6
-    number = {word: n for n, word in enumerate(learned.association.words)}
+    costs = [_word_costs(learned, word_numbers(learned, action)) for action in actions]
     candidates = []
     for k, symbol in enumerate(sequence):
         rows = model.members[model.number[int(symbol)]]
-        words = [number[w] for w in actions[positions[k]]]
-        candidates.append(_candidates(learned, model, rows, values[owner == k], words, scale, rng))
+        said = costs[positions[k]][rows]
+        candidates.append(_candidates(learned, model, rows, values[owner == k], said, scale, rng))
     chosen = stitching.choose(candidates, JOIN_WEIGHT)
     pieces = [
         stitching.Piece(int(c.captures[i]), int(c.starts[i]), int(c.ends[i]))
@@ -305,38 +309,47 @@ def _candidates(
     model: _Model,
     rows: IntArray,
     part: FloatArray,
-    words: Sequence[int],
+    said: FloatArray,
     scale: FloatArray,
     rng: np.random.Generator,
 ) -> stitching.Candidates:
-    """Real segments for one position, with their costs; the seed breaks ties between likes."""
+    """Real segments for one position, with their costs; the seed breaks ties between likes.
+
+    said : array (rows,), what their words cost.
+    """
     places = np.array([model.segment(learned, row) for row in rows])
     targets, entries, continuations = [], [], []
-    for row, (capture, start, end) in zip(rows, places):
+    for capture, start, end in places:
         vectors = model.vectors[int(capture)]
-        targets.append(_distance(vectors[start:end], part, scale) + _unsaid(learned, row, words))
+        targets.append(_distance(vectors[start:end], part, scale))
         entries.append(_edge(vectors, int(start), scale))
         continuations.append(_edge(vectors, int(end), scale))
     noise = rng.uniform(0.0, 0.3, size=len(rows))
     return stitching.Candidates(
         places[:, 0], places[:, 1], places[:, 2],
-        np.array(entries), np.array(continuations), np.array(targets) + noise,
+        np.array(entries), np.array(continuations), np.array(targets) + said + noise,
     )  # fmt: skip
 
 
 def _distance(segment: FloatArray, part: FloatArray, scale: FloatArray) -> float:
-    """Mean squared difference over twelve moments of both, in spreads."""
+    """Mean squared difference over twelve moments of both, in spreads, and of their lengths."""
     moments = np.linspace(0.0, 1.0, 12)
     a = segment[np.round(moments * (len(segment) - 1)).astype(int)]
     b = part[np.round(moments * (len(part) - 1)).astype(int)]
-    return float(np.mean(((a - b) / scale) ** 2))
+    ratio = float(np.log(len(segment) / len(part)))
+    return float(np.mean(((a - b) / scale) ** 2)) + LENGTH_WEIGHT * ratio**2
 
 
-def _unsaid(learned: Learned, row: int, words: Sequence[int]) -> float:
-    """How little the words are said of a segment's surroundings: log(1 + exp(-log-odds)) a word."""
-    capture = int(learned.segments.capture_ids[row])
-    odds = learned.takes[capture].windows[row - learned.rows[capture].start, list(words)]
-    return WORD_WEIGHT * float(np.mean(np.logaddexp(0.0, -odds)))
+def _word_costs(learned: Learned, asked: IntArray) -> FloatArray:
+    """What showing an action by each segment costs: array (segments,), at least 0.
+
+    log(1 + exp(-log-odds)) a word for how little it is said of the segment's surroundings, what
+    people wrote included, and what the segment shows that was not asked for.
+    """
+    odds = np.concatenate([learned.takes[c].windows for c in learned.rows])[:, asked]
+    unsaid = np.logaddexp(0.0, -odds).mean(axis=1)
+    unasked = clarity.log_unasked(learned.segment_probabilities, asked)
+    return np.asarray(WORD_WEIGHT * (unsaid - clarity.UNASKED_SHARE * unasked))
 
 
 def _edge(vectors: FloatArray, frame: int, scale: FloatArray) -> FloatArray:

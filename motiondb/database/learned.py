@@ -33,8 +33,6 @@ from motiondb.symbols import acquisition, feature_space, hmm
 from motiondb.words import decoding, explanation, transition, word_map
 
 LONGEST_DECODED = 12
-CLEAREST = 3
-"""Segments by which a symbol is judged to be able to show a word."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,25 +200,6 @@ class Learned:
         """Probability of every word at every segment, from the motion alone: (segments, words)."""
         odds = np.concatenate([self.heard[c][:-1] for c in self.rows])
         return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
-
-    @cached_property
-    def spoken(self) -> FloatArray:
-        """Mean probability of the words at the segments of a symbol: array (symbols, words)."""
-        probabilities = self.segment_probabilities
-        sums = np.zeros((self.symbols.n_symbols, probabilities.shape[1]))
-        np.add.at(sums, self.segments.symbols, probabilities)
-        count = np.bincount(self.segments.symbols, minlength=len(sums))
-        return sums / np.maximum(count, 1)[:, None]
-
-    @cached_property
-    def clearest(self) -> FloatArray:
-        """As :attr:`spoken`, over the three segments of a symbol that say the word most clearly."""
-        probabilities = self.segment_probabilities
-        clearest = np.zeros((self.symbols.n_symbols, probabilities.shape[1]))
-        for symbol in np.unique(self.segments.symbols):
-            own = np.sort(probabilities[self.segments.symbols == symbol], axis=0)
-            clearest[symbol] = own[-CLEAREST:].mean(axis=0)
-        return clearest
 
     @cached_property
     def feature_pool(self) -> FeaturePool:
