@@ -13,7 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb import store
-from motiondb.database.grammar_sequences import GrammarSequence, Material, load_sequence, play
+from motiondb.database.grammar_sequences import (
+    GrammarSequence,
+    Material,
+    load_sequence,
+    play,
+    terminals_of,
+)
 from motiondb.errors import QueryError
 from motiondb.grammar import cfg, edit, parse
 
@@ -107,7 +113,7 @@ def _before(
         tree, derivation = load_sequence(material.database, sequence)
         _check_same(derivation.grammar, name, sequence)
         return tree, derivation.clips
-    return parse.parse(grammar, words), ()
+    return parse.parse(grammar, terminals_of(grammar, words)), ()
 
 
 def _is_kept(

@@ -39,7 +39,8 @@ class GrammarSettings:
 
     n_terminals : K; None lets the description length choose. from_symbols : the motion symbols of
     the database are the terminals. sentences : "auto", "captures" (each is one) or "captions" (one
-    begins where timed words begin). search : how terminals are looked for.
+    begins where timed words begin). search : how terminals are looked for. evaluations : partitions
+    into sentences that are tried.
     """
 
     n_terminals: int | None = N_TERMINALS
@@ -47,6 +48,7 @@ class GrammarSettings:
     sentences: str = "auto"
     seed: int = 0
     search: TerminalSettings = field(default_factory=TerminalSettings)
+    evaluations: int = partition.EVALUATIONS
 
 
 def learn_grammar(
@@ -159,7 +161,10 @@ def _sentences(
     strings = strings_of(terminals)
     if settings.sentences == "auto":
         return partition.find_sentences(
-            strings, rng, progress=lambda done, total: tell("sentences", done, total)
+            strings,
+            rng,
+            evaluations=settings.evaluations,
+            progress=lambda done, total: tell("sentences", done, total),
         )
     cuts: list[list[int]] = [[] for _ in strings]
     if settings.sentences == "captions":

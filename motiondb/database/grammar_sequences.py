@@ -8,7 +8,7 @@ keeps its terminals and its segments.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from motiondb import store
 from motiondb.database.keeping import check_name_free, keep_generated
-from motiondb.errors import QueryError
+from motiondb.errors import QueryError, suggestion
 from motiondb.grammar import cfg, synthesis
 from motiondb.records import CaptureInfo, Motion
 
@@ -157,3 +157,24 @@ def load_sequence(database: store.Store, name: str) -> tuple[cfg.Tree, store.Der
         )
     learned = store.load_grammar(database, derivation.grammar)
     return cfg.derive_by(learned.grammar, derivation.rules), derivation
+
+
+def terminals_of(grammar: cfg.Grammar, text: str | Sequence[str]) -> tuple[str, ...]:
+    """Terminals of a string such as ``"a b c"``.
+
+    Raises
+    ------
+    QueryError : a name that is no terminal of the grammar; suggests the nearest.
+
+    >>> terminals_of(cfg.read_grammar("S -> a b"), "b  a")
+    ('b', 'a')
+    """
+    names = tuple(text.split()) if isinstance(text, str) else tuple(text)
+    for name in names:
+        if name not in grammar.terminals:
+            shown = ", ".join(grammar.terminals[:30])
+            raise QueryError(
+                f"{name!r}: expected terminals of the grammar ({shown}), found another name."
+                f"{suggestion(name, grammar.terminals) or ' motiondb grammar show tells them.'}"
+            )
+    return names

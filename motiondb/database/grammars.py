@@ -24,9 +24,9 @@ from motiondb.database import (
 )
 from motiondb.database.grammar_editing import Edit
 from motiondb.database.grammar_learning import GrammarSettings, Progress
-from motiondb.database.grammar_sequences import GrammarSequence, Material
+from motiondb.database.grammar_sequences import GrammarSequence, Material, terminals_of
 from motiondb.database.grammar_words import Meaning, terminal_meanings
-from motiondb.errors import QueryError, suggestion
+from motiondb.errors import QueryError
 from motiondb.grammar import cfg, prefix
 from motiondb.grammar.derive import derive
 from motiondb.grammar.parse import ParseError
@@ -209,10 +209,7 @@ class Grammars:
         sequence : the name of a kept sequence, a string of terminals, or a sequence at hand.
         at : position from 0. levels : how many ancestors wider, then descendants narrower.
         """
-        material = self.material(name)
-        if isinstance(sequence, (list, tuple)):
-            sequence = terminals_of(material.learned.grammar, sequence)
-        return grammar_editing.offer(material, sequence, at, levels, n, seed)
+        return grammar_editing.offer(self.material(name), sequence, at, levels, n, seed)
 
     def play(self, name: str, edited: Edit, number: int, seed: int = 0) -> GrammarSequence:
         """The sequence with alternative ``number`` (from 0) in place, as motion."""
@@ -234,27 +231,6 @@ class Grammars:
         info = grammar_sequences.keep(material, sequence, name, seed, how or {})
         self._database.forget()
         return info
-
-
-def terminals_of(grammar: cfg.Grammar, text: str | Sequence[str]) -> tuple[str, ...]:
-    """Terminals of a string such as ``"a b c"``.
-
-    Raises
-    ------
-    QueryError : a name that is no terminal of the grammar; suggests the nearest.
-
-    >>> terminals_of(cfg.read_grammar("S -> a b"), "b  a")
-    ('b', 'a')
-    """
-    names = tuple(text.split()) if isinstance(text, str) else tuple(text)
-    for name in names:
-        if name not in grammar.terminals:
-            shown = ", ".join(grammar.terminals[:30])
-            raise QueryError(
-                f"{name!r}: expected terminals of the grammar ({shown}), found another name."
-                f"{suggestion(name, grammar.terminals) or ' motiondb grammar show tells them.'}"
-            )
-    return names
 
 
 def _as_learned(learned: store.LearnedGrammar, take: int) -> ParsedMotion:

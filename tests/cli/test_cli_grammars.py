@@ -1,0 +1,197 @@
+"""The commands of grammars: what they print, the promised JSON, files, exit codes."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import motiondb
+from motiondb.database.grammar_learning import GrammarSettings
+from motiondb.grammar.terminals import TerminalSettings
+
+
+@pytest.fixture(scope="module")
+def taught(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Path:
+    """A database with two fights and the grammar of one."""
+    folder = tmp_path_factory.mktemp("fights")
+    for name in ("boris/long_fight_1", "boris/punch_1"):
+        target = folder / "captures" / f"{name}.bvh"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(samples_folder / f"{name}.bvh", target)
+    path = folder / "motions.duckdb"
+    with motiondb.open(path) as db:
+        db.add(folder / "captures")
+        search = TerminalSettings(n_starts=1, n_trials=150)
+        settings = GrammarSettings(6, search=search, evaluations=300)
+        db.grammars.learn(["boris/long_fight_1"], "fight", settings)
+    return path
+
+
+@pytest.fixture
+def copy(tmp_path: Path, taught: Path) -> Path:
+    return Path(shutil.copy(taught, tmp_path / "motions.duckdb"))
+
+
+def answer(ended: Any, code: int = 0) -> Any:
+    assert ended.code == code, ended.err
+    return json.loads(ended.out)
+
+
+def string_of(command: Any, path: Path) -> list[str]:
+    found = answer(
+        command("grammar", "parse", "fight", "boris/long_fight_1", "--json", "--db", path)
+    )
+    return [str(name) for name in found["sentences"][0]["string"]]
+
+
+def test_learn_says_what_was_learned(command: Any, copy: Path) -> None:
+    words = ("grammar", "learn", "boris/punch_1", "--terminals", 3, "--sentences", "captures")
+    ended = command(*words, "--name", "punch", "--db", copy)
+    assert (ended.code, ended.out[:17]) == (0, "punch: 1 capture "), ended.err
+    assert "of 3 terminals, 1 sentence, " in ended.out
+    facts = answer(command(*words, "--json", "--db", copy))
+    assert facts["grammar"] == "punch_1"  # the capture's name, where none is given
+    assert facts["no longer editable"] == []
+    found = answer(command("grammar", "list", "--json", "--db", copy))
+    assert [row["grammar"] for row in found] == ["fight", "punch", "punch_1"]
+    assert command("grammar", "list", "--db", copy).out.count("\n") == 3
+    assert command("check", "--db", copy).code == 0
+
+
+def test_show_tells_and_draws(command: Any, taught: Path) -> None:
+    ended = command(
+        "grammar", "show", "fight", "--png", "trees.png", "--strings", "s.png", "--db", taught
+    )
+    assert ended.code == 0, ended.err
+    assert "S -> " in ended.out
+    assert "description: " in ended.out
+    assert Path("trees.png").read_bytes()[:4] == Path("s.png").read_bytes()[:4] == b"\x89PNG"
+    facts = answer(command("grammar", "show", "fight", "--json", "--db", taught))
+    assert len(facts["terminals"]) == 6
+    assert facts["captures"][0]["capture"] == "boris/long_fight_1"
+
+
+def test_parse_tells_sentences_or_where_it_fails(command: Any, taught: Path) -> None:
+    ended = command(
+        "grammar", "parse", "fight", "boris/long_fight_1", "--png", "p.png", "--db", taught
+    )
+    assert ended.code == 0, ended.err
+    first, *trees = ended.out.splitlines()
+    assert first.endswith(" (as learned)")
+    assert trees[0].startswith("1  S(")
+    assert Path("p.png").stat().st_size > 1000
+    ended = command("grammar", "parse", "fight", "boris/punch_1", "--db", taught)
+    assert " (read anew)" in ended.out
+    found = answer(
+        command("grammar", "parse", "fight", "boris/punch_1", "--json", "--db", taught), ended.code
+    )
+    assert (found["fault"] is None) == (ended.code == 0)
+    if found["fault"]:
+        assert found["fault"]["says"] in ended.out
+        assert "that is " in ended.out or found["fault"]["found"] is None
+
+
+def test_suggest_lists_what_may_come_next(command: Any, taught: Path) -> None:
+    string = string_of(command, taught)
+    found = answer(
+        command("grammar", "suggest", "fight", " ".join(string), "--json", "--db", taught)
+    )
+    assert sum(row["probability"] for row in found) == pytest.approx(1.0)
+    assert any(row["end"] for row in found)
+    ended = command("grammar", "suggest", "fight", " ".join(string), "--db", taught)
+    assert "the end" in ended.out
+    assert command("grammar", "suggest", "fight", "--db", taught).code == 0
+
+
+def test_generate_edit_and_choose(command: Any, copy: Path) -> None:
+    words = ("grammar", "generate", "fight", "-o", "new.bvh", "--seed", 3, "--length", 8)
+    ended = command(*words, "--save", "new/fight", "--png", "new.png", "--db", copy)
+    assert ended.code == 0, ended.err
+    assert "s of motion written to new.bvh, kept as new/fight (seed 3)" in ended.out
+    assert "seams cost " in ended.out
+    assert json.loads(Path("new.provenance.json").read_text())["grammar"] == "fight"
+    first = Path("new.bvh").read_bytes()
+    assert answer(command(*words, "--json", "--db", copy))["seed"] == 3
+    assert Path("new.bvh").read_bytes() == first
+
+    edit = ("grammar", "edit", "fight", "new/fight", "--at", 0, "--number", 2)
+    offered = answer(command(*edit, "-o", "way.bvh", "--json", "--db", copy))
+    assert 1 <= len(offered["alternatives"]) <= 2
+    for number, row in enumerate(offered["alternatives"], start=1):
+        assert row["output"] == f"way-{number}.bvh"
+        assert Path(row["output"]).stat().st_size > 1000
+    ended = command(*edit, "--png", "edit.png", "--db", copy)
+    region = offered["region"]
+    assert f"{region['symbol']} derives {region['start']} to {region['end'] - 1}" in ended.out
+    assert Path("edit.png").stat().st_size > 1000
+    ended = command(*edit, "--choose", 1, "-o", "c.bvh", "--save", "new/edited", "--db", copy)
+    assert ended.code == 0, ended.err
+    assert Path("c.bvh").read_bytes() == Path("way-1.bvh").read_bytes()
+    kinds = answer(command("list", "--where", "kind=generated", "--json", "--db", copy))
+    assert sorted(row["name"] for row in kinds) == ["new/edited", "new/fight"]
+    assert command("check", "--db", copy).code == 0
+
+    ended = command("grammar", "remove", "fight", "--db", copy)
+    assert ended.out == "fight removed\n"
+    assert ended.err.startswith("note: new/edited, new/fight can no longer be edited")
+
+
+def test_a_string_may_be_edited_too(command: Any, taught: Path) -> None:
+    string = " ".join(string_of(command, taught))
+    ended = command("grammar", "edit", "fight", string, "--at", 1, "--db", taught)
+    assert ended.code == 0, ended.err
+    assert "derives" in ended.out
+
+
+def test_compare_shows_the_baselines(command: Any, taught: Path) -> None:
+    ended = command("grammar", "compare", "fight", "--db", taught)
+    assert ended.code == 0, ended.err
+    kinds = [line.split("  ")[0] for line in ended.out.splitlines()[1:5]]
+    assert kinds == ["learned", "finite state machine", "Sequitur", "flat"]
+    rows = answer(command("grammar", "compare", "fight", "--json", "--db", taught))
+    assert rows[0]["outside"] == 0.0
+    assert rows[3]["new"] == rows[2]["new"] == 0.0
+    assert rows[0]["bits"] <= rows[3]["bits"] + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        (("show", "figth"), 2, "Did you mean fight?"),
+        (("generate", "figth", "-o", "x.bvh"), 2, "Did you mean fight?"),
+        (("remove", "figth"), 2, "Did you mean fight?"),
+        (("learn", "boris/punch_1", "--terminals", "many"), 2, "expected a number of 1 or more"),
+        (("learn", "boris/punch_1", "--terminals", "0"), 2, "expected a number of 1 or more"),
+        (("learn", "boris/punch_1", "--terminals", "200"), 1, "long enough for 200 terminals"),
+        (("learn", "boris/punch_1", "--from-symbols"), 2, "motiondb learn"),
+        (("learn", "boris/punch_1", "--sentences", "some"), 2, "expected one of auto"),
+        (("learn", "boris/pnch_1"), 2, "Did you mean"),
+        (("suggest", "fight", "a zz"), 2, "'zz': expected terminals of the grammar"),
+        (("edit", "fight", "a zz", "--at", "0"), 2, "'zz'"),
+        (("edit", "fight", "boris/punch_1", "--at", "0"), 2, "that a grammar derived"),
+        (("edit", "fight", "x", "--at", "0", "--save", "y"), 2, "Add --choose"),
+        (("edit", "fight", "x", "--at", "0", "--choose", "1"), 2, "-o FILE or --save NAME"),
+        (("generate", "fight", "-o", "x.txt"), 2, "expected an ending .bvh, .glb or .gltf"),
+        (("generate", "fight", "-o", "x.bvh", "--save", "boris/punch_1"), 2, "a name that is free"),
+    ],
+)
+def test_what_cannot_be_done_is_told(
+    command: Any, copy: Path, words: tuple[str, ...], code: int, says: str
+) -> None:
+    ended = command("grammar", *words, "--db", copy)
+    assert (ended.code, says in ended.err) == (code, True), ended.err
+    assert not Path("x.bvh").exists()
+    with motiondb.open(copy) as db:
+        assert [i.name for i in db.captures()] == ["boris/long_fight_1", "boris/punch_1"]
+        assert db.grammars.names() == ["fight"]
+
+
+def test_a_region_outside_the_string_is_told(command: Any, taught: Path) -> None:
+    string = " ".join(string_of(command, taught))
+    for extra, says in ((("--at", 99), "position 99"), (("--at", 0, "--wider", 50), "levels up")):
+        ended = command("grammar", "edit", "fight", string, *extra, "--db", taught)
+        assert (ended.code, says in ended.err) == (1, True), ended.err
