@@ -16,7 +16,7 @@ from pathlib import Path
 from quality_report import pictures_of, to_markdown, write_section
 
 TASKS = (
-    "words", "order", "example", "interval", "segmentation", "analogy", "generation",
+    "words", "order", "example", "absent", "interval", "segmentation", "analogy", "generation",
 )  # fmt: skip
 HEAD = """# Are the answers right?
 

@@ -218,11 +218,11 @@ def generate(
 
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
-        if save:
+        if save is not None:
             base.check_name_free(save)
         made = base.generate(words, seed, method)
         facts = generated_files.write(made, words, seed, method, output)
-        if save:
+        if save is not None:
             base.save_generated(save, words, made, seed)
             facts["capture"] = save
         if png:

@@ -164,31 +164,46 @@ def _list_duplicates(where: str, limit: int | None, db: Path, json: bool) -> Non
 def show(
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
     png: Png = None,
+    gif: Annotated[
+        Path | None, typer.Option("--gif", help="Play it, in real time, in this file (.gif).")
+    ] = None,
+    start: From = None,
+    end: To = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Show one capture: what is known of it, its symbols and words; --png draws it."""
-    from motiondb.database.showing import describe_capture, draw_capture
+    """Show one capture: what is known of it, its symbols, activities and words.
+
+    --png draws it as a strip with timelines; --gif animates it, or the part --from to --to.
+    """
+    from motiondb.database.showing import animate_capture, describe_capture, draw_capture
 
     with database(db) as base:
         facts = describe_capture(base, name)
         if png:
             draw_capture(base, name, png)
+        if gif:
+            animate_capture(base, name, gif, start, end)
+    pictures = {k: str(file) for k, file in (("png", png), ("gif", gif)) if file}
     if json:
-        print_json(facts | ({"png": str(png)} if png else {}))
+        print_json(facts | pictures)
         return
     for key, value in facts.items():
         if key == "segments" and value:
             typer.echo("segments:     " + " ".join(
                 f"{s['symbol']}[{s['start']:.1f}-{s['end']:.1f}]" for s in value
             ))  # fmt: skip
+        elif key == "activities":
+            for a in value:
+                typer.echo(f"{'activity:':13} {a['activity']}  {a['start']:.1f}-{a['end']:.1f} s  "
+                           f"{' '.join(a['words'])}".rstrip())  # fmt: skip
         elif isinstance(value, list):
             for item in value:
                 typer.echo(f"{key + ':':13} {item if isinstance(item, str) else _flat(item)}")
         elif value not in ("", None, {}):
             typer.echo(f"{key + ':':13} {_flat(value) if isinstance(value, dict) else value}")
-    if png:
-        typer.echo(f"picture:      {png}")
+    for file in pictures.values():
+        typer.echo(f"picture:      {file}")
 
 
 def _flat(value: dict[str, object]) -> str:

@@ -24,7 +24,24 @@ Where = Annotated[
 Limit = Annotated[int, typer.Option("--limit", min=1, help="How many answers at most.")]
 From = Annotated[float | None, typer.Option("--from", min=0.0, help="Start, seconds.")]
 To = Annotated[float | None, typer.Option("--to", min=0.0, help="End, seconds.")]
-Png = Annotated[Path | None, typer.Option("--png", help="Draw a picture into this file.")]
+
+
+def _picture_name(path: Path | None) -> Path | None:
+    """Refuse a picture's name before anything else is done."""
+    if path is not None and path.suffix.lower() != ".png":
+        from motiondb.errors import QueryError
+
+        raise QueryError(
+            f"{path}: expected a name that ends in .png, found {path.suffix or 'no ending'!r}. "
+            "Pictures are written as PNG."
+        )
+    return path
+
+
+Png = Annotated[
+    Path | None,
+    typer.Option("--png", callback=_picture_name, help="Draw a picture into this file (.png)."),
+]
 Seed = Annotated[
     int, typer.Option("--seed", min=0, max=2**63 - 1, help="The same seed gives the same result.")
 ]

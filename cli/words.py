@@ -98,16 +98,21 @@ def import_words(
 ) -> None:
     """Replace words and tags of captures by those of a sheet; unknown rows are listed (exit 1)."""
     with database(db, writing=True) as base:
-        count, problems = base.import_words(sheet)
+        report = base.import_words(sheet)
         drift = base.drift()
     if json:
-        print_json({"captures": count, "problems": problems})
+        print_json(asdict(report))
     else:
-        typer.echo(f"words of {count} captures replaced, {len(problems)} rows without a capture")
+        typer.echo(
+            f"words of {report.captures} captures replaced, "
+            f"{len(report.problems)} rows without a capture"
+        )
+        for note in report.notes:
+            typer.echo(f"  note: {note}")
         note_drift(drift)
-    for problem in problems:
+    for problem in report.problems:
         typer.echo(f"  {problem}", err=True)
-    if problems:
+    if report.problems:
         raise typer.Exit(1)
 
 

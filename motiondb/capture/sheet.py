@@ -89,42 +89,49 @@ def read_sheet(path: Path | str) -> Sheet:
             f"{path}: expected a header with a column `file`, found an empty sheet. "
             f"Known columns: {', '.join(KNOWN)}."
         )
-    header_line = text.splitlines()[0]
+    header_line = next(line for line in text.split("\n") if line.strip())
     delimiter = "\t" if "\t" in header_line else (";" if header_line.count(";") else ",")
     rows = _split(path, text, delimiter)
-    header = [_SYNONYMS.get(c.strip().lower(), c.strip()) for c in rows[0]]
+    header_number, names = rows[0]
+    header = [_SYNONYMS.get(c.strip().lower(), c.strip()) for c in names]
     header = [c.lower() if c.lower() in KNOWN else c for c in header]
     if "file" not in header:
         raise SheetError(
-            f"{path}:1: expected a column `file`, found {', '.join(header)}. "
+            f"{path}:{header_number}: expected a column `file`, found {', '.join(header)}. "
             f"Known columns: {', '.join(KNOWN)}; others are kept as tags."
         )
     return _gather(path, header, rows[1:])
 
 
-def _split(path: Path, text: str, delimiter: str) -> list[list[str]]:
-    """Rows of cells; a cell never holds a line break, so that no quote swallows the rows below."""
+def _split(path: Path, text: str, delimiter: str) -> list[tuple[int, list[str]]]:
+    """Lines of the file and their cells, empty lines left out; a cell never holds a line break, so
+    that no quote swallows the rows below."""
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+    rows: list[tuple[int, list[str]]] = []
+    before = 0
     try:
-        rows = list(csv.reader(io.StringIO(text), delimiter=delimiter))
+        for row in reader:
+            if any("\n" in cell or "\r" in cell for cell in row):
+                raise SheetError(
+                    f"{path}:{before + 1}: expected a quote that ends in its own line, found one "
+                    "that does not. Close it, or double a quote that is part of the words."
+                )
+            before = reader.line_num
+            if any(cell.strip() for cell in row):
+                rows.append((reader.line_num, row))
     except csv.Error as error:
-        raise SheetError(f"{path}: expected rows of cells, found: {error}.") from None
-    for line, row in enumerate(rows, start=1):
-        if any("\n" in cell for cell in row):
-            raise SheetError(
-                f"{path}:{line}: expected a quote that ends in its own line, found one that does "
-                "not. Close it, or double a quote that is part of the words."
-            )
+        raise SheetError(
+            f"{path}:{reader.line_num}: expected rows of cells, found: {error}."
+        ) from None
     return rows
 
 
-def _gather(path: Path, header: list[str], rows: list[list[str]]) -> Sheet:
+def _gather(path: Path, header: list[str], rows: list[tuple[int, list[str]]]) -> Sheet:
     entries: dict[str, SheetEntry] = {}
     faults: list[str] = []
     notes: list[str] = []
     seen: dict[tuple[str, ...], int] = {}
-    for line, row in enumerate(rows, start=2):
-        if not any(cell.strip() for cell in row):
-            continue
+    for line, row in rows:
         if len(row) > len(header):
             faults.append(
                 f"{path}:{line}: expected {len(header)} columns, found {len(row)}. "

@@ -207,15 +207,7 @@ def _info(
     reading: Reading, entry: SheetEntry | None, run_id: int, notes: list[str]
 ) -> tuple[CaptureInfo, tuple[Caption, ...]]:
     duration = reading.n_frames / reading.fps
-    captions = []
-    for caption in entry.captions if entry else ():
-        if caption.start is not None and caption.start >= duration:
-            notes.append(
-                f"{reading.name}: words {caption.words!r} start at {caption.start:g} s, after the "
-                f"capture's end at {duration:g} s, and were left out"
-            )
-            continue
-        captions.append(caption)
+    captions = captions_within(reading.name, entry.captions if entry else (), duration, notes)
     info = CaptureInfo(
         capture_id=0,
         name=reading.name,
@@ -232,4 +224,20 @@ def _info(
         tags=dict(entry.tags) if entry else {},
         notes=reading.notes,
     )
-    return info, tuple(captions)
+    return info, captions
+
+
+def captions_within(
+    name: str, captions: Sequence[Caption], duration: float, notes: list[str]
+) -> tuple[Caption, ...]:
+    """Captions that begin before a capture's end (seconds); a note for every other one."""
+    kept = []
+    for caption in captions:
+        if caption.start is not None and caption.start >= duration:
+            notes.append(
+                f"{name}: words {caption.words!r} start at {caption.start:g} s, after the "
+                f"capture's end at {duration:g} s, and were left out"
+            )
+            continue
+        kept.append(caption)
+    return tuple(kept)

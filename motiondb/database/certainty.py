@@ -128,11 +128,12 @@ def words_certainty(written: Written) -> Certainty | None:
             added = heard[:, word] - usually[word]
             present.append(added.max())
             absent.append(added[~shown[:, word]].max())
-    return _fit(np.array(log_odds)[:, None], right, present, absent, by_cue=True)
+    return _fit(np.array(log_odds)[:, None], right, present, absent)
 
 
 def example_certainty(written: Written) -> Certainty | None:
-    """Of the resemblance of an answer and of how clear the example's action is."""
+    """Of the resemblance of an answer and of how clear the example's action is; the threshold is of
+    the resemblance."""
     cues, right, present, absent = [], [], [], []
     share = _shared(written)
     able = np.flatnonzero(share.any(axis=1))
@@ -147,16 +148,9 @@ def example_certainty(written: Written) -> Certainty | None:
         gone = same | share[row]
         if truth.any() and not gone.all():
             nothing, _ = _like(written, int(row), ~gone, written.without(gone))
-            present.append(answers)
-            absent.append(nothing)
-    if not cues:
-        return None
-    fitted = _fit(np.concatenate(cues), right, (), ())
-    if fitted is None:
-        return None
-    best = [[float(fitted.log_odds(a).max()) for a in asked] for asked in (present, absent)]
-    threshold = separate(np.array(best[0]), np.array(best[1]))
-    return Certainty(fitted.weights, fitted.constant, threshold)
+            present.append(float(answers[:, 0].max()))
+            absent.append(float(nothing[:, 0].max()))
+    return _fit(np.concatenate(cues), right, present, absent) if cues else None
 
 
 def _fit(
@@ -164,14 +158,14 @@ def _fit(
     right: Sequence[bool],
     present: Sequence[float],
     absent: Sequence[float],
-    by_cue: bool = False,
 ) -> Certainty | None:
-    """None where too few answers are known, or all of them are right or wrong."""
+    """None where too few answers are known, all are right or wrong, or the first cue tells nothing
+    of them."""
     truth = np.array(right, dtype=bool)
     if len(truth) < LEAST_ANSWERS or truth.all() or not truth.any():
         return None
     weights, constant = fit_probability(cues, truth)
-    if by_cue and weights[0] <= 0.0:
+    if weights[0] <= 0.0:
         return None
     return Certainty(weights, constant, separate(np.array(present), np.array(absent)))
 

@@ -21,8 +21,9 @@ from motiondb.words import vocabulary
 class ExampleAnswer(Sequence[Match]):
     """The matches of an example, best first, as a sequence.
 
-    strength, threshold : the largest probability of a match, and that below which nothing in the
-        database matches; None where too little was written about the captures to tell.
+    strength : largest resemblance of a match (``search.by_motion``), 1 for the same motion.
+    threshold : that below which nothing in the database matches; both None where too little was
+        written about the captures to tell.
     """
 
     matches: tuple[Match, ...]
@@ -64,8 +65,7 @@ def search_motion(
     with one_blas_thread():  # the matrices of one query are too small for two threads to gain by
         refined = _find_motion(learned, query, where)
         refined = _whole_activities(learned, motion, refined[: 2 * limit])[:limit]
-        chances = _example_chances(learned, query, refined)
-    sure = learned.example_certainty
+        sure = _how_sure(learned, query, refined)
     matches = tuple(
         Match(
             rank,
@@ -74,30 +74,31 @@ def search_motion(
             c.score,
             _words_of_interval(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
             mark_generated(learned, c.capture),
-            chance,
+            sure[rank - 1][1] if sure else None,
         )
-        for rank, (c, chance) in enumerate(zip(refined, chances), start=1)
+        for rank, c in enumerate(refined, start=1)
     )
-    least = None if sure is None else float(certainty.probability(sure.threshold))
+    known = learned.example_certainty
     return ExampleAnswer(
         matches,
-        max((m.probability for m in matches if m.probability is not None), default=None),
-        None if least is None or np.isnan(least) else least,
+        max((alike for alike, _ in sure), default=None),
+        None if known is None or np.isnan(known.threshold) else known.threshold,
     )
 
 
-def _example_chances(
+def _how_sure(
     learned: Learned, query: by_motion.Query, found: Sequence[by_motion.Candidate]
-) -> list[float | None]:
-    """Calibrated probabilities that matches show the action of an example."""
+) -> list[tuple[float, float]]:
+    """Resemblance of every match, and the calibrated probability that it shows the same action;
+    nothing where that was not learned."""
     sure = learned.example_certainty
     if sure is None:
-        return [None] * len(found)
+        return []
     actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
     clear = certainty.clearest(
         learned.word_map, query.vector, actions & (learned.association.counts > 0)
     )
-    chances: list[float | None] = []
+    told = []
     for c in found:
         rows = learned.rows[c.capture]
         vector = score_vectors.interval_vectors(
@@ -105,9 +106,9 @@ def _example_chances(
             np.array([c.start * FEATURE_STEP]), np.array([c.end * FEATURE_STEP]),
         )  # fmt: skip
         alike = float(by_motion.resemblance(query.vector, vector, learned.word_map)[0])
-        log_odds = sure.log_odds(np.array([alike, clear]))
-        chances.append(by_motion.same_motion(float(certainty.probability(log_odds)), c.warp))
-    return chances
+        chance = float(certainty.probability(sure.log_odds(np.array([alike, clear]))))
+        told.append((by_motion.same_motion(alike, c.warp), by_motion.same_motion(chance, c.warp)))
+    return told
 
 
 def _find_motion(learned: Learned, query: by_motion.Query, where: str) -> list[by_motion.Candidate]:

@@ -38,7 +38,9 @@ def keep_generated(
 
 
 def check_name_free(database: store.Store, name: str) -> None:
-    """Refuse a name that a capture has already (QueryError, says what to do)."""
+    """Refuse no name, or one that a capture has already (QueryError, says what to do)."""
+    if not name.strip():
+        raise QueryError("name: expected a name for the capture, found nothing. Give one.")
     if any(info.name == name for info in store.load_captures(database)):
         raise QueryError(
             f"{name}: expected a name that is free, found a capture of that name. Remove that "

@@ -15,6 +15,7 @@ from motiondb.database import (
     cataloguing,
     examples,
     generating,
+    importing,
     learning,
     suggesting,
     updating,
@@ -231,7 +232,7 @@ class MotionDB:
         elif Path(example).is_file():
             motion = retarget.to_motion(capture.read_capture(example))
         else:
-            info = store.load_capture(self.store, str(example))
+            info = store.load_capture(self.store, str(example), or_file=True)
             motion = store.load_motion(self.store, info.capture_id)
         return cut_motion(motion, start, end, FEATURE_STEP)
 
@@ -314,23 +315,13 @@ class MotionDB:
         self._learned = None
         return change
 
-    def import_words(self, sheet: str | Path) -> tuple[int, list[str]]:
-        """Replace words and tags by those of a sheet; number of captures, and unknown rows.
+    def import_words(self, sheet: str | Path) -> importing.ImportReport:
+        """Replace words and tags by those of a sheet; tells of rows without a capture.
 
         Captures for which the sheet has no words keep theirs.
         """
-        read = read_sheet(sheet)
-        infos = {info.name: info for info in self.captures()}
-        numbers = [infos[name].capture_id for name in read.entries if name in infos]
-        with updating.changing(self.store, "words", {"sheet": str(sheet)}, numbers):
-            for name, entry in read.entries.items():
-                if name in infos:
-                    number = infos[name].capture_id
-                    if entry.captions:
-                        store.save_captions(self.store, number, entry.captions)
-                    store.save_tags(self.store, number, {**infos[name].tags, **entry.tags})
         self._learned = None
-        return sum(name in infos for name in read.entries), read.unknown(infos)
+        return importing.import_words(self.store, sheet)
 
     def set_synonyms(self, path: str | Path) -> Mapping[str, str]:
         """Keep a file of synonyms (lines ``word = canonical``) for words and questions."""

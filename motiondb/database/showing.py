@@ -8,10 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import pictures, store
+from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import MOTION_FPS
+from motiondb.symbols.activities import find_activities
 
 if TYPE_CHECKING:
     from motiondb.database.motion_db import MotionDB
+
+
+LIKELY = 0.2
+"""Probability from which on a word is named."""
 
 
 def describe_capture(database: MotionDB, name: str) -> dict[str, Any]:
@@ -40,6 +46,7 @@ def describe_capture(database: MotionDB, name: str) -> dict[str, Any]:
         facts["sources"] = _sources(database, info.capture_id)
     if store.is_learned(database.store):
         facts["segments"] = capture_segments(database, info.capture_id)
+    facts["activities"] = capture_activities(database, info.capture_id)
     return facts
 
 
@@ -59,6 +66,50 @@ def capture_segments(database: MotionDB, capture_id: int) -> list[dict[str, Any]
     ]
 
 
+def capture_activities(database: MotionDB, capture_id: int) -> list[dict[str, Any]]:
+    """What a capture does, one thing after another; equal numbers are the same activity.
+
+    Found in the capture alone, without labels (:mod:`motiondb.symbols.activities`); where words
+    were learned, each comes with those that its motion most likely shows. Empty where the capture
+    does one thing throughout.
+    """
+    motion = store.load_motion(database.store, capture_id)
+    features = recognition_features(motion)
+    runs = find_activities(features, np.random.default_rng(0))
+    if len(runs) < 2:
+        return []
+    rows = []
+    for start, end, activity in runs:
+        low, high = start * FEATURE_STEP, min(end * FEATURE_STEP, motion.n_frames)
+        rows.append(
+            {
+                "activity": activity,
+                "start": round(low / MOTION_FPS, 3),
+                "end": round(high / MOTION_FPS, 3),
+                "words": _likely_words(database, capture_id, low, high),
+            }
+        )
+    return rows
+
+
+def _likely_words(database: MotionDB, capture_id: int, low: int, high: int) -> list[str]:
+    """The two likeliest words of an interval (frames), from its motion alone."""
+    if not store.is_learned(database.store) or not database.learned.has_words:
+        return []
+    learned = database.learned
+    if capture_id not in learned.rows:
+        return []
+    rows = learned.rows[capture_id]
+    starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
+    inside = np.maximum(np.minimum(ends, high) - np.maximum(starts, low), 0)
+    if not inside.any():
+        return []
+    mean = inside @ learned.segment_probabilities[rows] / inside.sum()
+    mean = np.where(learned.association.counts > 0, mean, 0.0)
+    order = np.argsort(-mean, kind="stable")[:2]
+    return [learned.association.words[w] for w in order if mean[w] > LIKELY]
+
+
 def draw_capture(database: MotionDB, name: str, path: str | Path) -> Path:
     """A strip of stick figures with the timelines of symbols and words under it."""
     info = store.load_capture(database.store, name)
@@ -71,17 +122,36 @@ def draw_capture(database: MotionDB, name: str, path: str | Path) -> Path:
             for s in capture_segments(database, info.capture_id)
         ]
         timelines.append(pictures.Timeline("symbols", spans))
+    doing = capture_activities(database, info.capture_id)
+    if doing:
+        done = [
+            (a["start"], a["end"], f"{a['activity']} {' '.join(a['words'])}".strip(), a["activity"])
+            for a in doing
+        ]
+        timelines.append(pictures.Timeline("activities", done))
     if captions:
         end = motion.n_frames / MOTION_FPS
         written = [(c.start or 0.0, c.end or end, c.words, c.words) for c in captions]
         timelines.append(pictures.Timeline("words", written))
     if store.is_learned(database.store) and "word_weights" in database.learned.parameters:
         said = [
-            (d.start, d.end, " ".join(w for w, p in d.words[:3] if p > 0.2), d.words[0][0])
+            (d.start, d.end, " ".join(w for w, p in d.words[:3] if p > LIKELY), d.words[0][0])
             for d in database.describe(motion)
         ]
         timelines.append(pictures.Timeline("recognised", [span for span in said if span[2]]))
     return pictures.draw_strip(motion, path, title=info.name, timelines=timelines)
+
+
+def animate_capture(
+    database: MotionDB,
+    name: str,
+    path: str | Path,
+    start: float | None = None,
+    end: float | None = None,
+) -> Path:
+    """A capture, or a part of it (seconds), as an animated GIF of a stick figure in real time."""
+    info = store.load_capture(database.store, name)
+    return pictures.draw_animation(database.motion(info.name, start, end), path)
 
 
 def symbol_rows(database: MotionDB, n_words: int = 3) -> list[dict[str, Any]]:

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motiondb.errors import MotionDBError
+from motiondb.errors import MotionDBError, QueryError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -99,10 +99,15 @@ def save_png(figure: Figure, path: str | Path) -> Path:
 
     Raises
     ------
-    MotionDBError
-        when the folder is missing or cannot be written.
+    QueryError : another ending than .png.
+    MotionDBError : the folder is missing or cannot be written.
     """
     path = Path(path)
+    if path.suffix.lower() != ".png":
+        raise QueryError(
+            f"{path}: expected a name that ends in .png, found {path.suffix or 'no ending'!r}. "
+            "Pictures are written as PNG."
+        )
     with whole_file(path) as draft, drawing():
         figure.savefig(draft, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
     return path

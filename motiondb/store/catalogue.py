@@ -125,8 +125,10 @@ def load_captures(store: Store, where: str = "") -> list[CaptureInfo]:
     return [info for info in infos if matches(info, conditions)]
 
 
-def load_capture(store: Store, name: str) -> CaptureInfo:
+def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureInfo:
     """The capture of this name, or the only one whose name ends in ``/name``.
+
+    or_file : the name might have been a file's too; the refusal says so.
 
     Raises
     ------
@@ -143,7 +145,8 @@ def load_capture(store: Store, name: str) -> CaptureInfo:
     if not found:
         near = suggestion(name, names) or suggestion(name, {n.rpartition("/")[2] for n in names})
         raise QueryError(
-            f"{name!r}: expected the name of a capture, found none in {store.path}."
+            f"{name!r}: expected {'a file or ' if or_file else ''}the name of a capture, found "
+            f"{'no such file, and ' if or_file else ''}none in {store.path}."
             f"{near or ' motiondb list shows the names.'}"
         )
     row = store.connection.execute(f"{_INFO} WHERE name = ?", [found[0]]).fetchone()

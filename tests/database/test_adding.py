@@ -12,6 +12,7 @@ import pytest
 
 import motiondb
 from motiondb.capture import read_capture
+from motiondb.database.importing import ImportReport
 from motiondb.database.reading import AddSettings, read_joint_map
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.pose import body, retarget
@@ -176,7 +177,7 @@ def test_odd_sheets(tmp_path: Path, some: Path) -> None:
             f"{sheet}: has other words for 1 captures that were there already; they were left as "
             f"they are (motiondb words import {sheet} replaces them)",
         )
-        assert db.import_words(sheet) == (1, [])
+        assert db.import_words(sheet) == ImportReport(1)
         assert [c.words for c in db.captions("ana/bow_1")] == ["a deep bow"]
 
 

@@ -6,6 +6,7 @@ import pytest
 
 import motiondb
 from motiondb.capture.sheet import capture_name, read_sheet
+from motiondb.database.importing import ImportReport
 from motiondb.errors import QueryError, SheetError
 
 
@@ -38,7 +39,7 @@ def test_a_sheet_without_words_keeps_them(learned_copy: Path, tmp_path: Path) ->
     with motiondb.open(learned_copy) as db:
         before = db.captions("ana/bow_1")
         assert before
-        assert db.import_words(sheet) == (1, [])
+        assert db.import_words(sheet) == ImportReport(1)
         assert db.captions("ana/bow_1") == before
         assert db.captures("mood=happy")[0].name == "ana/bow_1"
 
