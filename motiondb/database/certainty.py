@@ -9,7 +9,7 @@ off), and whether an answer is right is read off what was written:
   searched; an answer is right where both were said to show the same action, which is a word that is
   no direction, part of the body or manner (``vocabulary.MODIFIERS``).
 
-From these :mod:`motiondb.search.certainty` learns the probability of an answer. Then everything
+Only questions to which there is a right answer count here. From these :mod:`motiondb.search.certainty` learns the probability of an answer. Then everything
 that would be right is taken out, for an example from the word map too, and the same is asked again:
 that tells how good the best answer is where there is nothing to find.
 """
@@ -136,7 +136,8 @@ def example_certainty(written: Written) -> Certainty | None:
     the resemblance."""
     cues, right, present, absent = [], [], [], []
     share = _shared(written)
-    able = np.flatnonzero(share.any(axis=1))
+    elsewhere = share & (written.groups[:, None] != written.groups)
+    able = np.flatnonzero(elsewhere.any(axis=1))
     chosen = able[np.linspace(0, len(able) - 1, min(len(able), MOST_EXAMPLES)).astype(int)]
     for row in np.unique(chosen) if len(able) else ():
         same = written.groups == written.groups[row]
