@@ -2,32 +2,35 @@
 
 The goals c_1 ... c_g are sets of terminals; a string passes them where it has members of them as a
 subsequence. An automaton counts: its state is how much of the prefix, then how many goals are
-behind. For every symbol A, cost[A][i, j] is the length of the shortest string derived from A that
-leads from state i to state j: a product of matrices over the right side of a rule, with sums for
-products and minima for sums, least over the rules of A, until nothing falls any more. Costs are
-whole numbers, lengths in the high digits and rules in the low ones, so that a derivation is always
-dearer than its parts, and reading the tree back cannot go round in circles.
+behind. A fact says that a symbol, or the first parts of a rule, can lead from one state to another;
+the cheapest is settled first, and joined with those that begin where it ends and end where it
+begins, until the start symbol leads from the first state to the last. A cost is the pair (actions,
+rules), so that a derivation is always dearer than its parts.
 
 :mod:`motiondb.grammar.plan` goes to one goal, the most probable way; here there are many, and each
 may be met by several terminals. For an empty prefix and the expression of a player in a diagram
 this gives a string of g_user = 0 where the grammar has one, without sampling.
 
 Source: the intersection of a context-free language with a regular one, Y. Bar-Hillel, M. Perles and
-E. Shamir (1961); shortest derivations, D. E. Knuth, "A Generalization of Dijkstra's Algorithm",
+E. Shamir (1961); cheapest derivations, D. E. Knuth, "A Generalization of Dijkstra's Algorithm",
 Information Processing Letters 6 (1977).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-
-import numpy as np
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Sequence
+from heapq import heappop, heappush
+from itertools import count
 
 from motiondb.errors import SceneError
-from motiondb.grammar.cfg import Grammar, Tree
-from motiondb.records import IntArray
+from motiondb.grammar.cfg import Grammar, Tree, derive_by
 
-_TERMINAL, _RULE, _NEVER = 1 << 24, 1, 1 << 60
+Cost = tuple[int, int]
+Whole = tuple[str, int, int]
+"""A symbol that leads from a state to another."""
+Part = tuple[int, int, int, int]
+"""A rule's number, how many of its parts lead from a state to another, and these states."""
 
 
 def plan(
@@ -52,78 +55,124 @@ def plan(
     wanted = [frozenset(goal) for goal in goals]
     if not prefix and not wanted:
         wanted = [frozenset(grammar.terminals)]
-    costs = _costs(grammar, prefix, wanted)
-    last = len(prefix) + len(wanted)
-    start = costs[grammar.start]
-    if start[0, last] >= _NEVER:
-        raise SceneError(_nowhere(grammar, prefix, wanted, start[0]))
-    return _tree(grammar, costs, grammar.start, 0, last)
+    search = _Search(grammar, tuple(prefix), wanted)
+    top = (grammar.start, 0, len(prefix) + len(wanted))
+    if not search.settle(top):
+        raise SceneError(_nowhere(grammar, prefix, wanted, search.ends(grammar.start)))
+    return derive_by(grammar, search.choices(top))
 
 
-def _costs(
-    grammar: Grammar, prefix: Sequence[str], goals: Sequence[frozenset[str]]
-) -> dict[str, IntArray]:
-    """For every symbol the matrix of least costs between states of the automaton."""
-    n = len(prefix) + len(goals) + 1
-    costs: dict[str, IntArray] = {}
-    for terminal in grammar.terminals:
-        matrix = np.full((n, n), _NEVER, dtype=np.int64)
-        for i in range(n):
-            goal = i - len(prefix)
-            if goal < 0 and prefix[i] != terminal:
+class _Search:
+    """What is settled, with how it came about, and what waits for its turn."""
+
+    def __init__(
+        self, grammar: Grammar, prefix: tuple[str, ...], goals: list[frozenset[str]]
+    ) -> None:
+        self.grammar = grammar
+        self.whole: dict[Whole, Part | None] = {}
+        self.part: dict[Part, tuple[Part | None, Whole]] = {}
+        self.costs: dict[Whole | Part, Cost] = {}
+        self.beginning: defaultdict[tuple[str, int], list[Whole]] = defaultdict(list)
+        self.waiting: defaultdict[tuple[str, int], list[Part]] = defaultdict(list)
+        self.order = count()
+        self.rules_from: defaultdict[str, list[int]] = defaultdict(list)
+        self.agenda: list[tuple[Cost, int, Whole | Part, tuple[Part | None, Whole] | None]] = []
+        for number, rule in enumerate(grammar.rules):
+            for first in rule.right[:1]:
+                self.rules_from[first].append(number)
+        for terminal, i, j in self._terminals(prefix, goals):
+            self._offer((1, 0), (terminal, i, j), None)
+        for number, rule in enumerate(grammar.rules):
+            if not rule.right:
+                for i in range(len(prefix) + len(goals) + 1):
+                    self._offer((0, 0), (number, 0, i, i), None)
+
+    def _terminals(self, prefix: tuple[str, ...], goals: list[frozenset[str]]) -> Iterator[Whole]:
+        """The steps of the automaton; a terminal leads from each state to one other."""
+        for i, action in enumerate(prefix):
+            yield action, i, i + 1
+        for number in range(len(goals) + 1):
+            i = len(prefix) + number
+            for terminal in self.grammar.terminals:
+                moves_on = number < len(goals) and terminal in goals[number]
+                yield terminal, i, i + moves_on
+
+    def _offer(
+        self, cost: Cost, fact: Whole | Part, because: tuple[Part | None, Whole] | None
+    ) -> None:
+        if fact not in self.costs:
+            heappush(self.agenda, (cost, next(self.order), fact, because))
+
+    def settle(self, top: Whole) -> bool:
+        """Settle facts, cheapest first, until ``top`` is; False where it never is."""
+        while self.agenda:
+            cost, _, fact, because = heappop(self.agenda)
+            if fact in self.costs:
                 continue
-            moves_on = goal < 0 or (goal < len(goals) and terminal in goals[goal])
-            matrix[i, i + moves_on] = _TERMINAL
-        costs[terminal] = matrix
-    for left in grammar.nonterminals:
-        costs[left] = np.full((n, n), _NEVER, dtype=np.int64)
-    nothing = np.where(np.eye(n, dtype=bool), 0, _NEVER)
-    falling = True
-    while falling:
-        falling = False
-        for rule in grammar.rules:
-            total = nothing
-            for symbol in rule.right:
-                total = _product(total, costs[symbol])
-            better = np.minimum(costs[rule.left], np.minimum(total + _RULE, _NEVER))
-            falling |= bool((better < costs[rule.left]).any())
-            costs[rule.left] = better
-    return costs
+            self.costs[fact] = cost
+            if len(fact) == 3:
+                self._settle_whole(fact, because[0] if because else None, cost)
+                if fact == top:
+                    return True
+            else:
+                self._settle_part(fact, because, cost)
+        return False
 
+    def _settle_whole(self, fact: Whole, part: Part | None, cost: Cost) -> None:
+        symbol, i, j = fact
+        self.whole[fact] = part
+        self.beginning[symbol, i].append(fact)
+        for rule in self.rules_from[symbol]:
+            self._offer(cost, (rule, 1, i, j), (None, fact))
+        for waits in self.waiting[symbol, i]:
+            self._join(waits, fact)
 
-def _product(first: IntArray, second: IntArray) -> IntArray:
-    """The product of matrices over minimum and sum."""
-    return np.minimum(np.min(first[..., :, :, None] + second[None, :, :], axis=-2), _NEVER)
+    def _settle_part(
+        self, fact: Part, because: tuple[Part | None, Whole] | None, cost: Cost
+    ) -> None:
+        rule, done, i, j = fact
+        if because is not None:
+            self.part[fact] = because
+        right = self.grammar.rules[rule].right
+        if done == len(right):
+            left = self.grammar.rules[rule].left
+            whole = (left, i, j)
+            self._offer((cost[0], cost[1] + 1), whole, (fact, whole))
+            return
+        self.waiting[right[done], j].append(fact)
+        for comes in self.beginning[right[done], j]:
+            self._join(fact, comes)
 
+    def _join(self, part: Part, whole: Whole) -> None:
+        one, other = self.costs[part], self.costs[whole]
+        longer = (part[0], part[1] + 1, part[2], whole[2])
+        self._offer((one[0] + other[0], one[1] + other[1]), longer, (part, whole))
 
-def _tree(grammar: Grammar, costs: dict[str, IntArray], symbol: str, i: int, j: int) -> Tree:
-    """The derivation whose cost is ``costs[symbol][i, j]``."""
-    if not grammar.is_nonterminal(symbol):
-        return Tree(symbol)
-    for number in grammar.rules_of[symbol]:
-        right = grammar.rules[number].right
-        rows = [np.full(len(costs[symbol]), _NEVER, dtype=np.int64)]
-        rows[0][i] = 0
-        for part in right:
-            rows.append(np.minimum(np.min(rows[-1][:, None] + costs[part], axis=0), _NEVER))
-        if rows[-1][j] + _RULE != costs[symbol][i, j]:
-            continue
-        children: list[Tree] = []
-        end = j
-        for row, part in zip(rows[-2::-1], right[::-1], strict=True):
-            begin = int(np.argmin(row + costs[part][:, end]))
-            children.append(_tree(grammar, costs, part, begin, end))
-            end = begin
-        return Tree(symbol, number, tuple(children[::-1]))
-    raise AssertionError("a cost without a rule")
+    def ends(self, symbol: str) -> list[int]:
+        """The states that a symbol leads to from the first."""
+        return [j for _, _, j in self.beginning[symbol, 0]]
+
+    def choices(self, top: Whole) -> list[int]:
+        """The rules of a settled symbol's derivation, in preorder."""
+        found: list[int] = []
+        waiting = [top]
+        while waiting:
+            part = self.whole[waiting.pop()]
+            if part is None:  # a terminal
+                continue
+            found.append(part[0])
+            step: Part | None = part
+            while step is not None and step in self.part:  # its parts, the last one first
+                step, child = self.part[step]
+                waiting.append(child)
+        return found
 
 
 def _nowhere(
-    grammar: Grammar, prefix: Sequence[str], goals: Sequence[frozenset[str]], reached: IntArray
+    grammar: Grammar, prefix: Sequence[str], goals: Sequence[frozenset[str]], ends: list[int]
 ) -> str:
     """Why there is no plan: the prefix, or the first goal that cannot be met behind the others."""
-    ends = [state - len(prefix) for state in np.flatnonzero(reached < _NEVER).tolist()]
-    met = max((goal for goal in ends if goal >= 0), default=-1)
+    met = max((end - len(prefix) for end in ends), default=-1)
     begun = f" that begins with '{' '.join(prefix)}'" if prefix else ""
     through = ", then ".join(" or ".join(sorted(goal)) for goal in goals)
     if met < 0:

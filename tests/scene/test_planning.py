@@ -88,3 +88,9 @@ def test_what_cannot_be_planned_says_why(prefix, goals, why: str) -> None:
     with pytest.raises(SceneError) as caught:
         plan(GRAMMAR, prefix, goals)
     assert why in str(caught.value)
+
+
+def test_a_long_beginning_is_no_hindrance() -> None:
+    prefix = ["run"] * 150 + ["hold"] + ["dribble"] * 50
+    tree = plan(GRAMMAR, prefix, [{"pass"}, {"shoot"}])
+    assert tree.leaves() == (*prefix, "pass", "run", "hold", "shoot")
