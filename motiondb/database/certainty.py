@@ -9,9 +9,10 @@ off), and whether an answer is right is read off what was written:
   searched; an answer is right where both were said to show the same action, which is a word that is
   no direction, part of the body or manner (``vocabulary.MODIFIERS``).
 
-Only questions to which there is a right answer count here. From these :mod:`motiondb.search.certainty` learns the probability of an answer. Then everything
-that would be right is taken out, for an example from the word map too, and the same is asked again:
-that tells how good the best answer is where there is nothing to find.
+Only questions to which there is a right answer count here. From these
+:mod:`motiondb.search.certainty` learns the probability of an answer. Then everything that would be
+right is taken out, for an example from the word map too, and the same is asked again: that tells
+how good the best answer is where there is nothing to find.
 """
 
 from __future__ import annotations
