@@ -22,8 +22,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
+
+import numpy as np
 
 from motiondb.grammar.alignment import Slot, align
 from motiondb.grammar.rule_set import Right, RuleSet
@@ -32,6 +35,14 @@ Move = Callable[[RuleSet], RuleSet | None]
 Scored = tuple[float, Move]
 
 LONGEST_CHUNK = 24
+LONGEST_MEMBER = 3
+"""Symbols of a string that may become a member of a class by its neighbours alone."""
+
+_CROWD = 30
+"""Where more strings than this stand between the same neighbours, these say nothing."""
+
+_NOISE = 3.0
+"""Bits by which a randomised search may misjudge a rule set."""
 _TRIED = 10
 """Moves of each kind that are counted exactly in a round, the most promising by symbols saved."""
 
@@ -41,7 +52,13 @@ _WORST = -8
 _LEAST_GAIN = 1e-9
 
 
-def compact(rule_set: RuleSet, *, width: int = 8, patience: int = 4) -> RuleSet:
+def compact(
+    rule_set: RuleSet,
+    *,
+    width: int = 4,
+    patience: int = 3,
+    rng: np.random.Generator | None = None,
+) -> RuleSet:
     """The rule set of fewest bits that a beam of moves finds.
 
     The ``width`` best rule sets are kept and all moves tried on each; a step may lose bits, since
@@ -62,29 +79,33 @@ def compact(rule_set: RuleSet, *, width: int = 8, patience: int = 4) -> RuleSet:
                 if key not in seen:
                     seen.add(key)
                     found.append((bits, changed))
-        found.sort(key=lambda pair: pair[0])
+        noise = np.zeros(len(found)) if rng is None else rng.normal(0.0, _NOISE, len(found))
+        order = sorted(range(len(found)), key=lambda k: found[k][0] + noise[k])
         beam = []
-        for bits, changed in found:
+        for bits, changed in (found[k] for k in order):
             if changed.lawful():
                 beam.append((bits, changed))
                 if len(beam) == width:
                     break
         idle += 1
-        if beam and beam[0][0] < best_bits - _LEAST_GAIN:
-            best_bits, best = beam[0]
+        least = min(beam, key=lambda pair: pair[0], default=(best_bits, best))
+        if least[0] < best_bits - _LEAST_GAIN:
+            best_bits, best = least
             idle = 0
     return best
 
 
 def trim(rule_set: RuleSet) -> RuleSet:
-    """Write out every nonterminal that has one rule and is used once: it never saves anything."""
+    """Write out, all at once, the nonterminals of one rule that cost more symbols than they save."""
     current = rule_set.copy()
     while True:
         references = current.references()
         idle = [
             left
             for left, rights in current.rules.items()
-            if left != current.start and len(rights) == 1 and references[left] == 1
+            if left != current.start
+            and len(rights) == 1
+            and _chunk_saves(len(next(iter(rights))), references[left]) <= 0
         ]
         if not idle:
             return current
@@ -95,6 +116,11 @@ def trim(rule_set: RuleSet) -> RuleSet:
                 current.add(left, _spelled_out(right, spelled), count)
 
 
+def _chunk_saves(length: int, number: int) -> int:
+    """Symbols saved by a nonterminal that stands for so many occurrences of a string."""
+    return number * (length - 1) - length - 2
+
+
 def _spelled_out(right: Right, spelled: Mapping[int, Right]) -> Right:
     while any(symbol in spelled for symbol in right):
         right = tuple(s for old in right for s in spelled.get(old, (old,)))
@@ -102,7 +128,7 @@ def _spelled_out(right: Right, spelled: Mapping[int, Right]) -> Right:
 
 
 def _neighbours(current: RuleSet) -> Iterator[RuleSet]:
-    for kind in (exchanges, chunks, unions, foldings, unfoldings):
+    for kind in (exchanges, chunks, classes, unions, foldings, unfoldings):
         promising = sorted(kind(current), key=lambda scored: -scored[0])[:_TRIED]
         for _, move in promising:
             changed = move(current)
@@ -110,54 +136,75 @@ def _neighbours(current: RuleSet) -> Iterator[RuleSet]:
                 yield changed
 
 
-@lru_cache(maxsize=1 << 18)
-def _aligned(one: Right, other: Right, biased: bool) -> tuple[Slot, ...]:
-    return align(one, other, biased)
+@dataclass(frozen=True)
+class _Way:
+    """One alignment of two right sides: its slots, the parts in them, what it saves if all new."""
+
+    slots: tuple[Slot, ...]
+    pairs: tuple[tuple[Right, Right], ...]
+    parts: frozenset[Right]
+    saved: int
+
+
+@lru_cache(maxsize=1 << 17)
+def _ways(one: Right, other: Right) -> tuple[_Way, ...]:
+    """The alignments, without and with bias; none where nothing is common."""
+    if set(one).isdisjoint(other):
+        return ()
+    found = []
+    for slots in sorted({align(one, other, biased) for biased in (False, True)}):
+        pairs = tuple((one[a:b], other[c:d]) for (a, b), (c, d) in slots)
+        outside = len(one) - sum(len(x) for x, _ in pairs)
+        saved = len(one) + len(other) + 2 - outside - len(slots)
+        saved -= sum(_worth(x, y) for x, y in pairs)
+        parts = frozenset(part for pair in pairs for part in pair)
+        found.append(_Way(slots, pairs, parts, saved))
+    return tuple(found)
+
+
+def _worth(x: Right, y: Right) -> int:
+    """Symbols of the two rules of a new nonterminal."""
+    return len(x) + len(y) + 4
 
 
 def exchanges(rule_set: RuleSet) -> Iterator[Scored]:
     """Pairs of right sides of one nonterminal, by the symbols that making them one would save."""
-    homes: dict[Right, list[int]] = {}
+    homes: dict[Right, set[int]] = {}
     for left, right in rule_set.uses():
-        homes.setdefault(right, []).append(left)
+        homes.setdefault(right, set()).add(left)
+    known = {*homes, *((left,) for left in rule_set.rules)}
     for left, rights in rule_set.rules.items():
         for one, other in combinations(sorted(rights), 2):
-            if not set(one) & set(other):
-                continue
-            ways = {_aligned(one, other, biased) for biased in (False, True)}
-            for slots in sorted(ways):
-                saved = _symbols_saved(rule_set, homes, one, other, slots)
+            for way in _ways(one, other):
+                if known.isdisjoint(way.parts):
+                    if way.saved > _WORST:
+                        yield way.saved, exchange(left, one, other, way.slots, False)
+                    continue
+                saved = way.saved + sum(_known_worth(rule_set, homes, *pair) for pair in way.pairs)
                 if saved > _WORST:
-                    yield saved, _exchange(left, one, other, slots, False)
-                    if any(one[a:b] in homes or other[c:d] in homes for (a, b), (c, d) in slots):
-                        yield saved, _exchange(left, one, other, slots, True)
+                    yield saved, exchange(left, one, other, way.slots, False)
+                    if not way.parts.isdisjoint(homes):
+                        yield saved, exchange(left, one, other, way.slots, True)
 
 
-def _symbols_saved(
-    rule_set: RuleSet, homes: dict[Right, list[int]], one: Right, other: Right, slots: tuple
-) -> float:
-    outside = len(one) - sum(b - a for (a, b), _ in slots)
-    saved = len(one) + len(other) + 4 - (outside + len(slots) + 2)
-    for (a, b), (c, d) in slots:
-        x, y = one[a:b], other[c:d]
-        x_known, y_known = _alone(rule_set, x), _alone(rule_set, y)
-        if x_known and y_known:
-            continue
-        if x_known or y_known:
-            known, part = (x, y) if x_known else (y, x)
-            saved -= 0 if part in rule_set.rules[known[0]] else len(part) + 2
-        elif not set(homes.get(x, ())) & set(homes.get(y, ())):
-            saved -= len(x) + len(y) + 4
-    return saved
+def _known_worth(rule_set: RuleSet, homes: dict[Right, set[int]], x: Right, y: Right) -> int:
+    """Symbols that need not be written since a nonterminal has one part, or both, already."""
+    x_alone, y_alone = _alone(rule_set, x), _alone(rule_set, y)
+    if x_alone and y_alone:
+        return _worth(x, y)
+    if x_alone or y_alone:
+        left, part = (x[0], y) if x_alone else (y[0], x)
+        return _worth(x, y) - (0 if part in rule_set.rules[left] else len(part) + 2)
+    if x in homes and y in homes and homes[x] & homes[y]:
+        return _worth(x, y)
+    return 0
 
 
 def _alone(rule_set: RuleSet, part: Right) -> bool:
     return len(part) == 1 and part[0] in rule_set.rules
 
 
-def _exchange(
-    left: int, one: Right, other: Right, slots: tuple[Slot, ...], widen: bool
-) -> Move:
+def exchange(left: int, one: Right, other: Right, slots: tuple[Slot, ...], widen: bool) -> Move:
     def move(rule_set: RuleSet) -> RuleSet | None:
         changed = rule_set.copy()
         rights = changed.rules[left]
@@ -222,24 +269,38 @@ def _root(united: dict[int, int], symbol: int) -> int:
 
 def chunks(rule_set: RuleSet) -> Iterator[Scored]:
     """Strings that occur twice or more in right sides, by the symbols that naming them saves."""
-    ends: dict[Right, int] = {}
-    counts: Counter[Right] = Counter()
-    place = 0
-    for _, right in rule_set.uses():
-        for length in range(2, min(len(right), LONGEST_CHUNK) + 1):
-            for a in range(len(right) - length + 1):
-                part = right[a : a + length]
-                if ends.get(part, -1) <= place + a:
-                    ends[part] = place + a + length
-                    counts[part] += 1
-        place += len(right) + 1
-    for part, number in counts.items():
-        saved = number * (len(part) - 1) - len(part) - 2
-        if number > 1 and saved > _WORST:
-            yield saved, _chunk(part)
+    rights = [right for _, right in rule_set.uses()]
+    places = [(k, a) for k, right in enumerate(rights) for a in range(len(right))]
+    for length in range(2, LONGEST_CHUNK + 1):
+        found: dict[Right, list[tuple[int, int]]] = {}
+        for k, a in places:
+            if a + length <= len(rights[k]):
+                found.setdefault(rights[k][a : a + length], []).append((k, a))
+        # what occurs once cannot occur twice when it is longer
+        places = []
+        for part, where in found.items():
+            if len(where) < 2:
+                continue
+            places.extend(where)
+            number = _apart(where, length)
+            saved = _chunk_saves(length, number)
+            if number > 1 and saved > _WORST:
+                yield saved, chunk(part)
+        if not places:
+            return
 
 
-def _chunk(part: Right) -> Move:
+def _apart(where: list[tuple[int, int]], length: int) -> int:
+    """How many occurrences, in rising order, do not overlap the one counted before."""
+    number, end = 0, (-1, 0)
+    for k, a in where:
+        if (k, a) >= end:
+            number += 1
+            end = (k, a + length)
+    return number
+
+
+def chunk(part: Right) -> Move:
     def move(rule_set: RuleSet) -> RuleSet | None:
         single = {part: 0}.keys()
         known = [
@@ -249,14 +310,14 @@ def _chunk(part: Right) -> Move:
         ]
         changed = rule_set.copy()
         symbol = known[0] if known else changed.new_symbol()
-        number = _replace(changed, part, symbol)
+        number = replace_part(changed, part, symbol)
         changed.add(symbol, part, number)
         return changed
 
     return move
 
 
-def _replace(changed: RuleSet, part: Right, symbol: int) -> int:
+def replace_part(changed: RuleSet, part: Right, symbol: int) -> int:
     """Put ``symbol`` for ``part`` in all rules but its own; how many nodes that makes."""
     nodes = 0
     for left, right in list(changed.uses()):
@@ -272,6 +333,8 @@ def _replace(changed: RuleSet, part: Right, symbol: int) -> int:
 
 def _written(right: Right, part: Right, symbol: int) -> tuple[Right, int]:
     length = len(part)
+    if part and part[0] not in right:
+        return right, 0
     found: list[int] = []
     number = i = 0
     while i < len(right):
@@ -292,13 +355,13 @@ def foldings(rule_set: RuleSet) -> Iterator[Scored]:
             continue
         for part in rights:
             if part:
-                yield float(len(part)), _fold(left, part)
+                yield float(len(part)), fold(left, part)
 
 
-def _fold(symbol: int, part: Right) -> Move:
+def fold(symbol: int, part: Right) -> Move:
     def move(rule_set: RuleSet) -> RuleSet | None:
         changed = rule_set.copy()
-        number = _replace(changed, part, symbol)
+        number = replace_part(changed, part, symbol)
         if not number:
             return None
         changed.add(symbol, part, number)
@@ -307,16 +370,61 @@ def _fold(symbol: int, part: Right) -> Move:
     return move
 
 
+def classes(rule_set: RuleSet) -> Iterator[Scored]:
+    """Pairs of strings that stand between the same neighbours, by how many neighbours they share."""
+    places: dict[tuple[int, int], set[Right]] = {}
+    for _, right in rule_set.uses():
+        for a in range(len(right)):
+            before = right[a - 1] if a else -1
+            for b in range(a + 1, min(len(right), a + LONGEST_MEMBER) + 1):
+                after = right[b] if b < len(right) else -2
+                places.setdefault((before, after), set()).add(right[a:b])
+    shared: Counter[tuple[Right, Right]] = Counter()
+    for parts in places.values():
+        if len(parts) <= _CROWD:
+            shared.update(combinations(sorted(parts), 2))
+    for (x, y), number in shared.items():
+        if number > 1:
+            yield float(number), _class(x, y)
+
+
+def _class(x: Right, y: Right) -> Move:
+    def move(rule_set: RuleSet) -> RuleSet | None:
+        if _alone(rule_set, x) and _alone(rule_set, y):
+            return union(x[0], y[0])(rule_set)
+        for known, part in ((x, y), (y, x)):
+            if _alone(rule_set, known):
+                return fold(known[0], part)(rule_set)
+        changed = rule_set.copy()
+        home = _home(changed, x, y, False)
+        for part in sorted((x, y), key=len, reverse=True):
+            number = replace_part(changed, part, home)
+            if not number:
+                return None
+            changed.add(home, part, number)
+        return changed
+
+    return move
+
+
 def unions(rule_set: RuleSet) -> Iterator[Scored]:
     """Pairs of nonterminals that share right sides, by the symbols that their union saves."""
-    others = [left for left in rule_set.rules if left != rule_set.start]
-    for one, other in combinations(others, 2):
-        shared = rule_set.rules[one].keys() & rule_set.rules[other].keys()
-        if shared or (other,) in rule_set.rules[one] or (one,) in rule_set.rules[other]:
-            yield float(sum(len(right) + 2 for right in shared)), _union(one, other)
+    homes: dict[Right, list[int]] = {}
+    for left, right in rule_set.uses():
+        if left != rule_set.start:
+            homes.setdefault(right, []).append(left)
+    saved: Counter[tuple[int, int]] = Counter()
+    for right, lefts in homes.items():
+        for pair in combinations(lefts, 2):
+            saved[pair] += len(right) + 2
+        if _alone(rule_set, right):
+            for left in lefts:
+                saved[left, right[0]] += 3
+    for (one, other), symbols in saved.items():
+        yield float(symbols), union(one, other)
 
 
-def _union(one: int, other: int) -> Move:
+def union(one: int, other: int) -> Move:
     def move(rule_set: RuleSet) -> RuleSet | None:
         changed = rule_set.copy()
         changed.rename({other: one})
@@ -334,12 +442,12 @@ def unfoldings(rule_set: RuleSet) -> Iterator[Scored]:
         number = references[left]
         if len(rights) == 1:
             length = len(next(iter(rights)))
-            yield float(length + 2 - number * (length - 1)), _unfold(left)
+            yield float(length + 2 - number * (length - 1)), unfold(left)
         elif number == 1:
-            yield 0.0, _unfold_once(left)
+            yield 0.0, unfold_once(left)
 
 
-def _unfold(symbol: int) -> Move:
+def unfold(symbol: int) -> Move:
     def move(rule_set: RuleSet) -> RuleSet | None:
         changed = rule_set.copy()
         (part,) = changed.rules.pop(symbol)
@@ -353,7 +461,7 @@ def _unfold(symbol: int) -> Move:
     return move
 
 
-def _unfold_once(symbol: int) -> Move:
+def unfold_once(symbol: int) -> Move:
     """Alternatives of a nonterminal that one rule uses, written into that rule."""
 
     def move(rule_set: RuleSet) -> RuleSet | None:

@@ -19,9 +19,10 @@ section 5.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal, get_args
 
@@ -103,15 +104,80 @@ def induce_with_bits(
     names, counted = _numbered(sentences)
     families = _among(FAMILIES, family, "family")
     selections = _among(SELECTIONS, selection, "selection")
-    candidates: list[tuple[float, str, str, RuleSet]] = []
+    aligned_ones = [
+        Candidate(learned.bits(), chosen, way, learned)
+        for chosen, way, learned in aligned_rules(counted, len(names), families, selections)
+    ]
+    candidates = aligned_ones
     if compacted:
-        flat = compact(flat_rules(counted, len(names)))
-        candidates.append((flat.bits(), FLAT, FLAT, flat))
-    for chosen, way, learned in aligned_rules(counted, len(names), families, selections):
-        rule_set = compact(learned) if compacted else learned
-        candidates.append((rule_set.bits(), chosen, way, rule_set))
-    _, chosen, way, best = min(candidates, key=lambda candidate: round(candidate[0], 6))
-    return _finished(best, names, sentences, (chosen, way))
+        effort = effort_for(counted)
+        candidates = [
+            *_compacted_flat(counted, len(names)),
+            *_compacted_aligned(aligned_ones, flat_rules(counted, len(names)).bits(), effort),
+        ]
+    best = min(candidates, key=lambda candidate: round(candidate.bits, 6))
+    return _finished(best, names, sentences)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A rule set with its bits, and the family and selection that it began from."""
+
+    bits: float
+    family: str
+    selection: str
+    rule_set: RuleSet
+
+
+def effort_for(counted: Mapping[Right, int]) -> tuple[tuple[int, int], ...]:
+    """Widths and patiences of the beams that are tried: more of them where there is less to read.
+
+    Beams of different width end in different valleys, not always the widest in the deepest.
+    """
+    size = sum(map(len, counted))
+    return _EFFORTS[bisect_right(_SIZES, size)]
+
+
+_SIZES = (200, 450, 1500)
+_EFFORTS = (((4, 3), (8, 4), (16, 5)), ((4, 3), (8, 4)), ((4, 3),), ((1, 1),))
+_MOST_NODES = 10_000
+"""Unions of words tried one by one, times nodes: a bound on time, those seen most come first."""
+
+_WORTH_COMPACTING = 2.0
+"""Where alignment-based learning takes this many times the bits of flat rules, it goes astray."""
+
+_LOOKED_AT = 3
+"""Results of alignment-based learning, those of fewest bits, from which compaction begins."""
+
+
+def _compacted_flat(counted: Mapping[Right, int], n_terminals: int) -> Iterator[Candidate]:
+    """From one rule a sentence; also first without empty right sides, then with them."""
+    for empties in (True, False):
+        flat = flat_rules(counted, n_terminals, empties=empties)
+        for width, patience in effort_for(counted):
+            found = compact(flat, width=width, patience=patience)
+            if not empties:
+                found = compact(replace(found, empties=True), width=width, patience=patience)
+            yield Candidate(found.bits(), FLAT, FLAT, found)
+
+
+def _compacted_aligned(
+    candidates: Sequence[Candidate], flat_bits: float, effort: Sequence[tuple[int, int]]
+) -> Iterator[Candidate]:
+    """A quick look at where each leads, then all effort on the best."""
+    promising = [one for one in candidates if one.bits < _WORTH_COMPACTING * flat_bits]
+    if not promising:
+        return
+    first = sorted(promising, key=lambda candidate: round(candidate.bits, 6))[:_LOOKED_AT]
+    quick = []
+    for candidate in first:
+        rule_set = compact(candidate.rule_set, width=1, patience=1)
+        quick.append(replace(candidate, bits=rule_set.bits(), rule_set=rule_set))
+    yield from quick
+    best = min(quick, key=lambda candidate: round(candidate.bits, 6))
+    for width, patience in effort:
+        rule_set = compact(best.rule_set, width=width, patience=patience)
+        yield replace(best, bits=rule_set.bits(), rule_set=rule_set)
 
 
 def aligned_rules(
@@ -130,9 +196,7 @@ def aligned_rules(
             yield family, selection, read_rules(hypotheses, kept, weights, n_terminals)
 
 
-def _slots(
-    ordered: Sequence[Right], family: Family
-) -> Iterator[tuple[int, int, Sequence[Slot]]]:
+def _slots(ordered: Sequence[Right], family: Family) -> Iterator[tuple[int, int, Sequence[Slot]]]:
     if family == "suffix":
         for (i, j), slots in align_all(ordered).items():
             yield i, j, slots
@@ -221,15 +285,16 @@ def _united_where_lawful(
     hypotheses: Hypotheses,
     symbols: Mapping[Place, int],
 ) -> RuleSet:
-    evidence: Counter[tuple[Right, Right]] = Counter()
-    for place, twin in hypotheses.pairs:
-        evidence[hypotheses.words(place), hypotheses.words(twin)] += 1
-    pairs: dict[int, list[tuple[int, Place, Place]]] = {}
-    for place, twin in hypotheses.pairs:
-        if place in symbols and twin in symbols:
-            seen = evidence[hypotheses.words(place), hypotheses.words(twin)]
-            pairs.setdefault(hypotheses.types[place], []).append((-seen, place, twin))
+    """Whole types, those of most places first; of the others the words exchanged most often."""
+    evidence: dict[int, Counter[tuple[Right, Right]]] = {}
+    for (place, twin), number in hypotheses.pairs.items():
+        pair = hypotheses.words(place), hypotheses.words(twin)
+        evidence.setdefault(hypotheses.types[place], Counter())[min(pair), max(pair)] += number
+    spoken: dict[tuple[int, Right], list[int]] = {}
+    for place, symbol in symbols.items():
+        spoken.setdefault((hypotheses.types[place], hypotheses.words(place)), []).append(symbol)
     current = finest
+    tries = max(5, _MOST_NODES // len(symbols))
     for kind in sorted(of_type, key=lambda kind: -len(of_type[kind])):
         group = of_type[kind]
         together = _renamed(current, {symbol: group[0] for symbol in group})
@@ -237,14 +302,17 @@ def _united_where_lawful(
             current = together
             continue
         names = {symbol: symbol for symbol in group}
-        for _, place, twin in sorted(pairs.get(kind, ())):
-            low, high = sorted((names[symbols[place]], names[symbols[twin]]))
-            if low == high:
+        for (x, y), _ in sorted(evidence[kind].items(), key=lambda item: (-item[1], item[0])):
+            places = (*spoken.get((kind, x), ()), *spoken.get((kind, y), ()))
+            same = {names[symbol] for symbol in places}
+            if len(same) < 2 or tries == 0:
                 continue
-            changed = _renamed(current, {high: low})
+            tries -= 1
+            renaming = {symbol: min(same) for symbol in same}
+            changed = _renamed(current, renaming)
             if changed.lawful():
                 current = changed
-                names = {s: low if name == high else name for s, name in names.items()}
+                names = {symbol: renaming.get(name, name) for symbol, name in names.items()}
     return current
 
 
@@ -277,14 +345,9 @@ def _among(known: tuple, wanted: str, kind: str) -> tuple:
     return (wanted,)
 
 
-def _finished(
-    rule_set: RuleSet,
-    names: Sequence[str],
-    sentences: Sequence[Sentence],
-    how: tuple[str, str],
-) -> Induction:
+def _finished(best: Candidate, names: Sequence[str], sentences: Sequence[Sentence]) -> Induction:
     """Names for the nonterminals; rules that no most economical parse uses are left out."""
-    grammar = _as_grammar(rule_set, names)
+    grammar = _as_grammar(best.rule_set, names)
     counts = Counter(sentences)
     while True:
         uses = [0.0] * len(grammar.rules)
@@ -297,7 +360,8 @@ def _finished(
         used = [rule for rule, number in zip(grammar.rules, uses, strict=True) if number]
         grammar = Grammar(grammar.start, tuple(used), grammar.terminals)
     bits = description_length(grammar, trees=[trees[sentence] for sentence in sentences])
-    return Induction(grammar.with_probabilities(uses), *how, bits)
+    learned = grammar.with_probabilities(uses)
+    return Induction(learned, best.family, best.selection, bits)
 
 
 def _as_grammar(rule_set: RuleSet, names: Sequence[str]) -> Grammar:

@@ -5,11 +5,14 @@ the trees of the sentences. Everything that the description length asks for can 
 node of a nonterminal with h rules costs log2 h bits, so the sentences cost the sum over
 nonterminals of nodes times log2 h. Trees themselves need not be kept.
 
-Two laws that hold for the examples hold for what the grammar derives too:
+Three laws keep the language sensible where there are few examples:
 
 * no nonterminal derives itself (*acyclic*), so that no part is repeated without end;
 * a terminal that stands equally often in every sentence keeps that number (*constant*): one shot
-  in each basketball sentence means one shot in each derived one.
+  in each basketball sentence means one shot in each derived one;
+* a nonterminal that may be empty does not stand beside itself, for one sentence would then be
+  derived in several ways, and bits spent on saying in which. A search may also go without empty
+  right sides altogether.
 
 Symbols are numbers: terminals 0..T-1, the start symbol T, further nonterminals above.
 
@@ -31,11 +34,15 @@ Rules = dict[int, dict[Right, int]]
 
 @dataclass
 class RuleSet:
-    """``rules[left][right]`` is the number of nodes; ``constants`` terminal -> its fixed number."""
+    """``rules[left][right]`` is the number of nodes; ``constants`` terminal -> its fixed number.
+
+    ``empties`` : whether right sides may be empty.
+    """
 
     n_terminals: int
     rules: Rules
     constants: Mapping[int, int] = field(default_factory=dict)
+    empties: bool = True
 
     @property
     def start(self) -> int:
@@ -45,7 +52,7 @@ class RuleSet:
     def copy(self) -> RuleSet:
         """A rule set of its own, the laws shared."""
         rules = {left: dict(rights) for left, rights in self.rules.items()}
-        return RuleSet(self.n_terminals, rules, self.constants)
+        return RuleSet(self.n_terminals, rules, self.constants, self.empties)
 
     def bits(self) -> float:
         """The description length of grammar and sentences."""
@@ -110,16 +117,33 @@ class RuleSet:
         return found if len(found) == len(self.rules) else None
 
     def lawful(self) -> bool:
-        """Whether the rules are acyclic and keep the constants."""
+        """Whether the rules are acyclic, keep the constants and have no empty neighbours alike."""
         order = self.order()
-        if order is None:
+        if order is None or (not self.empties and any(not right for _, right in self.uses())):
             return False
+        order.reverse()
+        return not self._empty_beside_itself(order) and self._keeps_constants(order)
+
+    def _empty_beside_itself(self, order: list[int]) -> bool:
+        nullable: set[int] = set()
+        for left in order:
+            if any(nullable.issuperset(right) for right in self.rules[left]):
+                nullable.add(left)
+        return bool(nullable) and any(
+            one == other and one in nullable
+            for _, right in self.uses()
+            for one, other in zip(right, right[1:])
+        )
+
+    def _keeps_constants(self, order: list[int]) -> bool:
+        if not self.constants:
+            return True
         numbers: dict[int, Right] = {
             symbol: tuple(int(symbol == terminal) for terminal in self.constants)
             for symbol in range(self.n_terminals)
         }
         none = (0,) * len(self.constants)
-        for left in reversed(order):
+        for left in order:
             found = {
                 tuple(map(sum, zip(none, *(numbers[symbol] for symbol in right))))
                 for right in self.rules[left]
@@ -146,7 +170,9 @@ def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:
     }
 
 
-def flat_rules(sentences: Mapping[Right, int], n_terminals: int) -> RuleSet:
+def flat_rules(
+    sentences: Mapping[Right, int], n_terminals: int, *, empties: bool = True
+) -> RuleSet:
     """One rule for each different sentence, in their order."""
     rights = {sentence: sentences[sentence] for sentence in sorted(sentences)}
-    return RuleSet(n_terminals, {n_terminals: rights}, constant_terminals(sentences))
+    return RuleSet(n_terminals, {n_terminals: rights}, constant_terminals(sentences), empties)

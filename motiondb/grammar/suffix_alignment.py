@@ -62,9 +62,7 @@ def _common_beginnings(sentences: Sequence[tuple[int, ...]]) -> IntArray:
     ranks = rank[bounds[:-1]]
     order = np.argsort(ranks)
     shared = np.zeros((len(sentences), len(sentences)), dtype=np.int64)
-    steps = [
-        int(lcp[ranks[a] + 1 : ranks[b] + 1].min()) for a, b in zip(order[:-1], order[1:])
-    ]
+    steps = [int(lcp[ranks[a] + 1 : ranks[b] + 1].min()) for a, b in zip(order[:-1], order[1:])]
     for first in range(len(order)):
         least = len(sentences[order[first]])
         for second in range(first + 1, len(order)):
