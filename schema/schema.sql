@@ -159,10 +159,10 @@ CREATE TABLE segment_score (
     run_id BIGINT NOT NULL
 );
 
--- How every segment moves, apart from symbols (search/movement.py).
+-- How every segment moves, apart from symbols (search/movement.py, search/bearing.py).
 CREATE TABLE segment_movement (
     ordinal BIGINT NOT NULL,
-    movement FLOAT[] NOT NULL,              -- places, joint, rhythm
+    movement FLOAT[] NOT NULL,              -- places, joint, rhythm, posture, travel
     run_id BIGINT NOT NULL
 );
 

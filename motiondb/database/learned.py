@@ -14,7 +14,12 @@ import numpy as np
 
 from motiondb import store
 from motiondb.database.counting import capture_rows, described_intervals
-from motiondb.database.learning import FeaturePool, load_features, recut_settings
+from motiondb.database.learning import (
+    FeaturePool,
+    describe_segments,
+    load_features,
+    recut_settings,
+)
 from motiondb.errors import NotLearnedError
 from motiondb.pose.features import recognition_features
 from motiondb.records import (
@@ -27,7 +32,7 @@ from motiondb.records import (
     MotionSymbols,
     SegmentTable,
 )
-from motiondb.search import by_words, certainty, extents, movement, score_vectors
+from motiondb.search import by_words, certainty, extents, score_vectors
 from motiondb.search.by_words import WINDOW_MARGIN
 from motiondb.symbols import acquisition, feature_space, hmm
 from motiondb.words import decoding, explanation, transition, word_map
@@ -312,12 +317,13 @@ def recognise(
     learned: Learned, motion: Motion
 ) -> tuple[Float32Array, IntArray, IntArray, IntArray, FloatArray]:
     """Whitened features, segment starts and ends (feature frames), symbols, standardised rows."""
-    features = learned.feature_space.project(recognition_features(motion))
+    plain = recognition_features(motion)
+    features = learned.feature_space.project(plain)
     bounds = np.array([0, len(features)])
     settings = recut_settings(learned.parameters)
     cutting = acquisition.recut(features, bounds, learned.symbols, settings)
     lengths = (cutting.ends - cutting.starts)[:, None]
     scores = hmm.score(learned.symbols, features, cutting.starts, cutting.ends) / lengths
-    moving = movement.describe_movement(features, cutting.starts, cutting.ends)
+    moving = describe_segments(features, plain, cutting.starts, cutting.ends)
     standardised = learned.score_space.standardise(scores.astype(np.float32), moving)
     return features, cutting.starts, cutting.ends, np.argmax(scores, axis=1), standardised

@@ -27,7 +27,7 @@ from motiondb.records import (
     MotionSymbols,
     SegmentTable,
 )
-from motiondb.search import extents, movement, score_vectors
+from motiondb.search import bearing, extents, movement, score_vectors
 from motiondb.symbols import acquisition, feature_space, hmm, segmentation
 from motiondb.symbols import space as symbol_spaces
 from motiondb.words import association, transition, vocabulary, word_map
@@ -204,21 +204,36 @@ def segment_table(
         log_likelihoods=scores[np.arange(len(best)), best].astype(np.float64),
         backgrounds=background(frames, cutting.starts, cutting.ends),
         scores=scores.astype(np.float32),
-        movement=_movement(frames, pool.bounds, cutting),
+        movement=_movement(frames, pool, cutting),
     )
 
 
-def _movement(frames: Float32Array, bounds: IntArray, cutting: acquisition.Cutting) -> Float32Array:
+def _movement(
+    frames: Float32Array, pool: FeaturePool, cutting: acquisition.Cutting
+) -> Float32Array:
     """How every segment moves, capture by capture: array (segments, columns)."""
+    bounds = pool.bounds
     first, last = (np.searchsorted(cutting.starts, b) for b in (bounds[:-1], bounds[1:]))
     return np.concatenate(
         [
-            movement.describe_movement(
-                frames[low:high], cutting.starts[a:b] - low, cutting.ends[a:b] - low
+            describe_segments(
+                frames[low:high], pool.features[low:high],
+                cutting.starts[a:b] - low, cutting.ends[a:b] - low,
             )
             for a, b, low, high in zip(first, last, bounds[:-1], bounds[1:])
         ]
-    )
+    )  # fmt: skip
+
+
+def describe_segments(
+    frames: Float32Array, features: Float32Array, starts: IntArray, ends: IntArray
+) -> Float32Array:
+    """How the segments of one capture move and how the body bears itself: (segments, columns).
+
+    frames, features : of the capture, whitened and plain. starts, ends : feature frames.
+    """
+    moving = movement.describe_movement(frames, starts, ends)
+    return np.concatenate([moving, bearing.describe_bearing(features, starts, ends)], axis=1)
 
 
 def background(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:

@@ -106,7 +106,8 @@ def recognise_captures(
 ) -> SegmentTable:
     """Cut and score stored captures by the learned symbols, as ``learn`` does at its end.
 
-    arrays : the parameters of what was learned.
+    arrays : the parameters of what was learned. Columns of movement that it does not know (an older
+        motiondb learned it) are left out.
     """
     space = feature_space.FeatureSpace(arrays["feature_mean"], arrays["feature_projection"])
     settings = recut_settings(arrays)
@@ -119,7 +120,9 @@ def recognise_captures(
         pool = FeaturePool(np.array([capture]), bounds, features, np.array([motion.n_frames]))
         cutting = acquisition.recut(frames, bounds, symbols, settings)
         tables.append(segment_table(frames, pool, symbols, cutting))
-    return _join(*tables)
+    found = _join(*tables)
+    known = len(arrays["score_mean"]) - symbols.n_symbols
+    return replace(found, movement=found.movement[:, :known])
 
 
 def unknown_words(

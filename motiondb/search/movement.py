@@ -13,7 +13,8 @@ rhythm    5 D             absolute change within 1/15 to 1 second: waving is not
 
 Means over frames add up over segments, so that whatever is linear in them can be taken apart
 exactly. They stand beside the symbols' scores in an interval's vector
-(:mod:`motiondb.search.score_vectors`): symbols carry over to performers never seen, these columns
+(:mod:`motiondb.search.score_vectors`), followed by posture and travel
+(:mod:`motiondb.search.bearing`): symbols carry over to performers never seen, these columns
 tell apart what symbols learned from other movements confuse.
 """
 
@@ -22,23 +23,44 @@ from __future__ import annotations
 import numpy as np
 
 from motiondb.records import Float32Array, IntArray
+from motiondb.search.bearing import N_POSTURE, N_TRAVEL
 
 LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
 SOFTNESS = 0.25
+TRAVEL_WEIGHT = 1.5
 LAGS = (1, 2, 4, 8, 15)
 """Feature frames between which change is measured: 1/15 to 1 second."""
 
 
 def block_sizes(n_columns: int) -> tuple[int, ...]:
-    """Columns of places, joint and rhythm, of all columns together; none of none.
+    """Columns of places, joint, rhythm, posture and travel, of all columns together; none of none.
 
-    >>> block_sizes(540), block_sizes(0)
-    ((120, 300, 120), ())
+    A database that learned before there were posture and travel has the first three alone.
+
+    >>> block_sizes(627), block_sizes(540), block_sizes(0)
+    ((120, 300, 120, 63, 24), (120, 300, 120), ())
     """
     if n_columns == 0:
         return ()
+    bearing = (N_POSTURE, N_TRAVEL)
+    whole = _sizes(n_columns - sum(bearing))
+    return (*whole, *bearing) if sum(whole) + sum(bearing) == n_columns else _sizes(n_columns)
+
+
+def block_weight(block: int) -> float:
+    """How much more than the symbols together a block of :func:`block_sizes` counts.
+
+    >>> [block_weight(block) for block in range(5)]
+    [1.0, 1.0, 1.0, 1.0, 1.5]
+    """
+    return TRAVEL_WEIGHT if block == 4 else 1.0
+
+
+def _sizes(n_columns: int) -> tuple[int, int, int]:
+    """Places, joint and rhythm of so many columns together."""
     per_dimension = 2 * (len(LEVELS) + len(LAGS)) + 1
-    n_dims = round((np.sqrt(per_dimension**2 + 8.0 * n_columns) - per_dimension) / 2.0)
+    n_dims = (np.sqrt(per_dimension**2 + 8.0 * max(n_columns, 0)) - per_dimension) / 2.0
+    n_dims = round(float(n_dims))
     return len(LEVELS) * n_dims, n_dims * (n_dims + 1) // 2, len(LAGS) * n_dims
 
 

@@ -7,8 +7,9 @@ each lasts inside the interval, scaled to length 1. Compared with the best symbo
 what a performer unseen in training shares with *several* symbols; measured on real captures it is
 the one choice that matters most.
 
-Beside the symbols stand the columns of :mod:`motiondb.search.movement`, standardised and clipped in
-the same way; each of their three blocks is weighed so that it counts as much as the symbols do.
+Beside the symbols stand the columns of :mod:`motiondb.search.movement` and
+:mod:`motiondb.search.bearing`, standardised and clipped in the same way; each of their five blocks
+is weighed so that it counts as much as the symbols do, travel half as much again.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.records import Float32Array, FloatArray, IntArray
-from motiondb.search.movement import block_sizes
+from motiondb.search.movement import block_sizes, block_weight
 
 CLIP = 3.0
 
@@ -37,14 +38,15 @@ class ScoreSpace:
         Parameters
         ----------
         scores : array (segments, symbols), nats per frame.
-        movement : array (segments, columns); left out where the space has no such columns.
+        movement : array (segments, columns); those beyond the space's columns are left out (a
+            space that was learned before there were posture and travel has none of them).
         """
         relative = _relative(scores)
         n_symbols = relative.shape[1]
         sizes = block_sizes(len(self.mean) - n_symbols)
         if sizes and movement is not None:
-            relative = np.concatenate([relative, movement], axis=1)
-        weights = [np.sqrt(n_symbols / size) for size in sizes]
+            relative = np.concatenate([relative, movement[:, : sum(sizes)]], axis=1)
+        weights = [block_weight(n) * np.sqrt(n_symbols / size) for n, size in enumerate(sizes)]
         weight = np.repeat([1.0, *weights], [n_symbols, *sizes])
         return weight * np.clip((relative - self.mean) / self.spread, -CLIP, CLIP)
 

@@ -17,6 +17,7 @@ from motiondb import store
 from motiondb.database import learning
 from motiondb.database.learning import FeaturePool, LearnSettings
 from motiondb.errors import MotionDBError
+from motiondb.pose.features import N_FEATURES
 from motiondb.records import Float32Array, IntArray, MotionSymbols, SegmentTable
 from motiondb.symbols.acquisition import AcquisitionSettings, Cutting
 
@@ -81,15 +82,18 @@ def test_two_symbols_tie_to_the_lowest() -> None:
     )
     pool = pool_of([6])
     cutting = Cutting(*(np.array(c) for c in ([0, 3], [3, 6], [0, 0])))
-    found = learning.segment_table(pool.features, pool, one, cutting)
+    found = learning.segment_table(pool.features[:, :1], pool, one, cutting)
     np.testing.assert_array_equal(found.symbols, [0, 0])
     np.testing.assert_array_equal(found.scores[:, 0], found.scores[:, 1])
 
 
 def pool_of(n_rows: list[int], odd: int = 0) -> FeaturePool:
-    """Captures 7, 8, ... of so many rows of zeros; 2 frames of motion a row, less ``odd``."""
+    """Captures 7, 8, ... of so many rows of zeros; 2 frames of motion a row, less ``odd``.
+
+    The whitened frames are one of the columns.
+    """
     bounds = np.concatenate([[0], np.cumsum(n_rows)])
-    features: Float32Array = np.zeros((bounds[-1], 1), dtype=np.float32)
+    features: Float32Array = np.zeros((bounds[-1], N_FEATURES), dtype=np.float32)
     ids: IntArray = np.arange(7, 7 + len(n_rows))
     return FeaturePool(ids, bounds, features, 2 * np.array(n_rows) - odd)
 
@@ -101,7 +105,7 @@ def test_frames_of_the_table_are_frames_of_the_motion() -> None:
     )
     pool = pool_of([4, 5], odd=1)
     cutting = Cutting(*(np.array(c) for c in ([0, 4, 6], [4, 6, 9], [0, 0, 0])))
-    found = learning.segment_table(pool.features, pool, one, cutting)
+    found = learning.segment_table(pool.features[:, :1], pool, one, cutting)
     np.testing.assert_array_equal(found.capture_ids, [7, 8, 8])
     np.testing.assert_array_equal(found.starts, [0, 0, 4])
     np.testing.assert_array_equal(found.ends, [7, 4, 9])

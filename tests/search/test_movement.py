@@ -52,6 +52,7 @@ def test_a_still_body_has_no_rhythm() -> None:
 def test_block_sizes_are_found_from_their_sum(n_dims: int) -> None:
     sizes = (5 * n_dims, n_dims * (n_dims + 1) // 2, 5 * n_dims)
     assert movement.block_sizes(sum(sizes)) == sizes
+    assert movement.block_sizes(sum(sizes) + 87) == (*sizes, 63, 24)
 
 
 def test_every_block_weighs_as_much_as_the_symbols() -> None:
@@ -61,6 +62,8 @@ def test_every_block_weighs_as_much_as_the_symbols() -> None:
     moving = moving[:, :11]
     space = score_vectors.fit_score_space(scores, np.ones(4000, dtype=np.int64), moving)
     rows = space.standardise(scores, moving)
+    more = np.concatenate([moving, np.ones((4000, 87), dtype=np.float32)], axis=1)
+    np.testing.assert_array_equal(rows, space.standardise(scores, more))
     energy = [
         np.mean(np.sum(rows[:, a:b] ** 2, axis=1)) for a, b in ((0, 5), (5, 10), (10, 11), (11, 16))
     ]
