@@ -61,7 +61,7 @@ def _text(name: str | Path, ending: str) -> tuple[str, str]:
         folder = resources.files("motiondb.scene").joinpath(_FOLDERS[ending])
         return folder.joinpath(plain + ending).read_text(encoding="utf-8"), plain + ending
     try:
-        return path.read_text(encoding="utf-8"), str(name)
+        return path.read_text(encoding="utf-8-sig"), str(name)
     except UnicodeDecodeError:
         raise SceneError(
             f"{name}: expected text in UTF-8, found other bytes. Is it a {_KINDS[ending]}?"

@@ -50,7 +50,8 @@ class Conflict:
 
     def describe(self, grammar: Grammar) -> str:
         """The conflict in a sentence."""
-        rules = " and ".join(f"'{grammar.rules[number]}'" for number in self.rules)
+        named = [f"'{grammar.rules[number]}'" for number in self.rules]
+        rules = " and ".join(named if len(named) > 1 else [*named, "accepting the string"])
         after = f"after '{' '.join(self.prefix)}', " if self.prefix else ""
         return f"{self.kind}: {after}before {' or '.join(self.lookaheads)}, between {rules}"
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from math import exp, inf
+from math import exp
 
 from motiondb.errors import SceneError, suggestion
 from motiondb.grammar import prefix
-from motiondb.grammar.cfg import Grammar, Tree, nullable_symbols, reachable_symbols
-from motiondb.grammar.parse import ParseError, explain, parse
+from motiondb.grammar.cfg import Tree, nullable_symbols, reachable_symbols
+from motiondb.grammar.parse import explain, parse
 from motiondb.grammar.prefix import prefix_log_probability
 from motiondb.scene import planning
 from motiondb.scene.expressions import Item, expressions
@@ -61,7 +61,7 @@ class Validation:
 
     Attributes
     ----------
-    start : the start symbol that it was read from.
+    start : the start symbol that it was read from; several, with " or ", where they fail alike.
     position : the first action, from 0, that cannot stand where it stands; the length of the string
         where more must follow.
     expected : the actions that could stand there.
@@ -120,47 +120,45 @@ def check(grammar: MotionGrammar) -> GrammarReport:
 def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> Validation:
     """Whether a string of actions is one of the grammar's, from one of its start symbols.
 
-    Without ``start``, the start symbol that gets furthest answers. The empty string is never
-    allowed: whoever is on court does something.
+    Without ``start``, the start symbols that get furthest answer together. The empty string is
+    never allowed: whoever is on court does something.
     """
-    if start:
-        return _validate(grammar.started(start), actions)
-    tried = [_validate(grammar.started(s.symbol), actions) for s in grammar.starts]
-    return max(tried, key=lambda found: inf if found.allowed else found.position)
+    symbols = [start] if start else [s.symbol for s in grammar.starts]
+    faults: list[Validation] = []
+    may_end: set[str] = set()
+    for symbol in symbols:
+        rules = grammar.started(symbol)
+        fault = explain(rules, actions) if actions else None
+        if fault is not None:
+            faults.append(Validation(False, symbol, None, fault.position, fault.expected))
+            may_end |= {symbol} if fault.may_end else set()
+        elif actions:
+            return Validation(True, symbol, parse(rules, actions))
+        else:
+            first = tuple(name for name, _ in prefix.suggest(rules, ()) if name is not None)
+            faults.append(Validation(False, symbol, None, 0, first))
+    furthest = max(fault.position for fault in faults)
+    best = [fault for fault in faults if fault.position == furthest]
+    expected = tuple(dict.fromkeys(name for fault in best for name in fault.expected))
+    ends = furthest > 0 and any(fault.start in may_end for fault in best)
+    names = " or ".join(fault.start for fault in best)
+    options = [*expected, *(["the end"] if ends else [])]
+    message = _say(names, actions, furthest, options)
+    return Validation(False, names, None, furthest, expected, message)
 
 
-def _validate(grammar: Grammar, actions: Sequence[str]) -> Validation:
-    if not actions:
-        expected = tuple(name for name, _ in prefix.suggest(grammar, ()) if name is not None)
-        message = (
-            f"the empty string: expected at least one action, of {', '.join(expected)}, found"
-            " none. Whoever is on court does something."
-        )
-        return Validation(False, grammar.start, None, 0, expected, message)
-    fault = explain(grammar, actions)
-    if fault is None:
-        return Validation(True, grammar.start, parse(grammar, actions))
-    return Validation(
-        False,
-        grammar.start,
-        None,
-        fault.position,
-        fault.expected,
-        _say(grammar.start, actions, fault),
-    )
-
-
-def _say(start: str, actions: Sequence[str], fault: ParseError) -> str:
+def _say(start: str, actions: Sequence[str], position: int, options: Sequence[str]) -> str:
     """Where a string fails, in a sentence."""
-    before = f" after '{' '.join(actions[: fault.position])}'" if fault.position else ""
-    options = [*fault.expected, *(["the end"] if fault.may_end and fault.position else [])]
     wanted = f"one of {', '.join(options)}" if len(options) > 1 else "".join(options)
+    before = f" after '{' '.join(actions[:position])}'" if position else ""
     found, advice = "the end", "Go on with one of them."
-    if fault.found is not None:
-        found, advice = f"'{fault.found}'", "Put one of them there, or add a rule that allows it."
-    near = suggestion(fault.found or "", fault.expected).strip()
-    at = f"action {fault.position + 1}{before}, from {start}"
-    return f"{at}: expected {wanted or 'nothing more'}, found {found}. {near or advice}"
+    if position < len(actions):
+        found, advice = f"'{actions[position]}'", "Put one of them there, or add a rule for it."
+        advice = suggestion(actions[position], options).strip() or advice
+    if not actions:
+        advice = "Whoever is on court does something."
+    at = f"action {position + 1}{before}, from {start}"
+    return f"{at}: expected {wanted or 'nothing more'}, found {found}. {advice}"
 
 
 def suggest(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> Suggestions:

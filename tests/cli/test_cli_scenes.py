@@ -80,7 +80,7 @@ def test_suggest_tells_probabilities(command: Any) -> None:
     assert chances["dribble"] == pytest.approx(1 / 6)
     ended = command("scene", "suggest", "basketball", "shoot")
     assert ended.code == 1
-    assert "error: basketball: action 1, from S_A" in ended.err
+    assert "error: basketball: action 1, from S_A or S_D: expected" in ended.err
 
 
 def test_draw_draws_and_tells_what_is_asked(command: Any, tmp_path: Path) -> None:

@@ -246,6 +246,8 @@ def test_what_is_no_grammar_file(tmp_path) -> None:
         "basketbal: expected a motion grammar, found: No such file or directory."
         " Did you mean basketball?"
     )
+    (tmp_path / "x.grammar").write_text('\ufeffstart S\r\nS -> a\r\na := "a"\r\n', "utf-8")
+    assert read_grammar(tmp_path / "x.grammar").grammar.nonterminals == ("S",)
     (tmp_path / "x.grammar").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(SceneError) as caught:
         read_grammar(tmp_path / "x.grammar")

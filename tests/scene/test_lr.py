@@ -59,6 +59,14 @@ def test_a_conflict_names_its_rules_and_the_way_to_it() -> None:
     )
 
 
+def test_a_conflict_with_the_end_says_so() -> None:
+    grammar = read_grammar("S -> T\nT -> S | a")
+    (conflict,) = lr1_automaton(grammar).conflicts
+    assert conflict.describe(grammar) == (
+        "reduce-reduce: after 'S', before the end, between 'T -> S' and accepting the string"
+    )
+
+
 def test_ll1_looks_only_at_what_can_be_reached() -> None:
     grammar = read_grammar("S -> a\nLost -> b | b Lost")
     assert ll1_conflicts(grammar) == ()

@@ -66,15 +66,20 @@ def test_no_dribble_after_a_pivot_that_ended_one(basketball) -> None:
     assert set(found.expected) == {"pivot_left", "pass", "shoot", "layup", "fake_shot"}
     assert found.message == (
         "action 4 after 'hold dribble pivot_left', from S_A: expected one of pivot_left, pass,"
-        " shoot, layup, fake_shot, found 'dribble'. Put one of them there, or add a rule that"
-        " allows it."
+        " shoot, layup, fake_shot, found 'dribble'. Put one of them there, or add a rule for it."
     )
 
 
 def test_nobody_on_court_does_nothing(basketball) -> None:
     found = services.validate(basketball, [], "S_A")
     assert (found.allowed, found.position) == (False, 0)
-    assert "the empty string: expected at least one action, of run, walk" in found.message
+    assert found.message == (
+        "action 1, from S_A: expected one of run, walk, idle, screen, hold, catch, feint, found"
+        " the end. Whoever is on court does something."
+    )
+    together = services.validate(basketball, [])
+    assert together.start == "S_A or S_D"
+    assert {"hold", "guard"} <= set(together.expected)
 
 
 def test_the_end_is_named_where_more_must_follow(basketball) -> None:
@@ -113,7 +118,9 @@ def test_start_symbols_count_by_how_probable_the_string_is() -> None:
 def test_suggestions_for_what_cannot_begin(basketball) -> None:
     with pytest.raises(SceneError) as caught:
         services.suggest(basketball, ["shoot"])
-    assert str(caught.value).startswith("basketball: action 1, from S_A: expected one of run, walk")
+    assert str(caught.value).startswith(
+        "basketball: action 1, from S_A or S_D: expected one of run, walk"
+    )
 
 
 def test_every_plan_begins_as_asked_and_is_allowed(basketball) -> None:
