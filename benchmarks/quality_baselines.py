@@ -60,6 +60,30 @@ def ridge(train: FloatArray, target: FloatArray, test: FloatArray, strength: flo
     return (test - mean_x) @ x.T @ weights + mean_y
 
 
+def canonical(train: FloatArray, target: FloatArray, test: FloatArray, n_axes: int) -> FloatArray:
+    """Canonical correlation analysis: array (test, words), cosines of captures and words in the
+    space of the ``n_axes`` most correlated directions of features and TF-IDF.
+
+    Both sides are whitened with as much of the unit matrix as their mean variance is, for there are
+    more columns than captures (a tenth of it gives 0.34 in place of 0.42 mean average precision).
+    """
+    mean_x, mean_y = train.mean(axis=0), target.mean(axis=0)
+    x, y = train - mean_x, target - mean_y
+    to_x, to_y = _whitening(x), _whitening(y)
+    left, shared, right = np.linalg.svd((x @ to_x).T @ (y @ to_y), full_matrices=False)
+    weights = np.sqrt(shared[:n_axes])
+    captures = (test - mean_x) @ to_x @ left[:, :n_axes] * weights
+    words = to_y @ right[:n_axes].T * weights
+    return unit(captures) @ unit(words).T
+
+
+def _whitening(rows: FloatArray) -> FloatArray:
+    _, sizes, axes = np.linalg.svd(rows, full_matrices=False)
+    kept = sizes > 1e-9 * sizes[0]
+    sizes, axes = sizes[kept], axes[kept]
+    return np.asarray(axes.T / np.sqrt(sizes**2 + float(np.mean(sizes**2))))
+
+
 def tf_idf(words: Words) -> tuple[FloatArray, FloatArray]:
     """TF-IDF rows of length 1, and the inverse document frequencies."""
     idf = np.log((1.0 + len(words)) / (1.0 + words.sum(axis=0)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from motiondb.database.learning import FeaturePool, LearnSettings, acquire_symbo
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
 from motiondb.search import by_words, score_vectors
+from motiondb.search.movement import block_sizes
 from motiondb.symbols import acquisition, feature_space
 from motiondb.words.word_map import WordMap
 
@@ -48,13 +49,8 @@ class Recognised:
         return by_words.TakeScores(starts, ends, odds[:-1], odds[-1])
 
 
-def recognise(
-    captures: Sequence[Capture], known: NDArray[np.bool_], seed: int, movement: bool = True
-) -> Recognised:
-    """Learn feature space, symbols and standardisation on the ``known`` captures, see all by them.
-
-    movement : False leaves out how segments move; only the symbols' scores are kept.
-    """
+def recognise(captures: Sequence[Capture], known: NDArray[np.bool_], seed: int) -> Recognised:
+    """Learn feature space, symbols, standardisation on the ``known`` captures; see all by them."""
     space = feature_space.fit_feature_space([c.features for c, k in zip(captures, known) if k])
     whitened = tuple(space.project(c.features) for c in captures)
     settings, rng = LearnSettings(seed=seed), np.random.default_rng(seed)
@@ -65,7 +61,18 @@ def recognise(
     joined = np.concatenate(whitened)
     cutting = acquisition.recut(joined, everything.bounds, symbols, settings.acquisition)
     table = segment_table(joined, everything, symbols, cutting)
-    return _standardised(symbols, table, whitened, known, movement)
+    return _standardised(symbols, table, whitened, known)
+
+
+def seen_without(seen: Recognised, n_blocks: int) -> Recognised:
+    """All captures known, by the same symbols, with the first blocks of movement alone.
+
+    n_blocks : 0: the symbols' scores; 3: those and places, joint and rhythm (``search.movement``).
+    """
+    n_columns = sum(block_sizes(seen.table.movement.shape[1])[:n_blocks])
+    table = replace(seen.table, movement=seen.table.movement[:, :n_columns])
+    known = np.ones(len(seen.whitened), dtype=bool)
+    return _standardised(seen.symbols, table, seen.whitened, known)
 
 
 def _standardised(
@@ -73,10 +80,9 @@ def _standardised(
     table: SegmentTable,
     whitened: tuple[Float32Array, ...],
     known: NDArray[np.bool_],
-    movement: bool,
 ) -> Recognised:
     own = known[table.capture_ids]
-    moving = table.movement if movement else None
+    moving = table.movement if table.movement.shape[1] else None
     space = score_vectors.fit_score_space(
         table.scores[own], (table.ends - table.starts)[own], None if moving is None else moving[own]
     )

@@ -103,6 +103,14 @@ def tf_idf_answers(features: FloatArray, fold: Fold) -> Answers:
     return Answers(found, found, _cosine(unit(found), base.tf_idf(y)[1]))
 
 
+def canonical_answers(features: FloatArray, fold: Fold) -> Answers:
+    """CCA between pooled features and TF-IDF; captions by the mean of their words' cosines."""
+    x, y = features[fold.train], fold.words[fold.train]
+    n_axes = choose(x, y, fold, _tf_idf_canonical, (4, 8, 16, 32))
+    found = _tf_idf_canonical(x, y, features[fold.gallery], n_axes)
+    return Answers(found, found, _cosine(found, base.tf_idf(y)[1]))
+
+
 def neighbour_answers(similarity: FloatArray, fold: Fold) -> Answers:
     """Captions of the nearest captures; their number chosen inside."""
     y, inner = fold.words[fold.train], similarity[np.ix_(fold.train, fold.train)]
@@ -151,6 +159,12 @@ def _tf_idf_ridge(
     x: FloatArray, y: NDArray[np.bool_], test: FloatArray, strength: float
 ) -> FloatArray:
     return base.ridge(x, base.tf_idf(y)[0], test, strength)
+
+
+def _tf_idf_canonical(
+    x: FloatArray, y: NDArray[np.bool_], test: FloatArray, n_axes: float
+) -> FloatArray:
+    return base.canonical(x, base.tf_idf(y)[0], test, int(n_axes))
 
 
 def _cosine(rows: FloatArray, idf: FloatArray) -> Callable[[Sequence[Sequence[int]]], FloatArray]:
