@@ -5,6 +5,12 @@ occurrence of a repeat (``repeats.cover_repeats``) and no nearer to each other t
 sentence; sentences longer than the longest are made only where nothing else is allowed. A
 candidate is judged by the grammar that ``context_bits`` induces for it.
 
+Where sentences begin and end alike, the border of two is a repeat itself, and the cover forbids
+just the true cuts. So strings are also split first wherever one symbol follows another, or before
+or after every occurrence of a symbol; a cut at all places alike divides no repeat in one
+occurrence only. The cover is then that of the pieces. Which of these splits, or none, is best is
+judged by the bits after a quick compaction of the rules.
+
 The paper draws candidates at random and keeps the best. Here a fourth of the evaluations is spent
 in that way; the rest moves, adds and takes out single cuts of the best so far. A change that costs
 bits is still accepted with a probability that falls with the cost and with time (simulated
@@ -18,19 +24,26 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 from motiondb.grammar.cfg import Grammar, GrammarError
+from motiondb.grammar.compaction import compact
 from motiondb.grammar.context_bits import CoveredString, context_bits, cover_string
 from motiondb.grammar.description import DescriptionLength, Sentence
 from motiondb.grammar.induction import Induction, induce_with_bits
 from motiondb.grammar.repeats import join_strings
+from motiondb.grammar.rule_set import flat_rules
 
 IntArray = npt.NDArray[np.int64]
+Cuts = tuple[tuple[int, ...], ...]
+"""For each string the places of its inner cuts, in rising order."""
+
 Progress = Callable[[int, int], None]
 """Told how much is done, of how much."""
 
@@ -38,6 +51,13 @@ SHORTEST = 4
 LONGEST = 20
 EVALUATIONS = 4000
 _DRAWN = 0.25
+_SHORTER = 20
+"""How many times fewer evaluations a split is given than strings that are not split."""
+
+_SYMBOLS_COMPARED, _FEWEST_COMPARED, _LARGE = 6000, 6, 450
+"""Splits whose sentences are compacted, those of fewest bits, no split at all among them: so many
+symbols of strings in all, but not fewer splits than six; beyond 450 symbols only two finalists."""
+
 _WARMTH = 0.01
 """First temperature, as a share of the bits of the best candidate drawn."""
 
@@ -103,13 +123,93 @@ def find_sentences(
     GrammarError where there is no string, one is empty, lengths make no sense, or all strings hold
     one and the same symbol only.
     """
-    room = cutting_room(strings, shortest, longest)
-    cuts, _ = search_cuts(room, rng, evaluations, progress)
-    inner = tuple(
-        tuple(cut - low for cut in cuts if low < cut < high)
-        for low, high in zip(room.bounds[:-1], room.bounds[1:])
-    )
-    return sentences_between(strings, inner)
+    cutting_room(strings, shortest, longest)  # faults, before any work
+    splits = [tuple(() for _ in strings), *recurring_splits(strings, shortest, longest)]
+    found: list[tuple[float, int, Cuts]] = []
+    total = sum(map(len, strings))
+    compared = max(_FEWEST_COMPARED, _SYMBOLS_COMPARED // total)
+    steps = len(splits) + compared + 1
+    for number, split in enumerate(splits):
+        spent = evaluations if number == 0 else max(1, evaluations // _SHORTER)
+        cuts, bits = _cuts_within(strings, split, (shortest, longest), rng, spent)
+        found.append((bits, number, cuts))
+        if progress is not None:
+            progress(number + 1, steps)
+    judged = []
+    promising = [found[0], *sorted(found[1:])[: compared - 1]]
+    for number, (_, place, cuts) in enumerate(promising):
+        judged.append((_compacted_bits(strings, cuts, 1, 1), place, cuts))
+        if progress is not None:
+            progress(len(splits) + number + 1, steps)
+    finalists = sorted(judged)[: 2 if total > _LARGE else 4]
+    best = min((_compacted_bits(strings, cuts, 4, 3), place, cuts) for _, place, cuts in finalists)
+    learned = sentences_between(strings, best[2])
+    if progress is not None:
+        progress(steps, steps)
+    return learned
+
+
+def recurring_splits(strings: Sequence[Sentence], shortest: int, longest: int) -> list[Cuts]:
+    """Cuts at every place where one symbol follows another, or before or after every symbol.
+
+    A cut inside a repeat does harm where it divides one occurrence and not the others. A cut that
+    is made at every occurrence divides all alike, and where sentences end and begin alike their
+    border is a repeat itself, which no cover would let be cut. Only such places are given whose
+    pieces are, in the mean, no shorter than the shortest sentence and no longer than the longest;
+    pieces that would be too short stay with the one before.
+    """
+    places: dict[tuple[str, ...], list[tuple[int, int]]] = {}
+    for k, string in enumerate(strings):
+        for i in range(1, len(string)):
+            for kind in (("<", string[i]), (">", string[i - 1]), (string[i - 1], string[i])):
+                places.setdefault(kind, []).append((k, i))
+    total = sum(map(len, strings))
+    splits: dict[Cuts, None] = {}
+    for kind in sorted(places):
+        cuts: list[list[int]] = [[] for _ in strings]
+        for k, i in places[kind]:
+            last = cuts[k][-1] if cuts[k] else 0
+            if i - last >= shortest and len(strings[k]) - i >= shortest:
+                cuts[k].append(i)
+        pieces = len(strings) + sum(map(len, cuts))
+        if pieces > len(strings) and shortest <= total / pieces <= longest:
+            splits[tuple(map(tuple, cuts))] = None
+    return list(splits)
+
+
+def _cuts_within(
+    strings: Sequence[Sentence],
+    split: Cuts,
+    lengths: tuple[int, int],
+    rng: np.random.Generator,
+    evaluations: int,
+) -> tuple[Cuts, float]:
+    """Cuts of strings that are split already: each piece is cut as a string of its own."""
+    pieces: list[Sentence] = []
+    origins: list[tuple[int, int]] = []
+    for k, (string, inner) in enumerate(zip(strings, split, strict=True)):
+        for a, b in pairwise((0, *inner, len(string))):
+            pieces.append(tuple(string[a:b]))
+            origins.append((k, a))
+    room = cutting_room(pieces, *lengths)
+    cuts, bits = search_cuts(room, rng, evaluations)
+    made = [set(inner) for inner in split]
+    for (k, offset), low, high in zip(origins, room.bounds[:-1], room.bounds[1:], strict=True):
+        made[k].update(cut - low + offset for cut in cuts if low < cut < high)
+    return tuple(tuple(sorted(inner)) for inner in made), bits
+
+
+def _compacted_bits(
+    strings: Sequence[Sentence], cuts: Cuts, width: int, patience: int
+) -> float:
+    """Bits after a quick compaction of one rule a sentence."""
+    names = sorted({name for string in strings for name in string})
+    number = {name: place for place, name in enumerate(names)}
+    counted: Counter[tuple[int, ...]] = Counter()
+    for string, inner in zip(strings, cuts, strict=True):
+        for a, b in pairwise((0, *inner, len(string))):
+            counted[tuple(number[name] for name in string[a:b])] += 1
+    return compact(flat_rules(counted, len(names)), width=width, patience=patience).bits()
 
 
 def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]) -> Sentences:
@@ -122,13 +222,13 @@ def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]
     sentences: list[Sentence] = []
     for number, (string, inner) in enumerate(zip(strings, cuts, strict=True), start=1):
         edges = [0, *inner, len(string)]
-        if any(low >= high for low, high in zip(edges[:-1], edges[1:])):
+        if any(low >= high for low, high in pairwise(edges)):
             raise GrammarError(
                 f"string {number}: expected rising cuts between 1 and {len(string) - 1}, found"
                 f" {', '.join(map(str, inner)) or 'none in an empty string'}."
                 " Give each cut as the number of the symbol that begins a sentence."
             )
-        sentences.extend(tuple(string[a:b]) for a, b in zip(edges[:-1], edges[1:]))
+        sentences.extend(tuple(string[a:b]) for a, b in pairwise(edges))
     kept = tuple(tuple(int(cut) for cut in inner) for inner in cuts)
     return Sentences(kept, tuple(sentences), induce_with_bits(sentences))
 
@@ -157,7 +257,7 @@ def cutting_room(
     covered = cover_string(symbols, len(kinds))
     allowed = [
         place
-        for low, high in zip(bounds[:-1].tolist(), bounds[1:].tolist())
+        for low, high in pairwise(bounds.tolist())
         for place in range(low + shortest, high - shortest)
         if not covered.inside[place]
     ]
@@ -208,7 +308,7 @@ def draw_cuts(room: Room, rng: np.random.Generator) -> tuple[int, ...]:
     """A random candidate: from each cut to the next, a wished length, as near as is allowed."""
     cuts: list[int] = []
     typical = int(rng.integers(room.shortest, room.longest + 1))
-    for low, high in zip(room.bounds[:-1], room.bounds[1:]):
+    for low, high in pairwise(room.bounds):
         last = low
         places = _between(room.allowed, low, high)
         while True:

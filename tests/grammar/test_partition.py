@@ -1,0 +1,136 @@
+"""Sentences cut out of strings: what may be cut, what is counted, what the search finds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.grammar.cfg import GrammarError
+from motiondb.grammar.context_bits import context_bits, context_rules
+from motiondb.grammar.partition import (
+    cutting_room,
+    draw_best,
+    draw_cuts,
+    find_sentences,
+    recurring_splits,
+    search_cuts,
+    sentences_between,
+)
+
+PAPER = tuple("abxcdabycdabxcd")
+
+
+def markov_string(n, k, seed):
+    rng = np.random.default_rng(seed)
+    chances = rng.dirichlet(np.full(k, 0.15), k)
+    found = [0]
+    while len(found) < n:
+        found.append(int(rng.choice(k, p=chances[found[-1]])))
+    return tuple(f"t{symbol}" for symbol in found)
+
+
+def test_the_papers_string_is_cut_as_the_paper_cuts_it():
+    found = find_sentences([PAPER], np.random.default_rng(0), evaluations=200)
+    assert found.cuts == ((5, 10),)
+    assert round(found.bits.total, 4) == 41.0391
+
+
+@pytest.mark.parametrize(("cuts", "bits"), [((5, 10), 41.0391), ((), 47.5489)])
+def test_the_bits_of_a_partition_are_those_of_its_grammar(cuts, bits):
+    # uncut, abxcd is a rule of its own: S A abycd A @ A abxcd, 8 + 1 + 6 symbols of 9 kinds
+    assert round(cutting_room([PAPER]).bits(cuts), 4) == bits
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.sampled_from("abc"), min_size=2, max_size=40), st.integers(0, 99))
+def test_quick_bits_are_those_of_the_rules_they_stand_for(letters, seed):
+    string = tuple(letters)
+    if len(set(string)) < 2:
+        return
+    room = cutting_room([string], 1, 6)
+    spans = room.spans(draw_cuts(room, np.random.default_rng(seed)))
+    rules = context_rules(room.covered, *spans)
+    assert context_bits(room.covered, *spans) == pytest.approx(rules.bits())
+    assert rules.lawful()
+    sentences = [
+        tuple(room.covered.symbols[a:b].tolist()) for a, b in zip(*spans, strict=True)
+    ]
+    assert language(rules, rules.start) == set(sentences)
+
+
+def language(rules, symbol):
+    if symbol not in rules.rules:
+        return {(symbol,)}
+    found = set()
+    for right in rules.rules[symbol]:
+        strings = {()}
+        for part in right:
+            ends = language(rules, part)
+            strings = {a + b for a in strings for b in ends}
+        found |= strings
+    return found
+
+
+def test_no_cut_divides_a_chosen_repeat_or_makes_too_short_a_sentence():
+    strings = [markov_string(90, 6, 1), markov_string(60, 6, 2)]
+    room = cutting_room(strings, 4, 15)
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        cuts = draw_cuts(room, rng)
+        starts, ends = room.spans(cuts)
+        assert not room.covered.inside[list(cuts)].any()
+        assert (ends - starts).min() >= 4
+        assert ends.tolist()[-1] == 151
+        assert 90 in ends.tolist()
+
+
+def test_the_search_finds_fewer_bits_than_as_many_random_candidates():
+    room = cutting_room([markov_string(150, 8, 3)], 3, 20)
+    searched = [search_cuts(room, np.random.default_rng(seed), 300)[1] for seed in range(4)]
+    drawn = [draw_best(room, np.random.default_rng(seed), 300)[1] for seed in range(4)]
+    assert np.mean(searched) < np.mean(drawn)
+    assert all(s <= d for s, d in zip(searched, drawn, strict=True))
+
+
+def test_the_same_seed_finds_the_same_sentences_and_they_make_up_the_strings():
+    strings = [markov_string(60, 6, 4), markov_string(40, 6, 5)]
+    one = find_sentences(strings, np.random.default_rng(7), evaluations=100)
+    assert one == find_sentences(strings, np.random.default_rng(7), evaluations=100)
+    assert sum(one.sentences, ()) == strings[0] + strings[1]
+    assert len(one.sentences) == sum(len(cuts) + 1 for cuts in one.cuts)
+
+
+def test_a_border_that_always_recurs_may_be_cut_although_it_repeats():
+    # every sentence ends in z and begins with a: "za" repeats, and the cover forbids each border
+    string = tuple("abcz" "adcz" "abbz" "adbz" "abcz")
+    assert ((4, 8, 12, 16),) in recurring_splits([string], 3, 6)
+    found = find_sentences([string], np.random.default_rng(0), shortest=3, longest=6)
+    assert found.cuts == ((4, 8, 12, 16),)
+
+
+def test_sentences_may_be_given():
+    found = sentences_between([tuple("abxcd"), tuple("abycdabxcd")], [(), (5,)])
+    assert round(found.bits.total, 4) == 41.0391
+    assert len(found.sentences) == 3
+
+
+@pytest.mark.parametrize(
+    ("strings", "lengths", "message"),
+    [
+        ([], {}, "at least two different symbols, found 0"),
+        ([("a",) * 9], {}, "at least two different symbols, found 1"),
+        ([tuple("ab"), ()], {}, "string 2: expected at least one symbol"),
+        ([tuple("ab")], {"shortest": 5, "longest": 4}, "found 5 and 4"),
+    ],
+)
+def test_strings_that_cannot_be_cut_are_refused(strings, lengths, message):
+    with pytest.raises(GrammarError, match=message):
+        find_sentences(strings, np.random.default_rng(0), **lengths)
+
+
+@pytest.mark.parametrize("cuts", [(0,), (3,), (2, 1)])
+def test_cuts_outside_a_string_are_refused(cuts):
+    with pytest.raises(GrammarError, match="string 1: expected rising cuts between 1 and 2"):
+        sentences_between([tuple("abc")], [cuts])
