@@ -226,3 +226,66 @@ def test_words_are_set_imported_and_synonyms_kept(command: Any, some: Path) -> N
     assert command("words", "synonyms", "nothing").err == (
         "error: nothing: expected a readable file of synonyms, found: No such file or directory.\n"
     )
+
+
+def test_nothing_matches_is_said_above_the_nearest(command: Any, learned_file: Path) -> None:
+    where = ("--where", "name=ana/bow_1", "--db", learned_file)
+    ended = command("search", "kick", *where)
+    assert (ended.code, ended.err) == (0, "")
+    told = ended.out.splitlines()
+    assert told[0] == "nothing in this database matches; the nearest:"
+    assert told[1].split() == ["rank", "capture", "start", "end", "score", "probability", "words",
+                               "found"]  # fmt: skip
+    assert answer(command("search", "kick", "--json", *where))["matches_anything"] is False
+    ended = command("like", "boris/kick_1", *where)
+    assert ended.code == 0
+    assert ended.out.startswith("nothing in this database matches; the nearest:\n")
+    ended = command("search", "kick", "--where", "name=nobody", "--db", learned_file)
+    assert (ended.code, ended.out) == (0, "nothing in this database matches\n")
+
+
+def test_like_by_words_and_by_motion_alone(command: Any, learned_file: Path) -> None:
+    asked = ("like", "boris/kick_1", "--limit", 5, "--json", "--db", learned_file)
+    plain, words, motion = (
+        answer(command(*asked, *flag)) for flag in ((), ("--meaning",), ("--by-motion-alone",))
+    )
+    assert plain == words
+    assert [m["score"] for m in motion["matches"]] != [m["score"] for m in words["matches"]]
+    assert motion["matches"][0]["capture"] == words["matches"][0]["capture"] == "boris/kick_1"
+
+
+def test_show_tells_activities_and_plays(command: Any, learned_file: Path) -> None:
+    facts = answer(command("show", "ana/long_1", "--json", "--db", learned_file))
+    doing = facts["activities"]
+    assert len(doing) > 1
+    assert [a["start"] for a in doing] == [0.0, *(a["end"] for a in doing[:-1])]
+    assert doing[-1]["end"] == pytest.approx(facts["seconds"], abs=0.04)
+    assert any("walk" in a["words"] for a in doing)
+    assert answer(command("show", "ana/bow_1", "--json", "--db", learned_file))["activities"] == []
+    ended = command(
+        "show", "ana/long_1", "--gif", "a.gif", "--from", 1, "--to", 2, "--db", learned_file
+    )
+    assert "picture:      a.gif" in ended.out
+    first = next(line for line in ended.out.splitlines() if line.startswith("activity:"))
+    assert first.split()[1] == "0"
+    assert Path("a.gif").read_bytes()[:6] == b"GIF89a"
+
+
+def test_names_that_are_none_are_refused(command: Any, learned_copy: Path) -> None:
+    ended = command("show", "ana/bow_1", "--png", "p.xyz", "--db", learned_copy)
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err == (
+        "error: p.xyz: expected a name that ends in .png, found '.xyz'. Pictures are written as "
+        "PNG.\n"
+    )
+    ended = command("generate", "walk", "-o", "w.bvh", "--save", "", "--db", learned_copy)
+    assert ended.code == 2
+    assert ended.err.endswith(
+        "error: name: expected a name for the capture, found nothing. Give one.\n"
+    )
+    assert not Path("w.bvh").exists()
+    ended = command("describe", "nix.bvh", "--db", learned_copy)
+    assert ended.code == 2
+    assert ended.err.startswith(
+        "error: 'nix.bvh': expected a file or the name of a capture, found no"
+    )
