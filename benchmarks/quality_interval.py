@@ -67,6 +67,7 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
     with motiondb.open(database, read_only=True) as db:
         finders: dict[str, Finder] = {
             "motiondb (like)": _by_motiondb(db),
+            "motiondb (like --by-motion-alone)": _by_motiondb(db, meaning=False),
             "subsequence DTW": _by_warping(whitened),
             "sliding windows, pooled features": _by_windows(whitened),
         }
@@ -82,7 +83,8 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         f"Every true part of a long take whose label other long takes have ({n[0]} parts) is the "
         "query once; the other long takes are searched, the first answer over all of them counts. "
         f"Per query and take: the first answer within each take that has the label ({n[1]}). No "
-        "labels are used. Intervals are over queries.",
+        "labels are used; `like` hears what was learned from the captions of whole captures. "
+        "Intervals are over queries.",
         columns,
         rows,
         _notes(judged, takes),
@@ -122,9 +124,10 @@ def best_share(take: LongTake, label: str, interval: tuple[float, float]) -> flo
     return max((union_share(interval, p[:2]) for p in take.parts if p[2] == label), default=0.0)
 
 
-def _by_motiondb(db: MotionDB) -> Finder:
+def _by_motiondb(db: MotionDB, meaning: bool | None = None) -> Finder:
     def find(take: LongTake, interval: tuple[float, float], other: LongTake) -> Found:
-        found = db.like(take.capture.name, *interval, where=f'name="{other.capture.name}"', limit=1)
+        where = f'name="{other.capture.name}"'
+        found = db.like(take.capture.name, *interval, where, limit=1, meaning=meaning)
         return found[0].score, found[0].start, found[0].end
 
     return find
