@@ -16,6 +16,7 @@ import numpy as np
 from motiondb import store
 from motiondb.errors import QueryError
 from motiondb.grammar import cfg, parse, partition
+from motiondb.grammar.ledger import Ledger, choose_terminals, make_ledger
 from motiondb.grammar.terminals import (
     Terminals,
     TerminalSettings,
@@ -23,7 +24,7 @@ from motiondb.grammar.terminals import (
     strings_of,
     terminals_from_symbols,
 )
-from motiondb.records import MOTION_FPS, Caption, CaptureInfo, FloatArray, IntArray
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo, FloatArray, IntArray, Motion
 
 Progress = Callable[[str, float, float], None]
 """Called with what is being done, how much is done, how much there is."""
@@ -75,27 +76,46 @@ def learn_grammar(
     name = infos[0].name.rpartition("/")[2] if name is None else name
     _check(name, settings)
     rng = np.random.default_rng(settings.seed)
-    terminals, symbols = _terminals(database, infos, settings, rng, tell)
-    tell("sentences", 0.0, 1.0)
-    found = _sentences(database, infos, terminals, settings, rng, tell)
+    motions = [store.load_motion(database, info.capture_id) for info in infos]
+    found = _search(database, infos, motions, settings, rng, tell)
     tell("parses", 0.0, 1.0)
-    learned = store.LearnedGrammar(
-        name,
-        tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
-        terminals,
-        symbols,
-        cfg.Grammar(found.grammar.start, found.grammar.rules, terminals.names),
-        _intervals(found.sentences),
-        tuple(cfg.choices_of(parse.parse(found.grammar, s)) for s in found.sentences),
-        {"rules": found.bits.grammar, "sentences": found.bits.sentences},
-    )
+    learned = _record(name, infos, found, motions)
     parameters = {"name": name, "captures": [info.name for info in infos], **asdict(settings)}
+    if found.tried:
+        parameters["tried"] = {str(k): ledger.total for k, ledger in found.tried.items()}
     with store.transaction(database):
         run_id = store.start_run(database, "grammar", parameters, settings.seed)
         lost = store.save_grammar(database, learned, run_id)
         store.finish_run(database, run_id)
     tell("parses", 1.0, 1.0)
     return store.load_grammar(database, name), lost
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Terminals with their motion symbols, sentences, and the ledgers of other numbers tried."""
+
+    terminals: Terminals
+    symbols: IntArray
+    sentences: partition.Sentences
+    tried: dict[int, Ledger] = field(default_factory=dict)
+
+
+def _record(
+    name: str, infos: Sequence[CaptureInfo], found: _Found, motions: Sequence[Motion]
+) -> store.LearnedGrammar:
+    grammar, sentences = found.sentences.grammar, found.sentences.sentences
+    ledger = make_ledger(motions, found.terminals, found.sentences)
+    return store.LearnedGrammar(
+        name,
+        tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
+        found.terminals,
+        found.symbols,
+        cfg.Grammar(grammar.start, grammar.rules, found.terminals.names),
+        _intervals(sentences),
+        tuple(cfg.choices_of(parse.parse(grammar, sentence)) for sentence in sentences),
+        {"motion": ledger.motion, "sentences": ledger.string, "rules": ledger.grammar},
+    )
 
 
 def _sources(database: store.Store, captures: Sequence[str]) -> list[CaptureInfo]:
@@ -126,57 +146,65 @@ def _check(name: str, settings: GrammarSettings) -> None:
         )
 
 
-def _terminals(
+def _search(
     database: store.Store,
     infos: Sequence[CaptureInfo],
+    motions: Sequence[Motion],
     settings: GrammarSettings,
     rng: np.random.Generator,
     tell: Progress,
-) -> tuple[Terminals, IntArray]:
-    """The terminals, and the motion symbol that each is (-1: none)."""
-    motions = [store.load_motion(database, info.capture_id) for info in infos]
+) -> _Found:
+    """Terminals, then sentences; for a number that is not given, both for each that is tried."""
+    captions = store.load_captions(database) if settings.sentences == "captions" else {}
+    own = [captions.get(info.capture_id, ()) for info in infos]
+
+    def learn(terminals: Terminals, rng: np.random.Generator) -> partition.Sentences:
+        return _sentences(terminals, own, settings, rng, tell)
+
+    def advance(done: int, total: int, what: str) -> None:
+        tell(what, done, total)
+
     if settings.from_symbols:
         table = store.load_segments(database, scores=False)
-        found = terminals_from_symbols(motions, [info.capture_id for info in infos], table)
-        return found, np.array([int(name.removeprefix("s")) for name in found.names])
-    assert settings.n_terminals is not None
-    found = find_terminals(
-        motions,
-        settings.n_terminals,
-        rng,
-        settings=settings.search,
-        progress=lambda done, total, what: tell(what, done, total),
-    )
-    return found, np.full(len(found.names), -1)
+        terminals = terminals_from_symbols(motions, [info.capture_id for info in infos], table)
+        symbols = np.array([int(name.removeprefix("s")) for name in terminals.names])
+        return _Found(terminals, symbols, learn(terminals, rng))
+    search, number = settings.search, settings.n_terminals
+    if number is None:
+        chosen = choose_terminals(motions, rng, settings=search, learn=learn, progress=advance)
+        none = np.full(len(chosen.terminals.names), -1)
+        return _Found(chosen.terminals, none, chosen.sentences, chosen.ledgers)
+    terminals = find_terminals(motions, number, rng, settings=search, progress=advance)
+    return _Found(terminals, np.full(number, -1), learn(terminals, rng))
 
 
 def _sentences(
-    database: store.Store,
-    infos: Sequence[CaptureInfo],
     terminals: Terminals,
+    captions: Sequence[Sequence[Caption]],
     settings: GrammarSettings,
     rng: np.random.Generator,
     tell: Progress,
 ) -> partition.Sentences:
+    """Sentences of the takes; ``captions`` are theirs, where these are asked for."""
     strings = strings_of(terminals)
     if settings.sentences == "auto":
         return partition.find_sentences(
             strings,
             rng,
             evaluations=settings.evaluations,
-            progress=lambda done, total: tell("sentences", done, total),
+            progress=lambda done, total: tell("find sentences", done, total),
         )
-    cuts: list[list[int]] = [[] for _ in strings]
-    if settings.sentences == "captions":
-        captions = store.load_captions(database)
-        for take, info in enumerate(infos):
-            starts = terminals.starts[terminals.takes == take]
-            cuts[take] = caption_cuts(captions.get(info.capture_id, ()), starts)
-        if not any(cuts):
-            raise QueryError(
-                "sentences: expected captures with timed words, found none. Write some down"
-                " (motiondb words set --from --to), or let sentences be found (--sentences auto)."
-            )
+    if settings.sentences == "captures":
+        return partition.sentences_between(strings, [[] for _ in strings])
+    cuts = [
+        caption_cuts(timed, terminals.starts[terminals.takes == take])
+        for take, timed in enumerate(captions)
+    ]
+    if not any(cuts):
+        raise QueryError(
+            "sentences: expected captures with timed words, found none. Write some down"
+            " (motiondb words set --from --to), or let sentences be found (--sentences auto)."
+        )
     return partition.sentences_between(strings, cuts)
 
 

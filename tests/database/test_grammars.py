@@ -13,7 +13,7 @@ import pytest
 
 import motiondb
 from motiondb import store
-from motiondb.database import MotionDB, grammar_facts
+from motiondb.database import MotionDB, grammar_facts, grammar_sequences
 from motiondb.database.grammar_learning import GrammarSettings
 from motiondb.errors import MotionDBError, NotLearnedError, QueryError
 from motiondb.grammar.cfg import derive_by, read_grammar
@@ -218,12 +218,21 @@ def test_replacing_or_removing_a_grammar_says_what_cannot_be_edited_any_more(
 
 
 def test_a_grammar_outlives_its_captures(db: MotionDB) -> None:
-    db.grammars.generate("dance", 1)
+    assert db.grammars.material("dance").missing == ()
     db.remove(["dora/long_dance_1"])
     assert db.grammars.material("dance").missing == ("dora/long_dance_1",)
     assert [c["there"] for c in db.grammars.show("dance")["captures"]] == [True, False]
-    made = db.grammars.generate("dance", 1)
-    assert {s.name for s in made.provenance.sources} == {"ana/long_dance_2"}
+    material = db.grammars.material("dance")
+    learned, rng = material.learned, np.random.default_rng(0)
+    here = set(learned.terminals.labels[learned.terminals.takes == 0].tolist())
+    for string, rules in zip(learned.strings, learned.parses):
+        tree = derive_by(learned.grammar, rules)
+        if {learned.terminals.names.index(terminal) for terminal in string} <= here:
+            made = grammar_sequences.play(material, tree, rng)
+            assert {s.name for s in made.provenance.sources} == {"ana/long_dance_2"}
+        else:
+            with pytest.raises(QueryError, match="found all of them removed"):
+                grammar_sequences.play(material, tree, rng)
     assert db.check() == []
     db.remove(["ana/long_dance_2"])
     with pytest.raises(QueryError, match="expected captures of the grammar, found none left"):
@@ -349,3 +358,15 @@ def test_a_tree_on_a_line() -> None:
     assert grammar_facts.format_tree(derive_by(toy, (0, 1, 2))) == "S(a B(b B()) c)"
     deep = derive_by(read_grammar("S -> a S | a"), (0,) * 3000 + (1,))
     assert grammar_facts.format_tree(deep).count("S(a") == 3001
+
+
+def test_the_number_of_terminals_may_be_the_data_s(db: MotionDB) -> None:
+    settings = GrammarSettings(None, search=QUICK, evaluations=100)
+    learned, _ = db.grammars.learn(["fatou/dance_1"], "short", settings)
+    run = next(r for r in store.load_runs(db.store) if r.run_id == learned.run_id)
+    tried = run.parameters["tried"]
+    assert isinstance(tried, dict)
+    chosen = str(len(learned.terminals.names))
+    assert sum(learned.bits.values()) == pytest.approx(min(tried.values()))
+    assert tried[chosen] == min(tried.values())
+    assert set(learned.bits) == {"motion", "sentences", "rules"}
