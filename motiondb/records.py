@@ -148,6 +148,24 @@ class Caption:
     end: float | None = None
 
 
+@dataclass(frozen=True, order=True)
+class Event:
+    """An instant of a capture: a foot strikes, a ball is released.
+
+    Attributes
+    ----------
+    frame : of the canonical motion, at 30 a second.
+    name : "foot_strike", "catch", "release", "contact", ... as people wrote it.
+    joint : the canonical joint that takes part, "" where nobody said.
+    other : what it has to do with ("ball", "ground", "opponent"), "" where nobody said.
+    """
+
+    frame: int
+    name: str
+    joint: str = ""
+    other: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class CaptureInfo:
     """A row of the catalogue.
