@@ -72,7 +72,7 @@ def rests(speeds: FloatArray) -> IntArray:
     """Frames inside at which the smoothed speed is least among its neighbours.
 
     >>> rests(np.array([3.0, 2.0, 0.0, 2.0, 4.0, 1.0, 1.0, 3.0, 3.0]))
-    array([2, 5])
+    array([2, 6])
     """
     if len(speeds) < 3:
         return np.zeros(0, dtype=np.int64)

@@ -15,8 +15,9 @@ segmentations be told apart by where the body rests (a segmentation moved on by 
 as well as the true one). Both 0: the largest F.
 
 Cells are tried at random: those of the present segmentation more often the more they cost, a
-medoid's neighbours, and any. First medoids are drawn far from one another. The best of several
-starts is searched on.
+medoid's neighbours, and any. An exchange for the worse is made now and then, less and less often
+(annealing). There are several starts: medoids far from one another, or those of a segmentation of
+one rhythm that is cut where the body rests.
 
 This takes the place of the genetic algorithm of Park, Lee and Lee (2011), section 4.2, which is
 kept in ``genetic``; the idea that grouping and cutting can be done in turn is that of segmental
@@ -35,10 +36,14 @@ import numpy as np
 from numba import njit
 
 from motiondb.grammar.candidates import Cells, cheapest_path, path_costs
+from motiondb.grammar.medoids import group_by_medoids
 from motiondb.grammar.poses import Poses
+from motiondb.grammar.segment_distance import segment_distances
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 _LEAST_GAIN = 1e-9
+WARMEST = 0.015
+N_TEMPERATURES = 8
 _NEAR = 2  # cuts by which a neighbour of a medoid differs
 
 
@@ -78,36 +83,39 @@ def exchange_search(
     n_starts: int,
     n_trials: int,
     advance: Callable[[float], None] | None = None,
-) -> State:
-    """The best state found.
+) -> list[State]:
+    """The best states of the starts, the cheapest first.
 
     Parameters
     ----------
     rng : for the starts and the cells that are tried; a start has its own generator, so the result
         does not depend on the number of threads.
-    n_starts, n_trials : half of the trials are divided among the starts, half go to the best.
+    n_starts, n_trials : the trials are divided among the starts.
     advance : called with the share that is done.
     """
-    each = max(1, n_trials // (2 * n_starts))
-    generators = rng.spawn(n_starts + 1)
+    each = -(-n_trials // n_starts)
 
-    def begin(number: int) -> State:
-        state = first_state(task, generators[number])
-        improve(task, state, generators[number], each)
-        return state
+    def search(job: tuple[int, np.random.Generator]) -> State:
+        begin = first_state if job[0] % 2 else rhythmic_state
+        return anneal(task, begin(task, job[1]), job[1], each)
 
-    states = []
+    states: list[State] = []
     with ThreadPoolExecutor(2) as pool:
-        for number, state in enumerate(pool.map(begin, range(n_starts))):
+        for number, state in enumerate(pool.map(search, enumerate(rng.spawn(n_starts)))):
             states.append(state)
             if advance:
-                advance(0.5 * (number + 1) / n_starts)
-    best = min(states, key=lambda state: state.cost)
-    rest = n_trials - each * n_starts
-    for part in range(10):
-        improve(task, best, generators[-1], rest // 10)
-        if advance:
-            advance(0.55 + 0.05 * part)
+                advance((number + 1) / n_starts)
+    return sorted(states, key=lambda state: state.cost)
+
+
+def anneal(task: Task, state: State, rng: np.random.Generator, n_trials: int) -> State:
+    """Exchanges at a falling temperature, the last ones at 0; the best state that was seen."""
+    best = state
+    for part in range(N_TEMPERATURES):
+        share = 1.0 - part / (N_TEMPERATURES - 1)
+        start = best if share == 0.0 else state
+        state, seen = improve(task, start, rng, n_trials // N_TEMPERATURES, WARMEST * share**2)
+        best = min(best, seen, key=lambda one: one.cost)
     return best
 
 
@@ -126,31 +134,61 @@ def first_state(task: Task, rng: np.random.Generator) -> State:
     return _settle(task, np.array(chosen), table)
 
 
-def improve(task: Task, state: State, rng: np.random.Generator, n_trials: int) -> int:
-    """Try ``n_trials`` cells as medoids; the number of exchanges made. Changes ``state``."""
+def rhythmic_state(task: Task, rng: np.random.Generator) -> State:
+    """Medoids of a first segmentation into segments of about one length, drawn at random, that are
+    cut where the body rests; they share the phase of the movements."""
     cells = task.cells
     lengths = cells.ends - cells.starts
+    wished = rng.uniform(lengths.min(), 0.7 * lengths.max())
+    surprise = np.square(np.log(lengths / wished)) * float(np.ptp(task.cut_costs) + 1e-12)
+    _, path = cheapest_path(cells, surprise * rng.exponential(1.0, len(lengths)), task.cut_costs)
+    if len(path) < task.n_groups:
+        return first_state(task, rng)
+    distances = segment_distances(task.poses.values, cells.starts[path], cells.ends[path])
+    medoids, _ = group_by_medoids(
+        distances,
+        task.n_groups,
+        weights=lengths[path].astype(np.float64),
+        prices=task.medoid_price * lengths[path],
+        initial=rng.permutation(len(path))[: task.n_groups],
+    )
+    table = np.empty((task.n_groups, len(lengths)), dtype=np.float32)
+    for k, medoid in enumerate(path[medoids]):
+        cell_costs(task, int(medoid), table[k])
+    return _settle(task, path[medoids], table)
+
+
+def improve(
+    task: Task, state: State, rng: np.random.Generator, n_trials: int, temperature: float = 0.0
+) -> tuple[State, State]:
+    """The last and the best state when ``n_trials`` cells are tried as medoids.
+
+    temperature : as a share of G; an exchange that raises G by x is made with probability
+        exp(-x / (temperature G)).
+    """
+    cells, best = task.cells, state
+    lengths = cells.ends - cells.starts
     tried = np.empty(len(cells.firsts), dtype=np.float32)
-    made = 0
     for _ in range(n_trials):
         cell = _propose(task, state, rng)
+        allowed = temperature * rng.exponential() - _LEAST_GAIN
         if cell < 0 or cell in state.medoids:
             continue
         cell_costs(task, cell, tried)
-        prices = task.medoid_price * lengths[state.medoids]
-        k, cost = _best_exchange(
+        k, _ = _best_exchange(
             (cells.firsts, cells.pointers, task.cut_costs),
             (state.least, state.second, state.nearest, tried),
-            prices,
+            task.medoid_price * lengths[state.medoids],
             float(task.medoid_price * lengths[cell]),
-            state.cost * (1.0 - _LEAST_GAIN),
+            state.cost * (1.0 + allowed),
         )
-        if k >= 0 and cost < state.cost:
-            medoids, table = state.medoids, state.table
+        if k >= 0:
+            medoids, table = state.medoids.copy(), state.table.copy()
             medoids[k], table[k] = cell, tried
-            state.__dict__.update(vars(_settle(task, medoids, table)))
-            made += 1
-    return made
+            state = _settle(task, medoids, table)
+            if state.cost < best.cost:
+                best = state
+    return state, best
 
 
 def cell_costs(task: Task, medoid: int, out: Float32Array) -> None:

@@ -58,7 +58,7 @@ def group_by_medoids(
 
     >>> points = np.array([0.0, 0.1, 5.0, 5.2, 5.1])
     >>> group_by_medoids(np.abs(points[:, None] - points), 2)
-    (array([0, 4]), array([0, 0, 1, 1, 1]))
+    (array([4, 1]), array([1, 1, 0, 0, 0]))
     """
     n = len(distances)
     if not 1 <= n_groups <= n:

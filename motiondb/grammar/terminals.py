@@ -18,6 +18,7 @@ Computer Graphics Forum 30 (2011), section 4.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from itertools import product
 from string import ascii_lowercase
@@ -32,6 +33,8 @@ from motiondb.grammar.poses import Poses, make_poses
 from motiondb.grammar.segment_distance import distances_to, segment_distances
 from motiondb.records import IntArray, Motion, SegmentTable
 
+TUNED = 4
+"""How many of the starts' best are tuned; the best of them after that counts."""
 COARSE_STEP = 2
 """Frames per frame of the coarse search."""
 
@@ -81,8 +84,8 @@ class TerminalSettings:
     rest: float = 3.0
     most_segments: int | None = None
     method: str = "exchange"
-    n_starts: int = 8
-    n_trials: int = 4000
+    n_starts: int = 16
+    n_trials: int = 6000
     genetic: genetic.GeneticSettings = field(default_factory=genetic.GeneticSettings)
     tuning: tuning.TuningSettings = field(default_factory=tuning.TuningSettings)
 
@@ -121,11 +124,17 @@ def find_terminals(
         tell(5 + round(75 * share), 100, "search terminals")
 
     search = _by_exchange if settings.method == "exchange" else _by_genetic
-    grouping = search(poses, costs, n_terminals, settings, rng, advance)
+    groupings = search(poses, costs, n_terminals, settings, rng, advance)
     tell(80, 100, "tune cuts")
-    tuned, _ = tuning.tune(grouping, costs, rng, settings.tuning)
-    again = _grouped(tuned.cuts, costs, n_terminals, tuned.medoids)
-    best = min((tuned, again), key=lambda g: tuning.total_cost(g, costs))
+
+    def finish(job: tuple[tuning.Grouping, np.random.Generator]) -> tuning.Grouping:
+        tuned, _ = tuning.tune(job[0], costs, job[1], settings.tuning)
+        again = _grouped(tuned.cuts, costs, n_terminals, tuned.medoids)
+        return min((tuned, again), key=lambda g: tuning.total_cost(g, costs))
+
+    with ThreadPoolExecutor(2) as pool:
+        finished = list(pool.map(finish, zip(groupings, rng.spawn(len(groupings)))))
+    best = min(finished, key=lambda g: tuning.total_cost(g, costs))
     tell(100, 100, "terminals found")
     return _record(poses, best, settings.weight)
 
@@ -247,7 +256,7 @@ def _by_exchange(
     settings: TerminalSettings,
     rng: np.random.Generator,
     advance: Callable[[float], None],
-) -> tuning.Grouping:
+) -> list[tuning.Grouping]:
     thin = candidates.thinned(poses, COARSE_STEP)
     cuts = candidates.candidate_cuts(
         thin, settings.grid // COARSE_STEP, -(-settings.shortest // COARSE_STEP)
@@ -259,10 +268,14 @@ def _by_exchange(
     task = exchange.Task(
         thin, cells, costs.rest[frames] / unit, COARSE_STEP * costs.price / unit, n_terminals
     )
-    state = exchange.exchange_search(task, rng, settings.n_starts, settings.n_trials, advance)
-    path = _path_within(task, state, n_terminals, settings.most_segments)
-    found = np.append(frames[cells.firsts[path]], poses.n_frames)
-    return _grouped(found, costs, n_terminals, exchange.path_medoids(task, state, path))
+    states = exchange.exchange_search(task, rng, settings.n_starts, settings.n_trials, advance)
+    groupings = []
+    for state in states[:TUNED]:
+        path = _path_within(task, state, n_terminals, settings.most_segments)
+        found = np.append(frames[cells.firsts[path]], poses.n_frames)
+        medoids = exchange.path_medoids(task, state, path)
+        groupings.append(_grouped(found, costs, n_terminals, medoids))
+    return groupings
 
 
 def _by_genetic(
@@ -272,7 +285,7 @@ def _by_genetic(
     settings: TerminalSettings,
     rng: np.random.Generator,
     advance: Callable[[float], None],
-) -> tuning.Grouping:
+) -> list[tuning.Grouping]:
     cuts = candidates.candidate_cuts(poses, settings.grid, settings.shortest)
     cells = candidates.make_cells(cuts, cuts, poses.bounds, settings.shortest, settings.longest)
     _check_room(cells, n_terminals, settings)
@@ -282,7 +295,7 @@ def _by_genetic(
         wanted = np.where(np.isin(cells.starts, found) & np.isin(cells.ends, found), 0.0, 1.0)
         path = candidates.bounded_path(cells, wanted, np.zeros(len(cuts)), n_terminals, most)
         found = np.append(cells.starts[path], poses.n_frames)
-    return _grouped(found, costs, n_terminals, None)
+    return [_grouped(found, costs, n_terminals, None)]
 
 
 def _check_room(cells: candidates.Cells, n_terminals: int, settings: TerminalSettings) -> None:
@@ -293,7 +306,7 @@ def _check_room(cells: candidates.Cells, n_terminals: int, settings: TerminalSet
     if most < n_terminals:
         raise GrammarError(
             f"terminals: expected takes long enough for {n_terminals} terminals, found "
-            f"{cells.cuts[-1] and most} segments of {settings.shortest} frames or more at most. "
+            f"{most} segments of {settings.shortest} frames or more at most. "
             "Ask for fewer terminals, or add captures."
         )
     if settings.most_segments is not None and least > settings.most_segments:

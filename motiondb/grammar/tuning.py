@@ -145,7 +145,7 @@ def _group_error(state, weight: float, group: int) -> float:  # type: ignore[no-
     return float(weight * (np.diff(cuts)[own] @ distances[own, medoids[group]]))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _steps(state, errors, costs, draws, schedule, best):  # type: ignore[no-untyped-def]
     """Steps of one size; changes ``state``, ``errors`` and ``best``; cost now and of the best."""
     step, chance, total, best_total = schedule
