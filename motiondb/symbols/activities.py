@@ -9,16 +9,21 @@ groups of least cost
 
 by segmental k-means: given centres, dynamic programming finds the cheapest z exactly; given z, the
 centres are means; the best of several starts counts. A context is blurred, so the changes are then
-found again with sharper eyes: every activity becomes a mixture of Gaussians over half-second
-contexts, and the best path through all of them, again with runs of at least ``shortest``, replaces
-z. The number of activities, where it is not given, is the one of least description length
+found again with sharper eyes: every activity becomes a mixture of Gaussians over contexts of a
+fifth of a second (``frame_mixtures``), the best path through all of them, again with runs of at
+least ``shortest``, replaces z, and so on. The whole is done from several starts, and the z that the
+mixtures find least surprising counts.
 
-    T ln(cost / T) + ``price`` * number,    costs in shares of the take's own variance,
+The number of activities n, where it is not given, is the one of least description length
 
-where what lies below ``LEAST_SHARE`` of it counts as noise.
+    -log P(x | mixtures, z) + price * n * (values of a mixture / 2) ln T,
+
+Schwarz's criterion where ``price`` is 1. Mixtures, not centres, judge it: walking on and
+walking round a corner differ in their centres as much as a walk from a jump, but share most of
+their poses.
 
 Source: Rabiner, Wilpon, Juang, A segmental k-means training procedure (1986); Truong, Oudre,
-Vayatis (2020) for the cost of change points.
+Vayatis (2020) for the cost of change points; Schwarz (1978).
 """
 
 from __future__ import annotations
@@ -31,10 +36,11 @@ from numba import njit
 
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.symbols.frame_mixtures import far_apart, surprise
 from motiondb.symbols.segmentation import context
 
-LEAST_SHARE = 0.05
-"""Share of a take's variance below which groups explain noise."""
+PATIENCE = 3
+"""Numbers of activities in a row that do not shorten the description before larger are untried."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +48,9 @@ class ActivitySettings:
     """Lengths in feature frames (15 a second); ``switch`` in mean squared distances from the mean.
 
     window, spread_weight, n_axes : of the context. shortest : of a run. starts, rounds : of
-    segmental k-means. most : activities tried where their number is not given, and ``price`` of one
-    more. sharp_window, n_parts, floor, resegmentations : of the mixtures.
+    segmental k-means. attempts : times the whole is done. most : activities tried where their
+    number is not given, and ``price`` of one more, in what Schwarz's criterion asks. sharp_window,
+    n_parts, floor, resegmentations : of the mixtures.
     """
 
     window: int = 39
@@ -51,14 +58,15 @@ class ActivitySettings:
     n_axes: int = 16
     shortest: int = 30
     switch: float = 8.0
-    starts: int = 12
+    starts: int = 4
     rounds: int = 15
+    attempts: int = 3
     most: int = 10
-    price: float = 95.0
-    sharp_window: int = 7
+    price: float = 1.0
+    sharp_window: int = 3
     n_parts: int = 6
     floor: float = 0.1
-    resegmentations: int = 3
+    resegmentations: int = 6
 
 
 def find_activities(
@@ -99,11 +107,15 @@ def find_activities(
     blurred = view(values, settings.window, settings.spread_weight, settings.n_axes)
     if most < 2 or not blurred.any():
         return [(0, n_frames, 0)]
-    counts = [most] if n_activities else range(1, most + 1)
-    grouped = [group(blurred, count, rng, settings) for count in counts]
-    labels = min(grouped, key=lambda g: _description_length(blurred, g, settings.price))
     sharp = view(values, settings.sharp_window, 1.0, settings.n_axes)
-    return to_runs(_resegment(sharp, labels, rng, settings))
+    counts = [most] if n_activities else range(1, most + 1)
+    tried: list[tuple[float, IntArray]] = []
+    for count in counts:
+        labels, cost = _best_of_attempts(blurred, sharp, count, rng, settings)
+        tried.append((_description_length(labels, cost, settings), labels))
+        if len(tried) - int(np.argmin([length for length, _ in tried])) > PATIENCE:
+            break
+    return to_runs(min(tried, key=lambda found: found[0])[1])
 
 
 def view(features: FloatArray, window: int, spread_weight: float, n_axes: int) -> FloatArray:
@@ -124,7 +136,7 @@ def group(
     values: FloatArray, n_groups: int, rng: np.random.Generator, settings: ActivitySettings
 ) -> IntArray:
     """Segmental k-means: the label of every frame, array (frames,)."""
-    starts = np.array([_spread_out(values, n_groups, rng) for _ in range(settings.starts)])
+    starts = np.array([far_apart(values, n_groups, rng) for _ in range(settings.starts)])
     return _segmental_kmeans(values, starts, settings.switch, settings.shortest, settings.rounds)
 
 
@@ -139,27 +151,29 @@ def to_runs(labels: IntArray) -> list[tuple[int, int, int]]:
     return [(a, b, number.setdefault(int(labels[a]), len(number))) for a, b in pairwise(cuts)]
 
 
-def _description_length(values: FloatArray, labels: IntArray, price: float) -> float:
-    cost = sum(
-        float(np.sum((values[labels == g] - values[labels == g].mean(axis=0)) ** 2))
-        for g in np.unique(labels)
-    )
-    n_frames = len(values)
-    return n_frames * float(np.log(max(cost / n_frames, LEAST_SHARE))) + price * len(
-        np.unique(labels)
-    )
+def _description_length(labels: IntArray, cost: float, settings: ActivitySettings) -> float:
+    n_values = settings.n_parts * (2 * settings.n_axes + 1) - 1
+    one_more = settings.price * 0.5 * n_values * np.log(len(labels))
+    return float(cost + one_more * len(np.unique(labels)))
 
 
-def _spread_out(values: FloatArray, n: int, rng: np.random.Generator) -> list[int]:
-    """Frames far from one another (k-means++)."""
-    chosen = [int(rng.integers(len(values)))]
-    distance = np.sum((values - values[chosen[0]]) ** 2, axis=1)
-    while len(chosen) < n:
-        total = distance.sum()
-        shares = distance / total if total > 0 else np.full(len(values), 1.0 / len(values))
-        chosen.append(int(rng.choice(len(values), p=shares)))
-        distance = np.minimum(distance, np.sum((values - values[chosen[-1]]) ** 2, axis=1))
-    return chosen
+def _best_of_attempts(
+    blurred: FloatArray,
+    sharp: FloatArray,
+    n_activities: int,
+    rng: np.random.Generator,
+    settings: ActivitySettings,
+) -> tuple[IntArray, float]:
+    """Labels (frames,) and their surprise, nats: the least surprising of all attempts."""
+    if n_activities == 1:
+        labels = np.zeros(len(sharp), dtype=np.int64)
+        return labels, _total_surprise(sharp, labels, rng, settings)
+    attempts = []
+    for _ in range(settings.attempts):
+        grouped = group(blurred, n_activities, rng, settings)
+        labels = _resegment(sharp, grouped, rng, settings)
+        attempts.append((labels, _total_surprise(sharp, labels, rng, settings)))
+    return min(attempts, key=lambda attempt: attempt[1])
 
 
 def _resegment(
@@ -168,7 +182,11 @@ def _resegment(
     """Find the changes again by mixtures of sharper contexts; stops where an activity would go."""
     for _ in range(settings.resegmentations):
         costs = np.stack(
-            [_surprise(values, labels == g, rng, settings) for g in np.unique(labels)], axis=1
+            [
+                surprise(values, labels == g, rng, settings.n_parts, settings.floor)
+                for g in np.unique(labels)
+            ],
+            axis=1,
         )
         found, _ = _best_runs(costs, 0.0, settings.shortest)
         if len(np.unique(found)) < costs.shape[1]:
@@ -177,28 +195,16 @@ def _resegment(
     return labels
 
 
-def _surprise(
-    values: FloatArray,
-    inside: np.ndarray,
-    rng: np.random.Generator,
-    settings: ActivitySettings,
-) -> FloatArray:
-    """-log density (frames,) under a mixture fitted to some frames: parts by k-means."""
-    from scipy.special import logsumexp
-
-    own = values[inside]
-    centres = own[_spread_out(own, min(settings.n_parts, len(own)), rng)]
-    for _ in range(10):
-        nearest = np.argmin(((own[:, None] - centres[None]) ** 2).sum(axis=2), axis=1)
-        for part in np.unique(nearest):
-            centres[part] = own[nearest == part].mean(axis=0)
-    parts = []
-    for part in np.unique(nearest):
-        some = own[nearest == part]
-        variance = some.var(axis=0) + settings.floor * values.var(axis=0) + 1e-9
-        squares = (values - some.mean(axis=0)) ** 2 / variance + np.log(variance)
-        parts.append(np.log(len(some) / len(own)) - 0.5 * squares.sum(axis=1))
-    return -np.asarray(logsumexp(parts, axis=0))
+def _total_surprise(
+    values: FloatArray, labels: IntArray, rng: np.random.Generator, settings: ActivitySettings
+) -> float:
+    """-log density of all frames, each under the mixture of its own activity, nats."""
+    return sum(
+        float(
+            surprise(values, labels == g, rng, settings.n_parts, settings.floor)[labels == g].sum()
+        )
+        for g in np.unique(labels)
+    )
 
 
 @njit(cache=True)

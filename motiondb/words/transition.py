@@ -19,7 +19,6 @@ import numpy as np
 
 from motiondb.records import FloatArray, IntArray
 
-PLAIN_SHARE = 0.8
 UNSEEN = 0.5
 """Count that a symbol starts with inside its cluster, so that none is impossible."""
 
@@ -71,21 +70,27 @@ def log_clustered_bigram(counts: FloatArray, clusters: IntArray) -> FloatArray:
     return _log(_rows_to_one(between)[node[:, None], node[None, :]] * within[None, :])
 
 
-def log_interpolated_bigram(
-    counts: FloatArray, clusters: IntArray, plain_share: float = PLAIN_SHARE
-) -> FloatArray:
+def log_interpolated_bigram(counts: FloatArray, clusters: IntArray) -> FloatArray:
     """log of the plain bigram mixed with the clustered one, array (symbols + 1, symbols + 1).
 
-    Pairs that were seen keep most of their own probability; what was never seen has the
-    probability that its clusters give it. Rows sum to 1; a symbol that nothing followed has the
-    clustered row alone.
+    A row with N counts on D different followers keeps the share N / (N + D) of the plain bigram:
+    what was seen often, and always to go the same way, is trusted; what was never followed has the
+    clustered row alone. Rows sum to 1. (On captures left out, this is more probable than any one
+    share for all rows, and than any other multiple of D.)
 
     Parameters
     ----------
     counts, clusters : as in :func:`log_clustered_bigram`.
-    plain_share : weight of the plain bigram, from 0 to 1.
+
+    Source: Witten and Bell, The zero-frequency problem, 1991.
+
+    >>> counts = count_transitions([np.array([0, 0, 0]), np.array([1])], 2)
+    >>> np.exp(log_interpolated_bigram(counts, np.array([0, 0])))[1].round(3)
+    array([0.4 , 0.54, 0.06])
     """
-    share = np.where(counts.sum(axis=1, keepdims=True) > 0, plain_share, 0.0)
+    total = counts.sum(axis=1, keepdims=True)
+    followers = (counts > 0).sum(axis=1, keepdims=True)
+    share = total / np.maximum(total + followers, 1.0)
     plain, clustered = np.exp(log_bigram(counts)), np.exp(log_clustered_bigram(counts, clusters))
     return _log(share * plain + (1.0 - share) * clustered)
 

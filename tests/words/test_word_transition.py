@@ -74,3 +74,18 @@ def test_shares_within_a_cluster_follow_the_counts():
     """Symbol 0 twice, symbol 1 once: (2 + 1/2) to (1 + 1/2)."""
     probability = np.exp(log_clustered_bigram(counted([[0], [0], [1]], 2), np.array([0, 0])))
     np.testing.assert_allclose(probability[0], [0, 2.5 / 4, 1.5 / 4])
+
+
+def test_a_row_trusts_what_it_saw_often_and_always_alike() -> None:
+    """N / (N + D): 4 counts on 1 follower keep 4 / 5, 4 counts on 4 followers keep 1 / 2."""
+    counts = np.zeros((6, 6))
+    counts[1, 2] = 4.0
+    counts[2, 1:5] = 1.0
+    clusters = np.zeros(5, dtype=int)
+    mixed = np.exp(transition.log_interpolated_bigram(counts, clusters))
+    plain = np.exp(transition.log_bigram(counts))
+    clustered = np.exp(transition.log_clustered_bigram(counts, clusters))
+    assert np.allclose(mixed[1], 0.8 * plain[1] + 0.2 * clustered[1])
+    assert np.allclose(mixed[2], 0.5 * plain[2] + 0.5 * clustered[2])
+    assert np.allclose(mixed[5], clustered[5])  # never followed: the clusters alone
+    assert np.allclose(mixed.sum(axis=1), 1.0)
