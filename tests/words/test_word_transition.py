@@ -9,6 +9,7 @@ from motiondb.words.transition import (
     count_transitions,
     log_bigram,
     log_clustered_bigram,
+    log_interpolated_bigram,
 )
 
 SEQUENCES = st.lists(st.lists(st.integers(0, 5), max_size=6), max_size=6)
@@ -82,9 +83,9 @@ def test_a_row_trusts_what_it_saw_often_and_always_alike() -> None:
     counts[1, 2] = 4.0
     counts[2, 1:5] = 1.0
     clusters = np.zeros(5, dtype=int)
-    mixed = np.exp(transition.log_interpolated_bigram(counts, clusters))
-    plain = np.exp(transition.log_bigram(counts))
-    clustered = np.exp(transition.log_clustered_bigram(counts, clusters))
+    mixed = np.exp(log_interpolated_bigram(counts, clusters))
+    plain = np.exp(log_bigram(counts))
+    clustered = np.exp(log_clustered_bigram(counts, clusters))
     assert np.allclose(mixed[1], 0.8 * plain[1] + 0.2 * clustered[1])
     assert np.allclose(mixed[2], 0.5 * plain[2] + 0.5 * clustered[2])
     assert np.allclose(mixed[5], clustered[5])  # never followed: the clusters alone
