@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.search import score_vectors
-from motiondb.words import explanation, transition, vocabulary
+from motiondb.words import explanation, lemmas, transition, vocabulary
 from motiondb.words.explanation import ExpectedCounts
 from motiondb.words.word_moments import WordMoments, solve_word_map, word_moments
 
@@ -270,6 +270,19 @@ def unpack(
         moments,
     )
     return counts, Reference(fixed, scores)
+
+
+def pack_forms(captions: Mapping[int, tuple[Caption, ...]]) -> FloatArray:
+    """What the dictionary says of the words of captions, as the bytes of lines ``form lemma``."""
+    said = {f for rows in captions.values() for c in rows for f in vocabulary.forms_of(c.words)}
+    lines = [f"{form} {lemma}" for form, lemma in lemmas.dictionary_forms(said).items()]
+    return np.array(list("\n".join(lines).encode()), dtype=np.float64)
+
+
+def unpack_forms(numbers: FloatArray) -> dict[str, str]:
+    """The inverse of :func:`pack_forms`."""
+    lines = bytes(numbers.astype(np.uint8)).decode().splitlines()
+    return dict(line.split(" ", 1) for line in lines)
 
 
 def _pack_tables(

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from motiondb import store
-from motiondb.database.counting import capture_rows, described_intervals
+from motiondb.database.counting import capture_rows, described_intervals, unpack_forms
 from motiondb.database.learning import (
     FeaturePool,
     describe_segments,
@@ -35,7 +35,7 @@ from motiondb.records import (
 from motiondb.search import by_words, certainty, extents, score_vectors
 from motiondb.search.by_words import WINDOW_MARGIN
 from motiondb.symbols import acquisition, feature_space, hmm
-from motiondb.words import decoding, explanation, transition, word_map
+from motiondb.words import decoding, explanation, lemmas, transition, word_map
 
 LONGEST_DECODED = 12
 
@@ -255,12 +255,15 @@ def load_learned(database: store.Store) -> Learned:
             f"{database.path}: expected a database that has learned, found only captures. "
             "Run motiondb learn first."
         )
+    parameters = store.load_parameters(database)
+    if "dictionary_forms" in parameters:
+        lemmas.recall(unpack_forms(parameters["dictionary_forms"]))
     return Learned(
         database=database,
         symbols=store.load_symbols(database),
         segments=store.load_segments(database),
         association=store.load_association(database),
-        parameters=store.load_parameters(database),
+        parameters=parameters,
         captures={info.capture_id: info for info in store.load_captures(database)},
         synonyms=store.load_synonyms(database),
     )

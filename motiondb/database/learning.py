@@ -276,6 +276,7 @@ def _associate(
     parameters = {"score_mean": scores.mean, "score_spread": scores.spread, **sure}
     parameters |= counting.publish_parameters(counts, ridge, calibration)
     parameters |= counting.pack(counts, reference)
+    parameters["dictionary_forms"] = counting.pack_forms(captions)
     return counting.publish_association(counts, reference), parameters
 
 

@@ -3,11 +3,14 @@
 Three steps, the first that answers wins: a short table of forms that motion captions use and
 dictionaries treat otherwise (backwards, shot, sitting as a noun); regular endings of common motion
 verbs (which also joins a noun of the doer with its verb: dancer, dance); the dictionary of
-simplemma. The dictionary takes some 0.2 s to load, so it is loaded when a word first needs it.
+simplemma. The dictionary takes some 0.2 s to load, so it is loaded when a word first needs it, and
+what it said of the words of captions is kept with what was learned (:func:`dictionary_forms`,
+:func:`recall`), so that questions to a database need it for words that are new to it alone.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 
 _VERBS = """
@@ -74,14 +77,35 @@ def lemma(word: str) -> str:
     ['walk', 'run', 'dance', 'box', 'left', 'backward']
     """
     word = word.lower()
+    ruled = _ruled_lemma(word)
+    return _dictionary_lemma(word) if ruled is None else ruled
+
+
+def dictionary_forms(words: Iterable[str]) -> dict[str, str]:
+    """The words that only the dictionary can tell of, with their lemmas.
+
+    >>> dictionary_forms(["walks", "cartwheels", "left"])
+    {'cartwheels': 'cartwheel'}
+    """
+    forms = sorted({word.lower() for word in words})
+    return {form: _dictionary_lemma(form) for form in forms if _ruled_lemma(form) is None}
+
+
+def recall(forms: Mapping[str, str]) -> None:
+    """Take what the dictionary said of words before (:func:`dictionary_forms`) as its answer."""
+    _recalled.update(forms)
+
+
+_recalled: dict[str, str] = {}
+
+
+def _ruled_lemma(word: str) -> str | None:
+    """The lemma where tables and regular endings tell it."""
     if word in FORMS:
         return FORMS[word]
     if word in FIXED or word in VERBS or not word.isalpha():
         return word
-    for stem in _stems(word):
-        if stem in VERBS:
-            return stem
-    return _dictionary_lemma(word)
+    return next((stem for stem in _stems(word) if stem in VERBS), None)
 
 
 def _stems(word: str) -> list[str]:
@@ -110,6 +134,8 @@ def _stems(word: str) -> list[str]:
 
 def _dictionary_lemma(word: str) -> str:
     """The lemma in simplemma's English dictionary, or the word itself."""
+    if word in _recalled:
+        return _recalled[word]
     from simplemma import lemmatize
 
     found = lemmatize(word, lang="en").lower()

@@ -114,6 +114,19 @@ def words_of(text: str, synonyms: Mapping[str, str] | None = None) -> list[str]:
     return [word for action in split_actions(text, synonyms) for word in action]
 
 
+def forms_of(text: str) -> list[str]:
+    """The words of a text as they are written, in lower case and with those that say nothing.
+
+    >>> forms_of("A dancer's CartWheels")
+    ['a', 'dancer', 'cart', 'wheels']
+    """
+    text = text.translate(_APOSTROPHES)
+    for phrase, word in _PHRASES:
+        text = phrase.sub(word, text)
+    tokens = _WORD.findall(_CAMEL.sub(" ", text))
+    return [token.lower().split("'")[0] for token in tokens]
+
+
 def parse_query(
     text: str, known: Collection[str], synonyms: Mapping[str, str] | None = None
 ) -> ParsedQuery:
