@@ -1,9 +1,10 @@
 """Description length: the bits that hold a grammar and, given it, the sentences.
 
 The grammar: all rules as one sequence, left side then right side, a separator between rules, each
-symbol log2(\\|V\\| + \\|Sigma\\| + 1) bits. The sentences: at every node of each parse, in preorder, the
-number of the rule among the h rules of that nonterminal, log2 h bits. The most economical parse
-counts, so that an ambiguous grammar is not charged for a tree that nobody would send.
+symbol log2(n(V) + n(Sigma) + 1) bits for n(V) nonterminals and n(Sigma) terminals. The sentences:
+at every node of each parse, in preorder, the number of the rule among the h rules of that
+nonterminal, log2 h bits. The most economical parse counts, so that an ambiguous grammar is not
+charged for a tree that nobody would send.
 
 DL(Z) = B(G) + B(Z | G), for sentences Z and grammar G.
 
@@ -39,7 +40,7 @@ class DescriptionLength:
 
 
 def grammar_bits(grammar: Grammar) -> float:
-    """B(G): symbols and separators of all rules, log2(\\|V\\| + \\|Sigma\\| + 1) bits each.
+    """B(G): symbols and separators of all rules, log2(n(V) + n(Sigma) + 1) bits each.
 
     >>> from motiondb.grammar.cfg import read_grammar
     >>> round(grammar_bits(read_grammar("S -> a b A c d\\nA -> x | y")), 4)

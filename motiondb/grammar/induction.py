@@ -28,7 +28,7 @@ from typing import Literal, get_args
 
 from motiondb.errors import suggestion
 from motiondb.grammar.alignment import Slot, align
-from motiondb.grammar.cfg import Grammar, GrammarError, Rule, choices_of
+from motiondb.grammar.cfg import Grammar, GrammarError, choices_of
 from motiondb.grammar.compaction import compact, trim
 from motiondb.grammar.description import (
     DescriptionLength,
@@ -44,7 +44,14 @@ from motiondb.grammar.hypotheses import (
     propose,
     select,
 )
-from motiondb.grammar.rule_set import Right, Rules, RuleSet, constant_terminals, flat_rules
+from motiondb.grammar.rule_set import (
+    Right,
+    Rules,
+    RuleSet,
+    as_grammar,
+    constant_terminals,
+    flat_rules,
+)
 from motiondb.grammar.suffix_alignment import align_all
 
 Family = Literal["edit", "biased", "suffix"]
@@ -139,8 +146,8 @@ def effort_for(counted: Mapping[Right, int]) -> tuple[tuple[int, int], ...]:
 
 
 _SIZES = (200, 450, 1500)
-_EFFORTS = (((4, 3), (8, 4), (16, 5)), ((4, 3), (8, 4)), ((4, 3),), ((1, 1),))
-_MOST_NODES = 10_000
+_EFFORTS = (((4, 3), (8, 4), (16, 5)), ((4, 3), (8, 4)), ((2, 2),), ((1, 1),))
+_MOST_NODES = 3_000
 """Unions of words tried one by one, times nodes: a bound on time, those seen most come first."""
 
 _WORTH_COMPACTING = 2.0
@@ -297,7 +304,7 @@ def _united_where_lawful(
     tries = max(5, _MOST_NODES // len(symbols))
     for kind in sorted(of_type, key=lambda kind: -len(of_type[kind])):
         group = of_type[kind]
-        together = _renamed(current, {symbol: group[0] for symbol in group})
+        together = _renamed(current, dict.fromkeys(group, group[0]))
         if together.lawful():
             current = together
             continue
@@ -347,7 +354,7 @@ def _among(known: tuple, wanted: str, kind: str) -> tuple:
 
 def _finished(best: Candidate, names: Sequence[str], sentences: Sequence[Sentence]) -> Induction:
     """Names for the nonterminals; rules that no most economical parse uses are left out."""
-    grammar = _as_grammar(best.rule_set, names)
+    grammar = as_grammar(best.rule_set, names)
     counts = Counter(sentences)
     while True:
         uses = [0.0] * len(grammar.rules)
@@ -362,55 +369,3 @@ def _finished(best: Candidate, names: Sequence[str], sentences: Sequence[Sentenc
     bits = description_length(grammar, trees=[trees[sentence] for sentence in sentences])
     learned = grammar.with_probabilities(uses)
     return Induction(learned, best.family, best.selection, bits)
-
-
-def _as_grammar(rule_set: RuleSet, names: Sequence[str]) -> Grammar:
-    """Nonterminals S, A, B, ... in the order in which the rules, from the start symbol, name them.
-
-    Alternatives stand in the order of how often they are used, then of their symbols' names.
-    """
-    labels = nonterminal_names(names)
-    called: dict[int, str] = {rule_set.start: next(labels)}
-    waiting = [rule_set.start]
-    ordered: list[tuple[int, list[Right]]] = []
-    for left in waiting:
-        rights = rule_set.rules[left]
-        chosen = sorted(
-            rights, key=lambda right: (-rights[right], [s >= len(names) for s in right], right)
-        )
-        ordered.append((left, chosen))
-        for symbol in (symbol for right in chosen for symbol in right):
-            if symbol in rule_set.rules and symbol not in called:
-                called[symbol] = next(labels)
-                waiting.append(symbol)
-    rules = [
-        Rule(
-            called[left],
-            tuple(called[s] if s in called else names[s] for s in right),
-        )
-        for left, rights in ordered
-        for right in rights
-    ]
-    return Grammar(called[rule_set.start], tuple(rules), tuple(names))
-
-
-def nonterminal_names(terminals: Sequence[str]) -> Iterator[str]:
-    """S, then A to Z without S, then A1, B1, ...: none the name of a terminal.
-
-    >>> names = nonterminal_names(["a", "B"])
-    >>> [next(names) for _ in range(4)]
-    ['S', 'A', 'C', 'D']
-    """
-    taken = set(terminals)
-    letters = "ABCDEFGHIJKLMNOPQRTUVWXYZ"
-    start = "S"
-    while start in taken:
-        start += "'"
-    yield start
-    number = 0
-    while True:
-        for letter in letters:
-            name = f"{letter}{number or ''}"
-            if name not in taken:
-                yield name
-        number += 1

@@ -54,11 +54,14 @@ _DRAWN = 0.25
 _SHORTER = 20
 """How many times fewer evaluations a split is given than strings that are not split."""
 
-_SYMBOLS_COMPARED, _FEWEST_COMPARED, _LARGE = 6000, 6, 450
+_SYMBOLS_COMPARED, _FEWEST_COMPARED = 6000, 5
 """Splits whose sentences are compacted, those of fewest bits, no split at all among them: so many
-symbols of strings in all, but not fewer splits than six; beyond 450 symbols only two finalists."""
+symbols of strings in all, but not fewer splits than six."""
 
-_WARMTH = 0.01
+_SMALL, _LARGE = 200, 450
+"""Symbols of strings up to which all finalists are learned from; beyond which they are two."""
+
+_WARMTH = 0.0015
 """First temperature, as a share of the bits of the best candidate drawn."""
 
 
@@ -142,11 +145,14 @@ def find_sentences(
         if progress is not None:
             progress(len(splits) + number + 1, steps)
     finalists = sorted(judged)[: 2 if total > _LARGE else 4]
-    best = min((_compacted_bits(strings, cuts, 4, 3), place, cuts) for _, place, cuts in finalists)
-    learned = sentences_between(strings, best[2])
+    if total <= _SMALL:
+        learned = [sentences_between(strings, cuts) for *_, cuts in finalists]
+    else:
+        best = min((_compacted_bits(strings, cuts, 4, 3), k, cuts) for _, k, cuts in finalists)
+        learned = [sentences_between(strings, best[2])]
     if progress is not None:
         progress(steps, steps)
-    return learned
+    return min(learned, key=lambda sentences: round(sentences.bits.total, 6))
 
 
 def recurring_splits(strings: Sequence[Sentence], shortest: int, longest: int) -> list[Cuts]:
@@ -161,7 +167,13 @@ def recurring_splits(strings: Sequence[Sentence], shortest: int, longest: int) -
     places: dict[tuple[str, ...], list[tuple[int, int]]] = {}
     for k, string in enumerate(strings):
         for i in range(1, len(string)):
-            for kind in (("<", string[i]), (">", string[i - 1]), (string[i - 1], string[i])):
+            pair = (string[i - 1], string[i])
+            kinds: tuple[tuple[str, ...], ...] = (
+                ("before", pair[1]),
+                ("after", pair[0]),
+                ("between", *pair),
+            )
+            for kind in kinds:
                 places.setdefault(kind, []).append((k, i))
     total = sum(map(len, strings))
     splits: dict[Cuts, None] = {}
@@ -199,9 +211,7 @@ def _cuts_within(
     return tuple(tuple(sorted(inner)) for inner in made), bits
 
 
-def _compacted_bits(
-    strings: Sequence[Sentence], cuts: Cuts, width: int, patience: int
-) -> float:
+def _compacted_bits(strings: Sequence[Sentence], cuts: Cuts, width: int, patience: int) -> float:
     """Bits after a quick compaction of one rule a sentence."""
     names = sorted({name for string in strings for name in string})
     number = {name: place for place, name in enumerate(names)}
@@ -351,7 +361,7 @@ def _placed(
     ] or places
     if not fitting:
         return cuts
-    return tuple(sorted((*cuts, int(fitting[rng.integers(len(fitting))]))))
+    return tuple(sorted((*cuts, int(fitting[int(rng.integers(len(fitting)))]))))
 
 
 def _between(places: Sequence[int], low: int, high: int) -> Sequence[int]:

@@ -124,7 +124,7 @@ def _sorted_suffixes(text: IntArray, n_symbols: int) -> IntArray:
     starts = _leftmost_rising(rising)
     suffixes = _induce(text, n_symbols, rising, starts)
     if starts.size > 1:
-        names, n_names = _name_blocks(text, suffixes, rising, starts.size)
+        names, n_names = _name_blocks(text, suffixes, rising)
         if n_names < starts.size:
             order = _sorted_suffixes(names[starts], n_names)
         else:
@@ -186,7 +186,7 @@ def _induce(
 
 @njit(cache=True)
 def _name_blocks(
-    text: IntArray, suffixes: IntArray, rising: npt.NDArray[np.bool_], n_starts: int
+    text: IntArray, suffixes: IntArray, rising: npt.NDArray[np.bool_]
 ) -> tuple[IntArray, int]:
     """Number the blocks from one LMS start to the next by their order; equal blocks share one."""
     names = np.full(text.size, -1, dtype=np.int64)

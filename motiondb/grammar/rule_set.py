@@ -23,10 +23,13 @@ the cyclic references that section 7 reports.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+
+from motiondb.grammar.cfg import Grammar, Rule
 
 Right = tuple[int, ...]
 Rules = dict[int, dict[Right, int]]
@@ -98,7 +101,7 @@ class RuleSet:
 
     def order(self) -> list[int] | None:
         """Nonterminals, each before those in its rules; None where one derives itself."""
-        waiting = {left: 0 for left in self.rules}
+        waiting = dict.fromkeys(self.rules, 0)
         for _, right in self.uses():
             for symbol in right:
                 if symbol in waiting:
@@ -132,7 +135,7 @@ class RuleSet:
         return bool(nullable) and any(
             one == other and one in nullable
             for _, right in self.uses()
-            for one, other in zip(right, right[1:])
+            for one, other in itertools.pairwise(right)
         )
 
     def _keeps_constants(self, order: list[int]) -> bool:
@@ -176,3 +179,55 @@ def flat_rules(
     """One rule for each different sentence, in their order."""
     rights = {sentence: sentences[sentence] for sentence in sorted(sentences)}
     return RuleSet(n_terminals, {n_terminals: rights}, constant_terminals(sentences), empties)
+
+
+def as_grammar(rule_set: RuleSet, names: Sequence[str]) -> Grammar:
+    """Nonterminals S, A, B, ... in the order in which the rules, from the start symbol, name them.
+
+    Alternatives stand in the order of how often they are used, then of their symbols' names.
+    """
+    labels = nonterminal_names(names)
+    called: dict[int, str] = {rule_set.start: next(labels)}
+    waiting = [rule_set.start]
+    ordered: list[tuple[int, list[Right]]] = []
+    for left in waiting:
+        rights = rule_set.rules[left]
+        chosen = sorted(
+            rights, key=lambda right: (-rights[right], [s >= len(names) for s in right], right)
+        )
+        ordered.append((left, chosen))
+        for symbol in (symbol for right in chosen for symbol in right):
+            if symbol in rule_set.rules and symbol not in called:
+                called[symbol] = next(labels)
+                waiting.append(symbol)
+    rules = [
+        Rule(
+            called[left],
+            tuple(called[s] if s in called else names[s] for s in right),
+        )
+        for left, rights in ordered
+        for right in rights
+    ]
+    return Grammar(called[rule_set.start], tuple(rules), tuple(names))
+
+
+def nonterminal_names(terminals: Sequence[str]) -> Iterator[str]:
+    """S, then A to Z without S, then A1, B1, ...: none the name of a terminal.
+
+    >>> names = nonterminal_names(["a", "B"])
+    >>> [next(names) for _ in range(4)]
+    ['S', 'A', 'C', 'D']
+    """
+    taken = set(terminals)
+    letters = "ABCDEFGHIJKLMNOPQRTUVWXYZ"
+    start = "S"
+    while start in taken:
+        start += "'"
+    yield start
+    number = 0
+    while True:
+        for letter in letters:
+            name = f"{letter}{number or ''}"
+            if name not in taken:
+                yield name
+        number += 1

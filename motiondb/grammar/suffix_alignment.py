@@ -16,7 +16,7 @@ the idea of reading alignments off a suffix structure; the three kinds of slots 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -62,7 +62,7 @@ def _common_beginnings(sentences: Sequence[tuple[int, ...]]) -> IntArray:
     ranks = rank[bounds[:-1]]
     order = np.argsort(ranks)
     shared = np.zeros((len(sentences), len(sentences)), dtype=np.int64)
-    steps = [int(lcp[ranks[a] + 1 : ranks[b] + 1].min()) for a, b in zip(order[:-1], order[1:])]
+    steps = [int(lcp[ranks[a] + 1 : ranks[b] + 1].min()) for a, b in pairwise(order)]
     for first in range(len(order)):
         least = len(sentences[order[first]])
         for second in range(first + 1, len(order)):

@@ -22,9 +22,12 @@ from motiondb.grammar.induction import FAMILIES, induce, induce_with_bits, read_
 from motiondb.grammar.rule_set import RuleSet, constant_terminals, flat_rules
 from motiondb.grammar.suffix_alignment import align_all
 
-TOY = [tuple(word) for word in "rfdpm rfdsm rdfsm rdpm rdsm rpm".split()]
+TOY = [tuple(word) for word in ["rfdpm", "rfdsm", "rdfsm", "rdpm", "rdsm", "rpm"]]
 TOY_LANGUAGE = {
-    tuple("r" + x + y + z + w + "m") for x in ("", "f") for y in ("", "d") for z in ("", "f")
+    tuple("r" + x + y + z + w + "m")
+    for x in ("", "f")
+    for y in ("", "d")
+    for z in ("", "f")
     for w in "ps"
 }
 SENTENCES = st.lists(
@@ -88,9 +91,7 @@ def test_spans_proposed_twice_are_of_one_type():
 @pytest.mark.parametrize("selection", SELECTIONS)
 def test_what_is_selected_does_not_cross(selection):
     sentences = [(0, 1, 2, 3), (0, 1, 4), (5, 2, 3), (0, 6, 3)]
-    slots = [
-        (i, j, align(sentences[i], sentences[j])) for i in range(4) for j in range(i + 1, 4)
-    ]
+    slots = [(i, j, align(sentences[i], sentences[j])) for i in range(4) for j in range(i + 1, 4)]
     for places in select(propose(sentences, slots), selection):
         for one in places:
             for other in places:

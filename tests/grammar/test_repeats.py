@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -52,7 +54,7 @@ def test_suffixes_and_common_prefixes_are_those_of_sorting(text):
     suffixes = suffix_array(text)
     assert suffixes.tolist() == naive_suffixes(text)
     ranked = [text[i:] for i in suffixes]
-    expected = [0, *(common(a, b) for a, b in zip(ranked[:-1], ranked[1:]))]
+    expected = [0, *(common(a, b) for a, b in itertools.pairwise(ranked))]
     assert common_prefixes(text, suffixes).tolist() == expected
 
 
@@ -84,7 +86,7 @@ def test_the_cover_holds_repeats_that_do_not_overlap_and_leaves_none_out(text):
         assert twins
     assert taken.max() <= 1
     ranked = naive_suffixes(text)
-    for one, other in zip(ranked[:-1], ranked[1:]):
+    for one, other in itertools.pairwise(ranked):
         reach = min(common(text[one:], text[other:]), abs(one - other))
         for i in (one, other):
             free = next((k for k in range(reach) if taken[i + k]), reach)
