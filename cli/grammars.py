@@ -59,6 +59,12 @@ def learn(
             help="auto: found; captures: each is one; captions: begin where timed words do.",
         ),
     ] = "auto",
+    shortest: Annotated[
+        int, typer.Option("--shortest", min=1, help="Terminals of a sentence that is found, least.")
+    ] = 4,
+    longest: Annotated[
+        int, typer.Option("--longest", min=1, help="Terminals of a sentence that is found, most.")
+    ] = 20,
     seed: Seed = 0,
     db: Db = DEFAULT_DB,
     json: Json = False,
@@ -72,7 +78,9 @@ def learn(
             f"--terminals: expected a number of 1 or more, or auto, found {terminals!r}."
         )
     number = None if terminals == "auto" else int(terminals)
-    settings = GrammarSettings(number, from_symbols, sentences, seed)
+    settings = GrammarSettings(
+        number, from_symbols, sentences, seed, shortest=shortest, longest=longest
+    )
     with database(db, writing=True) as base, progress(not json) as tell:
         learned, lost = base.grammars.learn(captures, name, settings, tell)
         facts = base.grammars.show(learned.name)

@@ -22,7 +22,7 @@ from unittest import mock
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-PICTURES = ("search.png", "walk_kick.png")
+PICTURES = ("search.png", "walk_kick.png", "play_strings.png")
 
 
 @dataclass(frozen=True)

@@ -40,8 +40,8 @@ class GrammarSettings:
 
     n_terminals : K; None lets the description length choose. from_symbols : the motion symbols of
     the database are the terminals. sentences : "auto", "captures" (each is one) or "captions" (one
-    begins where timed words begin). search : how terminals are looked for. evaluations : partitions
-    into sentences that are tried.
+    begins where timed words begin). search : how terminals are looked for. shortest, longest :
+    terminals of a sentence that is found. evaluations : partitions into sentences that are tried.
     """
 
     n_terminals: int | None = N_TERMINALS
@@ -49,6 +49,8 @@ class GrammarSettings:
     sentences: str = "auto"
     seed: int = 0
     search: TerminalSettings = field(default_factory=TerminalSettings)
+    shortest: int = partition.SHORTEST
+    longest: int = partition.LONGEST
     evaluations: int = partition.EVALUATIONS
 
 
@@ -191,6 +193,8 @@ def _sentences(
         return partition.find_sentences(
             strings,
             rng,
+            shortest=settings.shortest,
+            longest=settings.longest,
             evaluations=settings.evaluations,
             progress=lambda done, total: tell("find sentences", done, total),
         )
