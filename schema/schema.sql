@@ -80,6 +80,17 @@ CREATE TABLE caption (
     PRIMARY KEY (capture_id, ordinal)
 );
 
+-- Instants of captures, by frames of the motion (30 a second): feet that strike, balls that are
+-- caught and released, contacts; may be edited.
+CREATE TABLE event (
+    capture_id BIGINT NOT NULL,
+    frame BIGINT NOT NULL CHECK (frame >= 0),
+    name VARCHAR NOT NULL,                  -- 'foot_strike', 'catch', 'release', 'contact', ...
+    joint VARCHAR NOT NULL,                 -- of the canonical body; '': nobody said
+    other VARCHAR NOT NULL,                 -- what it has to do with; '': nobody said
+    PRIMARY KEY (capture_id, frame, name, joint, other)
+);
+
 -- The user's own synonyms: `word` is read as `canonical`.
 CREATE TABLE synonym (
     word VARCHAR PRIMARY KEY,

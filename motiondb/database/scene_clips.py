@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from motiondb import store
 from motiondb.scene.motion_grammar import MotionGrammar, Terminal
 from motiondb.words.vocabulary import split_actions, words_of
 
@@ -49,8 +50,9 @@ def shows(terminal: Terminal, caption: str, synonyms: Mapping[str, str] | None =
 def find_actions(base: MotionDB, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
     """For every terminal the parts of captures that show it, each once, in the order of names."""
     found: dict[str, dict[ShownAction, None]] = {t.name: {} for t in grammar.terminals}
+    captions = store.load_captions(base.store)
     for info in base.captures():
-        for caption in base.captions(info.name):
+        for caption in captions.get(info.capture_id, ()):
             for terminal in grammar.terminals:
                 if shows(terminal, caption.words):
                     part = ShownAction(info.name, caption.start, caption.end)

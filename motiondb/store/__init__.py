@@ -22,7 +22,8 @@ from motiondb.store.catalogue import (
 )
 from motiondb.store.check import check_store
 from motiondb.store.compaction import compact, count_rows
-from motiondb.store.connection import Store, open_store, transaction
+from motiondb.store.connection import Store, content_revision, open_store, transaction
+from motiondb.store.events import load_events, save_events
 from motiondb.store.generated import (
     Provenance,
     SourceCapture,
@@ -76,6 +77,7 @@ __all__ = [
     "cached_arrays",
     "check_store",
     "compact",
+    "content_revision",
     "count_rows",
     "digest",
     "finish_run",
@@ -88,6 +90,7 @@ __all__ = [
     "load_captures",
     "load_derivation",
     "load_digests",
+    "load_events",
     "load_grammar",
     "load_grammar_names",
     "load_learning",
@@ -114,6 +117,7 @@ __all__ = [
     "save_captions",
     "save_capture",
     "save_derivation",
+    "save_events",
     "save_grammar",
     "save_learning",
     "save_provenance",

@@ -27,6 +27,7 @@ _INFO = f"SELECT {', '.join(COLUMNS)}, notes FROM capture"
 _OWN_TABLES = (
     "capture_tag",
     "caption",
+    "event",
     "motion_frame",
     "generated_source",
     "frame_source",

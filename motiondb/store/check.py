@@ -29,6 +29,11 @@ _RULES = (
            OR (n > 0 AND (low <> 0 OR high <> n - 1 OR d <> n))""",
     ),
     (
+        "expected events within its motion",
+        """SELECT DISTINCT c.name FROM capture c JOIN event e USING (capture_id)
+           WHERE e.frame >= motion_frames""",
+    ),
+    (
         "expected its file in the table source",
         "SELECT name FROM capture ANTI JOIN source USING (sha256)",
     ),
@@ -80,6 +85,7 @@ _REFERENCES = (
     # table, column, the table where the number must stand, its column
     ("capture_tag", "capture_id", "capture", "capture_id"),
     ("caption", "capture_id", "capture", "capture_id"),
+    ("event", "capture_id", "capture", "capture_id"),
     ("motion_frame", "capture_id", "capture", "capture_id"),
     ("relation", "capture_id", "capture", "capture_id"),
     ("relation", "other_id", "capture", "capture_id"),

@@ -153,6 +153,11 @@ def read_meta(store: Store, key: str) -> str:
     return str(row[0])
 
 
+def content_revision(store: Store) -> str:
+    """A mark that is new with every change of captures, of their words, or of synonyms."""
+    return read_meta(store, "content_revision")
+
+
 def write_meta(store: Store, key: str, value: str) -> None:
     """Set the value of an existing ``key`` in the table ``meta``."""
     with transaction(store) as connection:

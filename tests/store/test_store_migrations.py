@@ -36,7 +36,7 @@ def test_all_migrations_give_the_schema() -> None:
         migrations.migrate(migrated, 0)
         written.execute(_schema())
         assert _catalog(migrated) == _catalog(written)
-        assert len(_catalog(migrated)[0]) == 34
+        assert len(_catalog(migrated)[0]) == 35
 
 
 def test_every_table_stands_in_the_diagram() -> None:

@@ -1,0 +1,118 @@
+"""The clips of a motion grammar's terminals, from the captures of a database.
+
+Captions say which parts of captures show an action (:mod:`scene_clips`); events that were added
+with them, or else the motion, say where its instant lies and where it can be cut; the rest is
+:mod:`motiondb.scene.clips`. A library takes a second or two, so the last ones are kept in memory as
+long as the database is open and nothing in it changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
+
+from motiondb import store
+from motiondb.database.scene_clips import ShownAction, find_actions
+from motiondb.errors import SceneError
+from motiondb.records import MOTION_FPS, Event, Motion
+from motiondb.scene.clip_cutting import SHORTEST, ShownMotion
+from motiondb.scene.clip_variants import VariantSettings
+from motiondb.scene.clips import ClipLibrary, make_library
+from motiondb.scene.motion_grammar import MotionGrammar
+
+if TYPE_CHECKING:
+    from motiondb.database.motion_db import MotionDB
+
+
+@dataclass(frozen=True, eq=False)
+class SceneClips:
+    """The clips of a grammar, and the motions of the captures that they come from, by name."""
+
+    library: ClipLibrary
+    motions: Mapping[str, Motion]
+
+
+_KEPT = 4
+_Events = Mapping[int, tuple[Event, ...]]
+_Key = tuple[str, _Events, MotionGrammar, VariantSettings]
+_made: WeakKeyDictionary[MotionDB, list[tuple[_Key, SceneClips]]] = WeakKeyDictionary()
+
+
+def scene_clips(
+    base: MotionDB, grammar: MotionGrammar, settings: VariantSettings | None = None
+) -> SceneClips:
+    """The clips of all terminals of a grammar.
+
+    Raises
+    ------
+    SceneError where a terminal has no clip: names it, its phrases, and what to do.
+    """
+    settings, events = settings or VariantSettings(), store.load_events(base.store)
+    key = (store.content_revision(base.store), events, grammar, settings)
+    kept = _made.setdefault(base, [])
+    for known, clips in kept:
+        if known == key:
+            return clips
+    clips = _make(base, grammar, events, settings)
+    kept[:] = [(key, clips), *kept[: _KEPT - 1]]
+    return clips
+
+
+def _make(
+    base: MotionDB, grammar: MotionGrammar, events: _Events, settings: VariantSettings
+) -> SceneClips:
+    infos = {info.name: info for info in base.captures() if info.kind == "captured"}
+    actions = {
+        terminal: [part for part in parts if part.capture in infos]
+        for terminal, parts in find_actions(base, grammar).items()
+    }
+    names = sorted({part.capture for parts in actions.values() for part in parts})
+    motions = {n: store.load_motion(base.store, infos[n].capture_id) for n in names}
+    shown = []
+    for terminal in grammar.terminals:
+        for part in actions[terminal.name]:
+            start, end = _frames(part, motions[part.capture])
+            if end - start >= SHORTEST:
+                info = infos[part.capture]
+                shown.append(
+                    ShownMotion(
+                        terminal.name,
+                        part.capture,
+                        motions[part.capture],
+                        start,
+                        end,
+                        terminal.event,
+                        events.get(info.capture_id, ()),
+                        info.tags.get("licence", ""),
+                    )
+                )
+    _check_terminals(grammar, {one.terminal for one in shown})
+    return SceneClips(
+        make_library(shown, [terminal.name for terminal in grammar.terminals], settings), motions
+    )
+
+
+def _frames(part: ShownAction, motion: Motion) -> tuple[int, int]:
+    start = 0 if part.start is None else round(part.start * MOTION_FPS)
+    end = motion.n_frames if part.end is None else round(part.end * MOTION_FPS)
+    return start, min(end, motion.n_frames)
+
+
+def _check_terminals(grammar: MotionGrammar, found: set[str]) -> None:
+    missing = [terminal for terminal in grammar.terminals if terminal.name not in found]
+    if not missing:
+        return
+    asked = "; ".join(
+        f"{terminal.name} ({', '.join(map(repr, terminal.phrases)) or 'no phrase'}"
+        + (f" without {', '.join(map(repr, terminal.without))}" if terminal.without else "")
+        + ")"
+        for terminal in missing
+    )
+    count = "a terminal" if len(missing) == 1 else f"{len(missing)} terminals"
+    raise SceneError(
+        f"{grammar.name}: expected captures for every terminal, found none for {count}: {asked}."
+        " Add captures whose words say so, one action a caption (motiondb words set CAPTURE), or"
+        " change the phrases in the grammar's file."
+    )
