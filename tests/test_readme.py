@@ -37,6 +37,8 @@ EXAMPLES = [e for block in readme.blocks("console", TEXT) for e in readme.exampl
 
 
 MAKING, ASKING = EXAMPLES[:2], EXAMPLES[2:]
+LEARNED = [e for e in ASKING if e.command.startswith("motiondb grammar ")]
+"""They build on one another: the first learns the grammar that the others ask."""
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +67,7 @@ def _check(example: Any, place: Path) -> None:
     unknown = [line for line in err.splitlines() if line.startswith("unknown word")]
     expected = _words(example.output)
     assert _words("\n".join([*unknown, out])) == expected
-    for written in re.findall(r"(?:-o|--png) (\S+)", example.command):
+    for written in re.findall(r"(?:-o|--png|--strings) (\S+)", example.command):
         assert (place / written).stat().st_size > 1000
 
 
@@ -79,9 +81,17 @@ def test_the_first_commands_make_the_database() -> None:
         assert (place / "motions.duckdb").exists()
 
 
-@pytest.mark.parametrize("example", ASKING, ids=[e.command for e in ASKING])
+ALONE = [e for e in ASKING if e not in LEARNED]
+
+
+@pytest.mark.parametrize("example", ALONE, ids=[e.command for e in ALONE])
 def test_commands_say_what_readme_shows(place: Path, example: Any) -> None:
     _check(example, place)
+
+
+def test_commands_of_grammars_say_what_readme_shows(place: Path) -> None:
+    for example in LEARNED:
+        _check(example, place)
 
 
 def test_python_is_true(place: Path) -> None:
