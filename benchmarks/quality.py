@@ -17,6 +17,7 @@ from quality_report import pictures_of, to_markdown, write_section
 
 TASKS = (
     "words", "order", "example", "absent", "interval", "segmentation", "analogy", "generation",
+    "errors",
 )  # fmt: skip
 HEAD = """# Are the answers right?
 
