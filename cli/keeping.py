@@ -45,6 +45,7 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
             "performers": len({c.tags["performer"] for c in captures if "performer" in c.tags}),
             "captures with words": len(store.load_captions(base.store)),
             "copies": len(base.relations()),
+            "grammars": len(base.grammars.names()),
             "learned": store.is_learned(base.store),
         }
         if facts["learned"]:

@@ -16,7 +16,7 @@ import typer
 
 ROOT = Path(__file__).resolve().parents[1]
 MODULES = sorted([*ROOT.glob("motiondb/**/*.py"), *ROOT.glob("cli/*.py")])
-PURE = ("pose", "symbols", "words", "search", "generate", "scene")
+PURE = ("pose", "symbols", "words", "search", "generate", "grammar", "scene")
 PURE_MODULES = [p for p in MODULES if p.relative_to(ROOT).parts[1] in PURE]
 CLOCKS = {"time", "datetime", "random", "sys", "pathlib", "io", "subprocess", "duckdb"}
 
