@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import pictures, store
+from motiondb.grammar.cfg import derive_by
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import MOTION_FPS
 from motiondb.symbols.activities import find_activities
@@ -44,6 +45,12 @@ def describe_capture(database: MotionDB, name: str) -> dict[str, Any]:
     }
     if info.kind == "generated":
         facts["sources"] = _sources(database, info.capture_id)
+        derivation = store.load_derivation(database.store, info.capture_id)
+        if derivation is not None:
+            facts["grammar"] = derivation.grammar
+            learned = database.grammars.load(derivation.grammar)
+            string = derive_by(learned.grammar, derivation.rules).leaves()
+            facts["string"] = " ".join(string)
     if store.is_learned(database.store):
         facts["segments"] = capture_segments(database, info.capture_id)
     facts["activities"] = capture_activities(database, info.capture_id)

@@ -15,6 +15,7 @@ import motiondb
 from motiondb import store
 from motiondb.database import MotionDB, grammar_facts, grammar_sequences
 from motiondb.database.grammar_learning import GrammarSettings
+from motiondb.database.showing import describe_capture
 from motiondb.errors import MotionDBError, NotLearnedError, QueryError
 from motiondb.grammar.cfg import derive_by, read_grammar
 from motiondb.grammar.edit import region_at
@@ -160,6 +161,8 @@ def test_a_kept_sequence_is_a_capture_that_can_be_edited(db: MotionDB, tmp_path:
     assert store.load_derivation(db.store, info.capture_id) is not None
     assert db.check() == []
     assert db.export("new/dance", tmp_path / "a.bvh").stat().st_size > 1000
+    facts = describe_capture(db, "new/dance")
+    assert (facts["grammar"], facts["string"]) == ("dance", " ".join(made.string))
     edited = db.grammars.edit("dance", "new/dance", 1, n=3, seed=2)
     assert edited.before == made.tree
     assert edited.region == region_at(made.tree, 1)
