@@ -30,6 +30,7 @@ VERBS = {
     "signal": "signal", "crouch": "crouch",
 }  # fmt: skip
 """Main verb of a capture: the first of these words in its captions."""
+CCA_AXES = 16
 Scores = Callable[[], FloatArray]
 
 
@@ -100,6 +101,7 @@ def _task(
         )
         methods["pooled, Euclidean"] = -np.linalg.norm(pooled[:, None] - pooled, axis=2)
         methods["pooled, cosine"] = unit(pooled) @ unit(pooled).T
+        methods["CCA to TF-IDF, pooled"] = _canonical_scores(unit(pooled), captures, question)
         methods["DTW, whitened features"] = warped
         methods["DTW, weighted features"] = warped_raw
         if by_groups:
@@ -107,15 +109,14 @@ def _task(
             methods["logistic regression on classes, pooled"] = _class_scores(
                 unit(pooled), question
             )
+        methods["random"] = np.random.default_rng(seed).random(warped.shape)
         reports.append(_table(methods, question, title, times, seed))
     return reports
 
 
 def _with_words(seen: Recognised, captures: Sequence[Capture], question: Question) -> FloatArray:
     """Likeness judged by words too; the word map never saw a caption of the query's group."""
-    said = [{w for t in c.captions for w in vocabulary.words_of(t)} for c in captures]
-    names = sorted(set().union(*said))
-    words = np.array([[name in s for name in names] for s in said])
+    words = _words_said(captures)
     has = words.any(axis=1)
     scores = np.zeros((len(captures), len(captures)))
     large = _ten_parts(question.groups)
@@ -129,6 +130,26 @@ def _with_words(seen: Recognised, captures: Sequence[Capture], question: Questio
         meanings = word_meanings(fit, seen.vectors)
         for q in np.flatnonzero(queries):
             scores[q] = resemblance(seen.vectors[q], seen.vectors, fit, meanings)
+    return scores
+
+
+def _words_said(captures: Sequence[Capture]) -> NDArray[np.bool_]:
+    said = [{w for t in c.captions for w in vocabulary.words_of(t)} for c in captures]
+    names = sorted(set().union(*said))
+    return np.array([[name in s for name in names] for s in said])
+
+
+def _canonical_scores(
+    features: FloatArray, captures: Sequence[Capture], question: Question
+) -> FloatArray:
+    """Cosines where features and captions correlate most; the query's group is left out."""
+    words = _words_said(captures)
+    scores = np.zeros((len(captures), len(captures)))
+    parts = _ten_parts(question.groups)
+    for part in np.unique(parts):
+        known = (parts != part) & words.any(axis=1)
+        rows, _ = base.canonical(features[known], base.tf_idf(words[known])[0], features, CCA_AXES)
+        scores[parts == part] = rows[parts == part] @ rows.T
     return scores
 
 
@@ -196,7 +217,7 @@ def _table(
         f"{int(asked.sum())} queries of {classes} classes; the query's own {own} is never "
         "searched. motiondb judges likeness by its vectors and by the words learned from captions "
         "of the others (never the query's group), as `like(..., meaning=True)` does; the row below "
-        "it by motion alone, as `like` does without. HMM and "
+        "it by motion alone, as `like` does without. CCA learns from the same captions. HMM and "
         "logistic regression are trained on the others' labels."
     )
     columns = (

@@ -164,7 +164,8 @@ def _tf_idf_ridge(
 def _tf_idf_canonical(
     x: FloatArray, y: NDArray[np.bool_], test: FloatArray, n_axes: float
 ) -> FloatArray:
-    return base.canonical(x, base.tf_idf(y)[0], test, int(n_axes))
+    captures, words = base.canonical(x, base.tf_idf(y)[0], test, int(n_axes))
+    return captures @ words.T
 
 
 def _cosine(rows: FloatArray, idf: FloatArray) -> Callable[[Sequence[Sequence[int]]], FloatArray]:
