@@ -43,6 +43,9 @@ def register(app: typer.Typer) -> None:
 def add(
     folder: Annotated[Path, typer.Argument(help="A folder of captures, or one file.")],
     words: Annotated[Path | None, typer.Option("--words", help="A sheet (TSV or CSV).")] = None,
+    events: Annotated[
+        Path | None, typer.Option("--events", help="A sheet of instants (TSV or CSV).")
+    ] = None,
     unit: Unit = None,
     fps: Annotated[float | None, typer.Option("--fps", help="Frame rate, over the files'.")] = None,
     joint_map: Annotated[
@@ -55,7 +58,7 @@ def add(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Add captures, with the words of a sheet; broken files are listed and left out (exit 1)."""
+    """Add captures, with words and events of sheets; broken files are left out (exit 1)."""
     from motiondb.capture import unit_from_name
     from motiondb.database.reading import AddSettings, read_joint_map
 
@@ -67,7 +70,7 @@ def add(
         jobs=jobs,
     )
     with database(db, writing=True, create=True) as base, progress(not json) as tell:
-        report = base.add(folder, words, settings, tell)
+        report = base.add(folder, words, settings, tell, events)
         total, drift = len(base.captures()), base.drift()
     if json:
         facts = asdict(report) | {"captures": total, "drift": asdict(drift) if drift else None}
@@ -80,6 +83,8 @@ def add(
         )
         if report.counted:
             typer.echo(f"  {report.counted} of them searchable at once")
+        if report.events:
+            typer.echo(f"  {report.events} events kept with them")
         for relation in report.relations:
             typer.echo(f"  {_relation(relation)}")
         for name, known in report.known:

@@ -9,7 +9,16 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from motiondb.cli import asking, cataloguing, grammars, keeping, learning, scenes, words
+from motiondb.cli import (
+    asking,
+    cataloguing,
+    events,
+    grammars,
+    keeping,
+    learning,
+    scenes,
+    words,
+)
 
 app = typer.Typer(
     name="motiondb",
@@ -40,7 +49,7 @@ def _options(
 
 INTERRUPTED = 130
 
-for module in (cataloguing, learning, asking, words, grammars, scenes, keeping):
+for module in (cataloguing, learning, asking, words, events, grammars, scenes, keeping):
     module.register(app)
 
 

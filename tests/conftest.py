@@ -58,7 +58,8 @@ def learned_file(
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (folder / "done").exists():
             with motiondb.open(path) as db:
-                report = db.add(samples_folder, words=samples_sheet)
+                events = samples_sheet.with_name("events.tsv")
+                report = db.add(samples_folder, words=samples_sheet, events=events)
                 assert report.problems == ()
                 db.learn()
             (folder / "done").touch()

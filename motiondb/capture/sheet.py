@@ -19,6 +19,7 @@ from motiondb.errors import SheetError, suggestion
 from motiondb.records import Caption
 
 KNOWN = ("file", "words", "start", "end", "performer", "fps", "licence", "skeleton")
+_KNOWN = ", ".join(KNOWN)
 _SYNONYMS = {"license": "licence", "subject": "performer", "caption": "words", "start_s": "start",
              "end_s": "end", "filename": "file"}  # fmt: skip
 
@@ -78,6 +79,26 @@ def read_sheet(path: Path | str) -> Sheet:
         that end before they start, contradicting values for one file.
     """
     path = Path(path)
+    rows = read_rows(path, f"a column `file`, found an empty sheet. Known columns: {_KNOWN}.")
+    header_number, names = rows[0]
+    header = [_SYNONYMS.get(c.strip().lower(), c.strip()) for c in names]
+    header = [c.lower() if c.lower() in KNOWN else c for c in header]
+    if "file" not in header:
+        raise SheetError(
+            f"{path}:{header_number}: expected a column `file`, found {', '.join(header)}. "
+            f"Known columns: {_KNOWN}; others are kept as tags."
+        )
+    return _gather(path, header, rows[1:])
+
+
+def read_rows(path: Path, header: str) -> list[tuple[int, list[str]]]:
+    """Line numbers and cells of a TSV or CSV file, the header first, empty lines left out.
+
+    Raises
+    ------
+    SheetError : the file cannot be read, holds nothing (``header`` tells what was expected of the
+        first line, and what to do), or a quote does not end in its line.
+    """
     try:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -85,22 +106,10 @@ def read_sheet(path: Path | str) -> Sheet:
     except UnicodeDecodeError:
         text = path.read_bytes().decode("cp1252", errors="replace")
     if not text.strip():
-        raise SheetError(
-            f"{path}: expected a header with a column `file`, found an empty sheet. "
-            f"Known columns: {', '.join(KNOWN)}."
-        )
+        raise SheetError(f"{path}: expected a header with {header}")
     header_line = next(line for line in text.split("\n") if line.strip())
     delimiter = "\t" if "\t" in header_line else (";" if header_line.count(";") else ",")
-    rows = _split(path, text, delimiter)
-    header_number, names = rows[0]
-    header = [_SYNONYMS.get(c.strip().lower(), c.strip()) for c in names]
-    header = [c.lower() if c.lower() in KNOWN else c for c in header]
-    if "file" not in header:
-        raise SheetError(
-            f"{path}:{header_number}: expected a column `file`, found {', '.join(header)}. "
-            f"Known columns: {', '.join(KNOWN)}; others are kept as tags."
-        )
-    return _gather(path, header, rows[1:])
+    return _split(path, text, delimiter)
 
 
 def _split(path: Path, text: str, delimiter: str) -> list[tuple[int, list[str]]]:

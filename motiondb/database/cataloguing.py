@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from motiondb import capture, store
+from motiondb.capture.event_sheet import EventSheet
 from motiondb.capture.sheet import Sheet, SheetEntry, capture_name
 from motiondb.database import updating
 from motiondb.database.reading import AddSettings, Reading, read_all
@@ -29,6 +30,7 @@ class AddReport:
     relations : copies, mirror images and cuts found. notes : what was odd but used.
     seconds : motion added. counted : how many of ``added`` are searchable at once, because the
         database had learned. new_words : words of theirs that it will know at the next learn.
+    events : instants that were kept with ``added``.
     """
 
     added: tuple[str, ...]
@@ -39,16 +41,34 @@ class AddReport:
     seconds: float
     counted: int = 0
     new_words: tuple[str, ...] = ()
+    events: int = 0
+
+
+@dataclass(frozen=True)
+class Sheets:
+    """What people wrote about the captures to add, where they did."""
+
+    words: Sheet | None = None
+    events: EventSheet | None = None
+
+    def unknown(self, names: Iterable[str]) -> list[str]:
+        """A sentence for every entry whose file is not among the captures."""
+        return [
+            sentence
+            for sheet in (self.words, self.events)
+            if sheet is not None
+            for sentence in sheet.unknown(names)
+        ]
 
 
 def add_captures(
     database: store.Store,
     folder: Path,
-    sheet: Sheet | None,
+    sheets: Sheets,
     settings: AddSettings,
     progress: Progress | None = None,
 ) -> AddReport:
-    """Add a file, or all captures below a folder, with the words of a sheet.
+    """Add a file, or all captures below a folder, with the words and the events of sheets.
 
     Raises
     ------
@@ -58,7 +78,7 @@ def add_captures(
     tell = progress or (lambda _what, _done, _total: None)
     files = _files(folder)
     names = {capture_name(_below(path, folder)): path for path in reversed(files)}
-    problems = sheet.unknown(names) if sheet else []
+    problems = sheets.unknown(names)
     problems += [
         f"{path}: expected one file per name, found "
         f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
@@ -66,26 +86,28 @@ def add_captures(
         if names[capture_name(_below(path, folder))] != path
     ]
     jobs = [
-        (name, path, _entry(sheet, name), folder, settings) for name, path in sorted(names.items())
+        (name, path, _entry(sheets.words, name), folder, settings)
+        for name, path in sorted(names.items())
     ]
     readings = []
     for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
         readings.append(reading)
         tell("reading captures", done, len(jobs))
     problems += [r.problem for r in readings if r.problem]
-    return _save(database, folder, sheet, settings, readings, problems, tell)
+    return _save(database, folder, sheets, settings, readings, problems, tell)
 
 
 def _save(
     database: store.Store,
     folder: Path,
-    sheet: Sheet | None,
+    sheets: Sheets,
     settings: AddSettings,
     readings: Sequence[Reading],
     problems: list[str],
     tell: Progress,
 ) -> AddReport:
-    known, added, notes, seconds = [], [], _sheet_notes(sheet), 0.0
+    sheet = sheets.words
+    known, added, notes, seconds, n_events = [], [], _sheet_notes(sheets), 0.0, 0
     digests = store.load_digests(database)
     names = {info.name for info in store.load_captures(database)}
     new: list[Reading] = []
@@ -103,12 +125,13 @@ def _save(
         else:
             digests[reading.source.sha256] = reading.name
             new.append(reading)
-    notes += _words_left(database, sheet, known)
+    notes += _words_left(database, sheet, known) + _events_left(database, sheets.events, known)
     if not new:
         return AddReport((), tuple(known), tuple(problems), (), tuple(notes), 0.0)
     with store.transaction(database):
         parameters = {
-            "folder": str(folder), "sheet": sheet.path if sheet else None, "unit": settings.unit,
+            "folder": str(folder), "sheet": sheet.path if sheet else None,
+            "events": sheets.events.path if sheets.events else None, "unit": settings.unit,
             "skip_bad_frames": settings.skip_bad_frames, "joint_map": dict(settings.joint_map),
         }  # fmt: skip
         run_id = store.start_run(database, "add", parameters)
@@ -118,6 +141,7 @@ def _save(
                 assert reading.motion is not None
                 assert reading.source is not None
                 info = store.save_capture(database, info, reading.motion, reading.source, captions)
+                n_events += _save_events(database, sheets.events, info, problems)
                 change.added.append(info.capture_id)
                 added.append(reading.name)
                 seconds += info.duration
@@ -129,14 +153,48 @@ def _save(
     tell("looking for copies", 1, 1)
     return AddReport(
         tuple(added), tuple(known), tuple(problems), tuple(relations), tuple(notes), seconds,
-        len(change.counted), change.new_words,
+        len(change.counted), change.new_words, n_events,
     )  # fmt: skip
 
 
-def _sheet_notes(sheet: Sheet | None) -> list[str]:
-    if sheet is None:
+def _save_events(
+    database: store.Store, sheet: EventSheet | None, info: CaptureInfo, problems: list[str]
+) -> int:
+    """Keep the sheet's events of a capture; how many. Those after its end become problems."""
+    events = sheet.within(info.name, info.motion_frames, problems) if sheet else ()
+    if events:
+        store.save_events(database, info.capture_id, events)
+    return len(events)
+
+
+def _sheet_notes(sheets: Sheets) -> list[str]:
+    notes = []
+    for sheet in (sheets.words, sheets.events):
+        if sheet is not None:
+            empty = f"{sheet.path}: holds a header and no rows"
+            notes += [*sheet.notes] if sheet.entries else [empty]
+    return notes
+
+
+def _events_left(
+    database: store.Store, sheet: EventSheet | None, known: Sequence[tuple[str, str]]
+) -> list[str]:
+    """A note where a sheet has other events for captures that are there already."""
+    if sheet is None or not known:
         return []
-    return [*sheet.notes] if sheet.entries else [f"{sheet.path}: holds a header and no rows"]
+    kept = store.load_events(database)
+    numbers = {info.name: info.capture_id for info in store.load_captures(database)}
+    count = sum(
+        {event for _, event in sheet.entries[name]} != set(kept.get(numbers.get(there, -1), ()))
+        for name, there in known
+        if name in sheet.entries
+    )
+    if not count:
+        return []
+    return [
+        f"{sheet.path}: has other events for {count} captures that were there already; they were "
+        f"left as they are (motiondb events import {sheet.path} replaces them)"
+    ]
 
 
 def _words_left(

@@ -1,4 +1,4 @@
-"""Words and tags of a sheet for captures that are there already."""
+"""Words, tags and events of a sheet for captures that are there already."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from motiondb import store
+from motiondb.capture.event_sheet import read_event_sheet
 from motiondb.capture.sheet import Sheet, read_sheet
 from motiondb.database import updating
 from motiondb.database.cataloguing import captions_within
@@ -22,6 +23,20 @@ class ImportReport:
     """
 
     captures: int
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class EventReport:
+    """What an import of events did.
+
+    captures, events : how many captures have the sheet's events now, and how many these are.
+    problems : a sentence per row without a capture, or after its end. notes : what was odd.
+    """
+
+    captures: int
+    events: int
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -61,3 +76,23 @@ def _read_already(sheet: Sheet, infos: Mapping[str, CaptureInfo]) -> list[str]:
                 f"it was left out (remove and add them to read them by another {what})"
             )
     return notes
+
+
+def import_events(database: store.Store, path: str | Path) -> EventReport:
+    """Replace the events of the captures that a sheet names, all in one transaction.
+
+    Nothing is learned from events, so that what was learned stays as it is.
+    """
+    sheet = read_event_sheet(path)
+    infos = {info.name: info for info in store.load_captures(database)}
+    problems = sheet.unknown(infos)
+    captures = count = 0
+    with store.transaction(database):
+        run_id = store.start_run(database, "events", {"sheet": str(path)})
+        for name in sheet.entries:
+            if name in infos:
+                events = sheet.within(name, infos[name].motion_frames, problems)
+                store.save_events(database, infos[name].capture_id, events)
+                captures, count = captures + 1, count + len(events)
+        store.finish_run(database, run_id)
+    return EventReport(captures, count, tuple(problems), sheet.notes)

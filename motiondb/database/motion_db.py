@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from motiondb import capture, store
+from motiondb.capture.event_sheet import read_event_sheet
 from motiondb.capture.sheet import read_sheet
 from motiondb.database import (
     answering,
@@ -32,6 +33,7 @@ from motiondb.records import (
     Caption,
     CaptureInfo,
     Clip,
+    Event,
     Learning,
     Motion,
     Relation,
@@ -108,15 +110,20 @@ class MotionDB:
         words: str | Path | None = None,
         settings: cataloguing.AddSettings | None = None,
         progress: cataloguing.Progress | None = None,
+        events: str | Path | None = None,
     ) -> cataloguing.AddReport:
-        """Add a capture, or every capture below a folder; ``words`` is a sheet (TSV or CSV).
+        """Add a capture, or every capture below a folder; sheets are TSV or CSV.
 
-        Broken files are left out and reported; what is already there by content stays as it is.
+        ``words`` is a sheet of words and tags, ``events`` one of instants. Broken files are left
+        out and reported; what is already there by content stays as it is.
         """
-        sheet = read_sheet(words) if words is not None else None
+        sheets = cataloguing.Sheets(
+            read_sheet(words) if words is not None else None,
+            read_event_sheet(events) if events is not None else None,
+        )
         self._learned = None
         return cataloguing.add_captures(
-            self.store, Path(folder), sheet, settings or cataloguing.AddSettings(), progress
+            self.store, Path(folder), sheets, settings or cataloguing.AddSettings(), progress
         )
 
     def learn(
@@ -322,6 +329,15 @@ class MotionDB:
         """
         self._learned = None
         return importing.import_words(self.store, sheet)
+
+    def events(self, name: str) -> tuple[Event, ...]:
+        """Instants of a capture, by frames of its motion (30 a second)."""
+        number = store.load_capture(self.store, name).capture_id
+        return store.load_events(self.store, number).get(number, ())
+
+    def import_events(self, sheet: str | Path) -> importing.EventReport:
+        """Replace the events of the captures that a sheet names; tells of what it left out."""
+        return importing.import_events(self.store, sheet)
 
     def set_synonyms(self, path: str | Path) -> Mapping[str, str]:
         """Keep a file of synonyms (lines ``word = canonical``) for words and questions."""

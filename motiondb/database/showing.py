@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +37,7 @@ def describe_capture(database: MotionDB, name: str) -> dict[str, Any]:
         "sha256": info.sha256,
         **{k: v for k, v in info.tags.items() if k not in ("capture", "segments")},
         "words": [_timed(c.words, c.start, c.end) for c in database.captions(info.name)],
+        "events": dict(sorted(Counter(e.name for e in database.events(info.name)).items())),
         "copies": [
             f"{r.capture} {r.kind} {r.other} {r.start:.2f}-{r.end:.2f} s"
             for r in database.relations(info.name)
