@@ -217,8 +217,8 @@ def _table(
         f"{int(asked.sum())} queries of {classes} classes; the query's own {own} is never "
         "searched. motiondb judges likeness by its vectors and by the words learned from captions "
         "of the others (never the query's group), as `like(..., meaning=True)` does; the row below "
-        "it by motion alone, as `like` does without. CCA (16 axes) learns from the same captions. HMM and "
-        "logistic regression are trained on the others' labels."
+        "it by motion alone, as `like` does without. CCA (16 axes) learns from the same captions. "
+        "HMM and logistic regression are trained on the others' labels."
     )
     columns = (
         "method", "1-NN accuracy", "motiondb better by", "mAP", "motiondb better by",
