@@ -147,7 +147,7 @@ def effort_for(counted: Mapping[Right, int]) -> tuple[tuple[int, int], ...]:
 
 _SIZES = (200, 450, 1500)
 _EFFORTS = (((4, 3), (8, 4), (16, 5)), ((4, 3), (8, 4)), ((2, 2),), ((1, 1),))
-_MOST_NODES = 3_000
+_MOST_NODES = 1_500
 """Unions of words tried one by one, times nodes: a bound on time, those seen most come first."""
 
 _WORTH_COMPACTING = 2.0

@@ -144,11 +144,12 @@ def find_sentences(
         judged.append((_compacted_bits(strings, cuts, 1, 1), place, cuts))
         if progress is not None:
             progress(len(splits) + number + 1, steps)
+    beam = (2, 2) if total > _LARGE else (4, 3)
     finalists = sorted(judged)[: 2 if total > _LARGE else 4]
     if total <= _SMALL:
         learned = [sentences_between(strings, cuts) for *_, cuts in finalists]
     else:
-        best = min((_compacted_bits(strings, cuts, 4, 3), k, cuts) for _, k, cuts in finalists)
+        best = min((_compacted_bits(strings, cuts, *beam), k, cuts) for _, k, cuts in finalists)
         learned = [sentences_between(strings, best[2])]
     if progress is not None:
         progress(steps, steps)
