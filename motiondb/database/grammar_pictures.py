@@ -37,7 +37,7 @@ def draw_sentences(material: Material, path: str | Path) -> Path:
     ]
     title = f"{learned.name}: {len(learned.sentences)} sentences, {len(order)} different trees"
     if len(order) > SHOWN_TREES:
-        title += f", the commonest {SHOWN_TREES}"
+        title += f", {SHOWN_TREES} of them here"
     return pictures.draw_trees(trees, path, title, colours(learned))
 
 
