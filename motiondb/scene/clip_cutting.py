@@ -169,15 +169,16 @@ def _spread(cuts: Iterable[int], start: int, end: int) -> list[int]:
 
 
 def _steps(frames: BodyFrames, start: int, end: int, cuts: list[int]) -> list[Piece]:
-    """Pieces of a travelling action between foot strikes."""
+    """Pieces of a travelling action between foot strikes, and out of and into rest."""
     if len(cuts) < 2:
         return [Piece(start, end)]
-    pieces = _spans(cuts, (1, 2))
-    if _pelvis_speed(frames, start) < REST_TRAVEL:
-        pieces.append(Piece(start, cuts[0], START))
-    if _pelvis_speed(frames, end - 1) < REST_TRAVEL:
-        pieces.append(Piece(cuts[-1], end, STOP))
-    return sorted(pieces)
+    from_rest = _pelvis_speed(frames, start) < REST_TRAVEL
+    into_rest = _pelvis_speed(frames, end - 1) < REST_TRAVEL
+    edges = [start] * from_rest + cuts + [end] * into_rest
+    return [
+        Piece(p.start, p.end, START if p.start == start else STOP if p.end == end else MIDDLE)
+        for p in _spans(edges, (1, 2))
+    ]
 
 
 def _spans(edges: list[int], lengths: tuple[int, ...]) -> list[Piece]:

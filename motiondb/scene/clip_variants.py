@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import FloatArray
+from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.scene.clip_cutting import START, STOP
 
 
@@ -48,6 +48,10 @@ class VariantSettings:
 
 TRAVELS = 0.3
 """Metres between the ends of a piece that travels."""
+STEPS = 0.1
+"""Metres between the ends of a first or last step."""
+MOST_TURNING = np.radians(240.0)
+"""Radians a second of the fastest bend; people who run turn no faster."""
 
 
 def edits_of(path: FloatArray, kind: str, settings: VariantSettings) -> FloatArray:
@@ -58,11 +62,18 @@ def edits_of(path: FloatArray, kind: str, settings: VariantSettings) -> FloatArr
     path : array (n + 1, 3), places of the piece's frames and of the frame after it.
     kind : of the piece, see :mod:`motiondb.scene.clip_cutting`.
     """
-    travels = float(np.hypot(path[-1, 0], path[-1, 1])) >= TRAVELS
-    bends = settings.bends if travels else settings.turns
-    bends = settings.rest_bends if kind in (START, STOP) else bends
-    stretches = settings.stretches if travels else (1.0,)
-    return np.array([(bend, stretch) for bend in bends for stretch in stretches])
+    way, seconds = float(np.hypot(path[-1, 0], path[-1, 1])), (len(path) - 1) / MOTION_FPS
+    bends = settings.bends if way >= TRAVELS else settings.turns
+    bends = settings.rest_bends if kind in (START, STOP) and way >= STEPS else bends
+    stretches = settings.stretches if way >= TRAVELS else (1.0,)
+    return np.array(
+        [
+            (bend, stretch)
+            for bend in bends
+            if abs(bend) <= MOST_TURNING * seconds
+            for stretch in stretches
+        ]
+    )
 
 
 def edited_paths(path: FloatArray, edits: FloatArray) -> FloatArray:
