@@ -40,6 +40,14 @@ from motiondb.scene.rules import (
 )
 from motiondb.scene.tactics import FEINTS, MOVES, SHOTS, Diagram
 
+ONLY_ASKED = (
+    *("hold", "catch", "pass", "shoot", "layup"),
+    *("screen", "push", "block", "feint", "fake_shot"),
+)
+"""Actions that somebody else takes part in, or that the ball's course depends on: nobody does them
+unless the diagram asks, or else there were balls from nowhere and passes to nobody. (A choice; the
+paper's strings may do what the grammar allows beside what is asked.)"""
+
 _VIA_WEIGHT = 1.0
 """Metres: a curve is drawn by hand, so what it passes is a wish, not a place to be at."""
 
