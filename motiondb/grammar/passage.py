@@ -1,4 +1,4 @@
-"""A passage: sentences one after another, as a long take holds them, with nothing marking their ends.
+"""A passage: sentences one after another, as a long take holds them, nothing marking their ends.
 
 For a grammar with the start symbol S, the passages are the strings of
 
