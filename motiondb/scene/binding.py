@@ -4,7 +4,7 @@ Every action comes under the rules of its symbol, below the ancestors that it ha
 nonterminal's rules are about the stretch of actions that it derives; the diagram's rules are about
 its items. Roles are resolved by the diagram's items: who is passed to or screened is the receiver,
 who is screened, guarded, blocked or run at the opponent; elsewhere the opponent is
-``diagram.opponent_of``. Where nobody fills a role (a pass that no item asks for), the rule is unmet.
+``diagram.opponent_of``. Where nobody fills a role (a pass that no item asks for) the rule is unmet.
 
 Choices, print being silent: of several actions of one item in a row that all have the same rule
 ``at end`` (``at start``), only the last (first) comes under it, as a circle is meant for the end of

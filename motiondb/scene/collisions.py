@@ -6,8 +6,7 @@ who is screened) may come closer, but not into one another, within half a second
 
 from __future__ import annotations
 
-from numba import njit
-
+from motiondb.scene.compilation import compiled
 from motiondb.scene.placement import ClipArrays
 from motiondb.scene.scene_arrays import SceneArrays
 
@@ -22,7 +21,7 @@ _APART = (2.0 * RADIUS) ** 2
 _CONTACT_APART = (2.0 * CONTACT_RADIUS) ** 2
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _in_contact(scene: SceneArrays, library: ClipArrays, p: int, q: int, frame: int) -> bool:
     """Whether two may touch at a frame: near the event of either's clip that is for it."""
     for n in range(len(scene.contacts)):
@@ -35,7 +34,7 @@ def _in_contact(scene: SceneArrays, library: ClipArrays, p: int, q: int, frame: 
     return False
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def touch(scene: SceneArrays, library: ClipArrays, p: int, q: int, g: int) -> bool:
     """Whether two touch that should not, at point ``g`` of the grid."""
     i, j = min(g, scene.filled[p]), min(g, scene.filled[q])
@@ -49,7 +48,7 @@ def touch(scene: SceneArrays, library: ClipArrays, p: int, q: int, g: int) -> bo
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def overlaps(scene: SceneArrays, library: ClipArrays, p: int, q: int) -> int:
     """Points of the grid at which two touch, up to where both stand."""
     one, other = scene.grid[p], scene.grid[q]

@@ -6,9 +6,9 @@ over the semantic rules k: g_smooth sums the mismatch of poses and velocities at
 g_collision is 1 where anybody touches anybody, g_effort is the metres that all travel.
 
 :func:`swap`, :func:`move` and :func:`shift` change a scene's arrays in place, evaluate anew only
-what the change can touch (the rest of one player's string, the rules that read it, their pairs), and
-return the new -log P(Y); :func:`undo` takes the last of them back. All are compiled and release the
-interpreter's lock, to be called from compiled loops::
+what the change can touch (the rest of one player's string, the rules that read it, their pairs),
+and return the new -log P(Y); :func:`undo` takes the last of them back. All are compiled and release
+the interpreter's lock, to be called from compiled loops::
 
     before = scene.total[0]
     if rng.random() >= exp(before - swap(scene, library, player, k, entry)):
@@ -29,16 +29,17 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from motiondb.records import FloatArray
 from motiondb.scene.collisions import overlaps, touch
-from motiondb.scene.placement import ClipArrays, chain, clip_at, place_in_clip, put_origin
+from motiondb.scene.compilation import compiled
+from motiondb.scene.placement import ClipArrays, clip_at, put_origin
 from motiondb.scene.rule_kernels import rule_value
 from motiondb.scene.rule_table import SYNCHRONISATION, RuleTable
 from motiondb.scene.rules import Weights
 from motiondb.scene.scene_arrays import ANY_TIME, EVERY, MOST_DELAY, SceneArrays, empty_scene
+from motiondb.scene.scene_places import grid_since, place_string
 from motiondb.scene.scene_state import SceneState
 
 TOTAL, RULES, SMOOTH, COLLISION, EFFORT = range(5)
@@ -73,7 +74,7 @@ def energy(
     errors = np.zeros(scene.entry.shape)
     token_errors(scene, library, errors)
     total, _, smooth, collision, effort = scene.total.tolist()
-    by_token = tuple(row[:n] for row, n in zip(errors, scene.count, strict=True))
+    by_token = tuple(row[:n] for row, n in zip(errors, scene.n_clips, strict=True))
     return Energy(total, scene.cost, smooth, collision, effort, by_token, scene.overlaps)
 
 
@@ -90,12 +91,12 @@ def scene_arrays(
     return scene
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def evaluate(scene: SceneArrays, library: ClipArrays) -> float:
     """-log P(Y) from nothing but clips, origins and delays; fills everything else."""
-    n_players = len(scene.count)
+    n_players = len(scene.n_clips)
     for p in range(n_players):
-        _place(scene, library, p, -1)
+        place_string(scene, library, p, -1)
     for p in range(n_players):
         for q in range(p):
             scene.overlaps[p, q] = scene.overlaps[q, p] = overlaps(scene, library, p, q)
@@ -105,7 +106,7 @@ def evaluate(scene: SceneArrays, library: ClipArrays) -> float:
     return _sum(scene, library)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def swap(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int) -> float:
     """Exchange clip ``k`` of a player; -log P(Y) of what comes out."""
     _keep(scene, player, k)
@@ -113,7 +114,7 @@ def swap(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: in
     return _refresh(scene, library, player, k)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def move(
     scene: SceneArrays, library: ClipArrays, player: int, x: float, z: float, theta: float
 ) -> float:
@@ -123,7 +124,7 @@ def move(
     return _refresh(scene, library, player, -1)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def shift(scene: SceneArrays, library: ClipArrays, player: int, delay: int) -> float:
     """Let a player begin at another frame; -log P(Y) of what comes out.
 
@@ -136,14 +137,14 @@ def shift(scene: SceneArrays, library: ClipArrays, player: int, delay: int) -> f
     return _refresh(scene, library, player, -1)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def undo(scene: SceneArrays) -> None:
     """Take the last swap, move or shift back; without one, do nothing."""
     player = scene.back[0]
     if player < 0:
         return
     k, n_rules = scene.back[1], scene.back[4]
-    n, since = scene.count[player], max(k, 0)
+    n, since = scene.n_clips[player], max(k, 0)
     if k >= 0:
         scene.entry[player, k] = scene.back[2]
         scene.seams[player, k] = scene.back_seams[0]
@@ -154,35 +155,35 @@ def undo(scene: SceneArrays) -> None:
         for a in range(5):
             scene.placed[player, m, a] = scene.back_placed[m, a]
     scene.filled[player] = scene.back[3]
-    for g in range(_grid_since(scene, player, k), scene.filled[player] + 1):
+    for g in range(grid_since(scene, player, k), scene.filled[player] + 1):
         for a in range(3):
             scene.grid[player, g, a] = scene.back_grid[g, a]
     for i in range(n_rules):
         r = scene.back_rules[i, 0]
         scene.cost[r] = scene.back_cost[i]
         scene.seen[r], scene.meant[r] = scene.back_rules[i, 1], scene.back_rules[i, 2]
-    for q in range(len(scene.count)):
+    for q in range(len(scene.n_clips)):
         scene.overlaps[player, q] = scene.overlaps[q, player] = scene.back_overlaps[q]
     for a in range(5):
         scene.total[a] = scene.back_total[a]
     scene.back[0] = -1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def token_errors(scene: SceneArrays, library: ClipArrays, errors: FloatArray) -> float:
     """The errors of all clips (P, L), 0 where there is none; returns their sum."""
     total = 0.0
-    for p in range(len(scene.count)):
+    for p in range(len(scene.n_clips)):
         for k in range(errors.shape[1]):
             errors[p, k] = 0.0
-        for k in range(scene.count[p]):
+        for k in range(scene.n_clips[p]):
             metres = library.clips[scene.entry[p, k]].length
             errors[p, k] += 1.0 + scene.scale[2] * metres
             half = 0.5 * scene.scale[0] * scene.seams[p, k]
             errors[p, k] += half
             if k > 0:
                 errors[p, k - 1] += half
-        total += scene.count[p]
+        total += scene.n_clips[p]
     for r in range(len(scene.rows)):
         row = scene.rows[r]
         cost = scene.cost[r]
@@ -196,10 +197,10 @@ def token_errors(scene: SceneArrays, library: ClipArrays, errors: FloatArray) ->
     return total + scene.total[TOTAL]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _share_collisions(scene: SceneArrays, library: ClipArrays, errors: FloatArray) -> None:
     """Add the collision's cost to the clips that touch, by the points at which they do."""
-    n_players = len(scene.count)
+    n_players = len(scene.n_clips)
     points = 0
     for p in range(n_players):
         for q in range(p):
@@ -211,22 +212,16 @@ def _share_collisions(scene: SceneArrays, library: ClipArrays, errors: FloatArra
             while left > 0:
                 if touch(scene, library, p, q, g):
                     frame = g * scene.every[0]
-                    errors[p, clip_at(scene.begin[p], scene.count[p], frame)] += part
-                    errors[q, clip_at(scene.begin[q], scene.count[q], frame)] += part
+                    errors[p, clip_at(scene.begin[p], scene.n_clips[p], frame)] += part
+                    errors[q, clip_at(scene.begin[q], scene.n_clips[q], frame)] += part
                     left -= 1
                 g += 1
 
 
-@njit(cache=True, nogil=True)
-def _grid_since(scene: SceneArrays, player: int, k: int) -> int:
-    """The first point of the grid that a change of clip ``k`` (-1: of all) can touch."""
-    return 0 if k < 0 else -(-scene.begin[player, k] // scene.every[0])
-
-
-@njit(cache=True, nogil=True)
+@compiled
 def _keep(scene: SceneArrays, player: int, k: int) -> None:
     """Note what a change of clip ``k`` (-1: of all) of a player will overwrite."""
-    n, since = scene.count[player], max(k, 0)
+    n, since = scene.n_clips[player], max(k, 0)
     back = scene.back
     back[0], back[1], back[3], back[4] = player, k, scene.filled[player], 0
     if k >= 0:
@@ -238,20 +233,20 @@ def _keep(scene: SceneArrays, player: int, k: int) -> None:
         scene.back_begin[m] = scene.begin[player, m]
         for a in range(5):
             scene.back_placed[m, a] = scene.placed[player, m, a]
-    for g in range(_grid_since(scene, player, k), scene.filled[player] + 1):
+    for g in range(grid_since(scene, player, k), scene.filled[player] + 1):
         for a in range(3):
             scene.back_grid[g, a] = scene.grid[player, g, a]
-    for q in range(len(scene.count)):
+    for q in range(len(scene.n_clips)):
         scene.back_overlaps[q] = scene.overlaps[player, q]
     for a in range(5):
         scene.back_total[a] = scene.total[a]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _refresh(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> float:
     """Evaluate what a change of clip ``k`` (-1: of all) of a player can touch."""
-    _place(scene, library, player, k)
-    for q in range(len(scene.count)):
+    place_string(scene, library, player, k)
+    for q in range(len(scene.n_clips)):
         if q != player:
             found = overlaps(scene, library, player, q)
             scene.overlaps[player, q] = scene.overlaps[q, player] = found
@@ -269,57 +264,28 @@ def _refresh(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> fl
     return _sum(scene, library)
 
 
-@njit(cache=True, nogil=True)
-def _place(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> None:
-    """Place all behind clip ``k`` (-1: everything) of a player; their seams and their grid."""
-    n, since, every = scene.count[player], max(k, 0), scene.every[0]
-    entry, begin, placed = scene.entry[player], scene.begin[player], scene.placed[player]
-    chain(placed, begin, entry, library.clips, since, n)
-    for m in range(max(since, 1), n if k < 0 else min(k + 2, n)):
-        before, after = library.clips[entry[m - 1]].seam, library.clips[entry[m]].seam
-        scene.seams[player, m] = library.seams[before, after]
-    grid = scene.grid[player]
-    g = _grid_since(scene, player, k)
-    while g * every < begin[0]:
-        grid[g, 0], grid[g, 1], grid[g, 2] = placed[0, 0], placed[0, 1], placed[0, 2]
-        g += 1
-    for m in range(since, n):
-        row = library.clips[entry[m]].path_start - begin[m]
-        c, s, x, z, theta = placed[m, 3], placed[m, 4], placed[m, 0], placed[m, 1], placed[m, 2]
-        while g * every < begin[m + 1]:
-            at = row + g * every
-            px, pz = library.path[at, 0], library.path[at, 1]
-            grid[g, 0], grid[g, 1] = x + px * c + pz * s, z - px * s + pz * c
-            grid[g, 2] = theta + library.path[at, 2]
-            g += 1
-    scene.filled[player] = g
-    clip = library.clips[entry[n - 1]]
-    last = clip.path_start + clip.n_frames - 1
-    grid[g, 0], grid[g, 1], grid[g, 2] = place_in_clip(placed, library.path, last, n - 1)
-
-
-@njit(cache=True, nogil=True)
+@compiled
 def _set_rule(scene: SceneArrays, library: ClipArrays, r: int) -> None:
     value, scene.seen[r], scene.meant[r] = rule_value(scene, library, r)
     scene.cost[r] = value / scene.rows[r].weight
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _sum(scene: SceneArrays, library: ClipArrays) -> float:
     """Put -log P(Y) together; sums are made anew, so that no rounding piles up."""
     total = scene.total
     total[RULES] = total[SMOOTH] = total[COLLISION] = total[EFFORT] = 0.0
     for r in range(len(scene.cost)):
         total[RULES] += scene.cost[r]
-    for p in range(len(scene.count)):
-        for k in range(1, scene.count[p]):
+    for p in range(len(scene.n_clips)):
+        for k in range(1, scene.n_clips[p]):
             total[SMOOTH] += scene.scale[0] * scene.seams[p, k]
         for q in range(p):
             if scene.overlaps[p, q] > 0:
                 total[COLLISION] = scene.scale[1]
     if scene.scale[2] > 0.0:
-        for p in range(len(scene.count)):
-            for k in range(scene.count[p]):
+        for p in range(len(scene.n_clips)):
+            for k in range(scene.n_clips[p]):
                 total[EFFORT] += scene.scale[2] * library.clips[scene.entry[p, k]].length
     total[TOTAL] = total[RULES] + total[SMOOTH] + total[COLLISION] + total[EFFORT]
     return float(total[TOTAL])

@@ -19,10 +19,10 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from motiondb.records import FloatArray
+from motiondb.scene.compilation import compiled
 
 if TYPE_CHECKING:
     from motiondb.scene.clips import ClipLibrary
@@ -59,7 +59,7 @@ def clip_arrays(library: ClipLibrary) -> ClipArrays:
     step = np.asarray(library.step, dtype=float)
     clips["n_frames"], clips["path_start"] = library.n_frames, library.path_start
     clips["event"] = np.where(
-        library.event_frame >= 0, library.event_frame, np.asarray(library.n_frames) // 2
+        library.event_frame >= 0, library.event_frame, (np.asarray(library.n_frames) - 1) // 2
     )
     clips["seam"] = library.seam_class
     clips["first"] = np.asarray(library.first)[library.terminal]
@@ -75,14 +75,14 @@ def clip_arrays(library: ClipLibrary) -> ClipArrays:
     return ClipArrays(clips, path, way, np.ascontiguousarray(library.seam, dtype=float))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def put_origin(placed: FloatArray, x: float, z: float, theta: float) -> None:
     """Let a string begin at a place: ``placed`` (clips + 1, 5) holds x, z, theta, cos, sin."""
     placed[0, 0], placed[0, 1], placed[0, 2] = x, z, theta
     placed[0, 3], placed[0, 4] = math.cos(theta), math.sin(theta)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def chain(
     placed: FloatArray,
     begin: NDArray[np.int64],
@@ -111,7 +111,7 @@ def chain(
         begin[k + 1] = frame
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def clip_at(begin: NDArray[np.int64], count: int, frame: int) -> int:
     """The clip that plays at a frame; the first before the string begins, the last behind it."""
     k = count - 1
@@ -120,7 +120,7 @@ def clip_at(begin: NDArray[np.int64], count: int, frame: int) -> int:
     return k
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def place_in_clip(
     placed: FloatArray, path: FloatArray, row: int, k: int
 ) -> tuple[float, float, float]:

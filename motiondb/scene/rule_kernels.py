@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from motiondb.records import MOTION_FPS
-from motiondb.scene.placement import ClipArrays, clip_at, place_in_clip
+from motiondb.scene.compilation import compiled
+from motiondb.scene.placement import ClipArrays, place_in_clip
 from motiondb.scene.rule_table import (
     AT_END,
     AT_START,
@@ -26,16 +25,17 @@ from motiondb.scene.rule_table import (
 )
 from motiondb.scene.rules import PASS_SPEED
 from motiondb.scene.scene_arrays import SceneArrays
+from motiondb.scene.scene_places import place_of
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def wrapped(turn: float) -> float:
     """The size of a turn, radians in [0, pi]."""
     turn = abs(turn) % (2.0 * math.pi)
     return min(turn, 2.0 * math.pi - turn)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def segment_distance(x: float, z: float, ax: float, az: float, bx: float, bz: float) -> float:
     """Metres from a point to the segment between two."""
     dx, dz = bx - ax, bz - az
@@ -44,19 +44,7 @@ def segment_distance(x: float, z: float, ax: float, az: float, bx: float, bz: fl
     return math.hypot(x - ax - share * dx, z - az - share * dz)
 
 
-@njit(cache=True, nogil=True)
-def place_of(
-    scene: SceneArrays, library: ClipArrays, player: int, frame: int
-) -> tuple[float, float, float]:
-    """Where a player is at a frame of the scene: x, z, theta."""
-    begin = scene.begin[player]
-    k = clip_at(begin, scene.count[player], frame)
-    clip = library.clips[scene.entry[player, k]]
-    own = min(max(frame - begin[k], 0), clip.n_frames - 1)
-    return place_in_clip(scene.placed[player], library.path, clip.path_start + own, k)
-
-
-@njit(cache=True, nogil=True)
+@compiled
 def moment_of(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int]:
     """The clip and the frame within it at which rule ``r`` looks (not where throughout)."""
     row = scene.rows[r]
@@ -70,7 +58,7 @@ def moment_of(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int
     return row.first, library.clips[entry[row.first]].event
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _on_the_way(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int]:
     """Where a share of the metres of a stretch is behind: the first such frame."""
     row = scene.rows[r]
@@ -95,7 +83,7 @@ def _on_the_way(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, i
     return row.first, 0
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _measure(
     kind: int,
     own: tuple[float, float, float],
@@ -117,7 +105,7 @@ def _measure(
     return apart
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _throughout(scene: SceneArrays, r: int) -> tuple[float, int]:
     """The mean over the points of the grid within a stretch (the one before, if there is none)."""
     row = scene.rows[r]
@@ -143,7 +131,7 @@ def _throughout(scene: SceneArrays, r: int) -> tuple[float, int]:
     return total / (g1 - g0), (g1 - 1) * every
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _synchronisation(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, int]:
     """f_synch against the partner's clip that fulfils it best, seconds, and which that is."""
     row = scene.rows[r]
@@ -167,7 +155,7 @@ def _synchronisation(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[f
     return best, meant
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def rule_value(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, int, int]:
     """f of rule ``r``, the last frame at which it looks at others, and the partner's clip meant."""
     row = scene.rows[r]

@@ -39,13 +39,13 @@ class SceneArrays(NamedTuple):
 
     Attributes
     ----------
-    count (P,), entry (P, L) : clips of every player, numbers of the library.
-    begin (P, L + 1) : first frame of every clip; behind the last, the end. begin[:, 0] is the delay.
+    n_clips (P,), entry (P, L) : clips of every player, numbers of the library.
+    begin (P, L + 1) : first frame of every clip; behind the last, the end. begin[:, 0]: the delay.
     placed (P, L + 1, 5) : x, z, theta, cos, sin where every clip begins; placed[:, 0] the origin.
     grid (P, G, 3), filled (P,) : x, z, theta at frames 0, every, 2 every ..; behind the ``filled``
         points that lie within the player's string stands the last pose, once.
-    cost (R,) : f_k / c_k. seen (R,) : last frame at which the rule looks at others. meant (R,) : the
-        partner's clip that counts for a synchronisation.
+    cost (R,) : f_k / c_k. seen (R,) : last frame at which the rule looks at others.
+    meant (R,) : the partner's clip that counts for a synchronisation.
     seams (P, L) : mismatch at the beginning of every clip, unweighted.
     overlaps (P, P) : points of the grid at which two touch. near (P, P) : 1 where two may.
     total (5,) : -log P(Y), and its parts: rules, smoothness, collision, effort.
@@ -56,7 +56,7 @@ class SceneArrays(NamedTuple):
     back_* : what the last change has overwritten.
     """
 
-    count: IntArray
+    n_clips: IntArray
     entry: IntArray
     begin: IntArray
     placed: FloatArray
@@ -98,7 +98,7 @@ def empty_scene(
     depends, depends_first = _dependencies(table)
     floats = (weights.smooth, weights.collision, weights.effort)
     scene = SceneArrays(
-        count=np.array([len(player.entries) for player in players]),
+        n_clips=np.array([len(player.entries) for player in players]),
         entry=np.zeros((n, most), np.int64),
         begin=np.zeros((n, most + 1), np.int64),
         placed=np.zeros((n, most + 1, 5)),
@@ -140,7 +140,7 @@ def scene_state(scene: SceneArrays, trees: Sequence[Tree]) -> SceneState:
     players = []
     for number, tree in enumerate(trees):
         x, z, theta = scene.placed[number, 0, :3].tolist()
-        entries = scene.entry[number, : scene.count[number]].copy()
+        entries = scene.entry[number, : scene.n_clips[number]].copy()
         players.append(PlayerState(tree, entries, (x, z, theta), int(scene.begin[number, 0])))
     return SceneState(tuple(players))
 
@@ -165,18 +165,17 @@ def _near(table: RuleTable, n: int) -> IntArray:
 def _dependencies(table: RuleTable) -> tuple[IntArray, IntArray]:
     """For every player the rules that read them, with how far; see :class:`SceneArrays`."""
     of: list[dict[int, int]] = [{} for _ in table.players]
-    columns = ("kind", "player", "first", "last", "moment", "target", "other", "partner")
-    columns = (*columns, "partner_first", "partner_last")
-    rows = zip(*(table.rows[name].tolist() for name in columns), strict=True)
-    for number, (kind, player, first, last, moment, target, other, partner, a, b) in enumerate(rows):
+    for number, row in enumerate(table.rows):
+        kind, player, target, other = row["kind"], row["player"], row["target"], row["other"]
         if kind == UNMET:
             continue
         if kind == SYNCHRONISATION:
-            of[partner][number] = int(table.partners[a:b].max()) + 1
+            meant = table.partners[row["partner_first"] : row["partner_last"]]
+            of[row["partner"]][number] = int(meant.max()) + 1
         for looked_at in (target, other):
             if looked_at >= 0:
                 of[looked_at][number] = ANY_TIME
-        reach = {AT_START: first, AT_EVENT: first + 1}.get(moment, last)
+        reach = {AT_START: row["first"], AT_EVENT: row["first"] + 1}.get(row["moment"], row["last"])
         of[player][number] = max(reach, of[player].get(number, 0))
     pairs = [pair for rules in of for pair in rules.items()]
     ends = np.cumsum([0, *(len(rules) for rules in of)])
