@@ -89,9 +89,9 @@ def _make(
                     )
                 )
     _check_terminals(grammar, {one.terminal for one in shown})
-    return SceneClips(
-        make_library(shown, [terminal.name for terminal in grammar.terminals], settings), motions
-    )
+    library = make_library(shown, [terminal.name for terminal in grammar.terminals], settings)
+    used = sorted({source.capture for source in library.source})
+    return SceneClips(library, {name: motions[name] for name in used})
 
 
 def _frames(part: ShownAction, motion: Motion) -> tuple[int, int]:

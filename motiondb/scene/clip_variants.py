@@ -14,12 +14,17 @@ starts to run turns with the first step. Clips in place are turned a little.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.scene.clip_cutting import START, STOP
+
+
+def _radians(*degrees: float) -> tuple[float, ...]:
+    return tuple(math.radians(angle) for angle in degrees)
 
 
 @dataclass(frozen=True)
@@ -36,12 +41,10 @@ class VariantSettings:
         stay; beyond, captures are left out evenly.
     """
 
-    bends: tuple[float, ...] = tuple(np.radians([-40.0, -20.0, -10.0, 0.0, 10.0, 20.0, 40.0]))
+    bends: tuple[float, ...] = _radians(-40, -20, -10, 0, 10, 20, 40)
     stretches: tuple[float, ...] = (0.7, 0.85, 1.0, 1.15, 1.3)
-    rest_bends: tuple[float, ...] = tuple(
-        np.radians([-90.0, -60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0, 90.0])
-    )
-    turns: tuple[float, ...] = tuple(np.radians([-30.0, -15.0, 0.0, 15.0, 30.0]))
+    rest_bends: tuple[float, ...] = _radians(-90, -60, -40, -20, 0, 20, 40, 60, 90)
+    turns: tuple[float, ...] = _radians(-30, -15, 0, 15, 30)
     mirror: bool = True
     most: int = 96
 
@@ -50,7 +53,7 @@ TRAVELS = 0.3
 """Metres between the ends of a piece that travels."""
 STEPS = 0.1
 """Metres between the ends of a first or last step."""
-MOST_TURNING = np.radians(240.0)
+MOST_TURNING = math.radians(240.0)
 """Radians a second of the fastest bend; people who run turn no faster."""
 
 
@@ -70,10 +73,10 @@ def edits_of(path: FloatArray, kind: str, settings: VariantSettings) -> FloatArr
         [
             (bend, stretch)
             for bend in bends
-            if abs(bend) <= MOST_TURNING * seconds
+            if abs(bend) <= MOST_TURNING * seconds + 1e-9
             for stretch in stretches
         ]
-    )
+    ).reshape(-1, 2)
 
 
 def edited_paths(path: FloatArray, edits: FloatArray) -> FloatArray:

@@ -43,7 +43,7 @@ def inverse(place: FloatArray) -> FloatArray:
     """The transform that undoes ``place``: array (..., 3).
 
     >>> place = np.array([3.0, -1.0, 0.7])
-    >>> compose(place, inverse(place)).round(12).tolist()
+    >>> abs(compose(place, inverse(place))).round(12).tolist()
     [0.0, 0.0, 0.0]
     """
     place = np.asarray(place, dtype=float)
