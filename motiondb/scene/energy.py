@@ -138,6 +138,45 @@ def shift(scene: SceneArrays, library: ClipArrays, player: int, delay: int) -> f
 
 
 @compiled
+def change(
+    scene: SceneArrays,
+    library: ClipArrays,
+    player: int,
+    k: int,
+    entry: int,
+    origin: tuple[float, float, float],
+    delay: int,
+) -> float:
+    """Exchange clip ``k`` of a player and let them begin elsewhere and at another frame.
+
+    -log P(Y) of what comes out; infinite for a delay out of range, with the scene as it was.
+    :func:`unchange` takes it back.
+    """
+    start = scene.placed[player, 0]
+    same = start[0] == origin[0] and start[1] == origin[1] and start[2] == origin[2]
+    if same and delay == scene.begin[player, 0]:
+        return swap(scene, library, player, k, entry)
+    _keep(scene, player, -1)
+    if delay < 0 or delay > MOST_DELAY:
+        return math.inf
+    scene.entry[player, k] = entry
+    scene.begin[player, 0] = delay
+    put_origin(scene.placed[player], origin[0], origin[1], origin[2])
+    return _refresh(scene, library, player, -1)
+
+
+@compiled
+def unchange(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int) -> None:
+    """Take the last :func:`change` back; ``entry`` is what clip ``k`` was before."""
+    undo(scene)
+    scene.entry[player, k] = entry
+    for m in range(max(k, 1), min(k + 2, scene.count[player])):
+        before = library.clips[scene.entry[player, m - 1]].seam
+        after = library.clips[scene.entry[player, m]].seam
+        scene.seams[player, m] = library.seams[before, after]
+
+
+@compiled
 def undo(scene: SceneArrays) -> None:
     """Take the last swap, move or shift back; without one, do nothing."""
     player = scene.back[0]
