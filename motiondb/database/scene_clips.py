@@ -1,8 +1,10 @@
 """Which parts of captures show the actions of a motion grammar, by what people wrote.
 
-A caption speaks for an action where it tells of one action only, holds all words of one of the
-terminal's phrases, and of none of those that it is to be without. A caption with times is about its
-part of the capture, one without about the whole.
+A caption speaks for an action where it tells of this one only: what it tells holds all words of one
+of the terminal's phrases, and of none of those that it is to be without. That the way turns or
+ends is no other action: "walk, veer left" and "run, stop" show walking and running, and steps
+that turn are welcome. A caption with times is about its part of the capture, one without about
+the whole.
 """
 
 from __future__ import annotations
@@ -17,6 +19,10 @@ from motiondb.words.vocabulary import split_actions, words_of
 
 if TYPE_CHECKING:
     from motiondb.database.motion_db import MotionDB
+
+
+_WAY = frozenset(("turn", "veer", "curve", "left", "right", "stop", "sudden", "suddenly", "degree"))
+"""Words that tell of the way of an action, not of another one."""
 
 
 @dataclass(frozen=True)
@@ -34,17 +40,20 @@ def shows(terminal: Terminal, caption: str, synonyms: Mapping[str, str] | None =
     >>> shoot = Terminal("shoot", ("shoot", "jump shot"), ("fake",))
     >>> [shows(shoot, text) for text in ("takes a jump shot", "fakes a shot", "runs, shoots")]
     [True, False, False]
+    >>> [shows(Terminal("walk", ("walk",)), text) for text in ("walk, veer left", "turn left")]
+    [True, False]
     """
-    actions = split_actions(caption, synonyms)
-    if len(actions) != 1:
-        return False
-    words = set(actions[0])
 
-    def holds(phrases: Iterable[str]) -> bool:
+    def holds(words: set[str], phrases: Iterable[str]) -> bool:
         wanted = [words_of(phrase, synonyms) for phrase in phrases]
         return any(found and words.issuperset(found) for found in wanted)
 
-    return holds(terminal.phrases) and not holds(terminal.without)
+    actions = [set(words) for words in split_actions(caption, synonyms)]
+    if len(actions) > 1:
+        actions = [words for words in actions if not words <= _WAY]
+    return bool(actions) and all(
+        holds(words, terminal.phrases) and not holds(words, terminal.without) for words in actions
+    )
 
 
 def find_actions(base: MotionDB, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:

@@ -36,7 +36,7 @@ MOVING = 0.25
 REST_TRAVEL = 0.5
 """Ground speed of the pelvis, metres a second, below which a clip begins or ends at rest."""
 TRAVEL = 1.0
-"""Metres between the ends of an action that travels."""
+"""Metres that an action which travels comes away from where it begins."""
 TURNED = np.radians(45.0)
 """An action that turns by more stays whole."""
 GOES_ON = 60
@@ -99,9 +99,9 @@ def cut_action(shown: ShownMotion, frames: BodyFrames) -> list[Piece]:
 
 
 def travels(frames: BodyFrames, start: int, end: int) -> bool:
-    """Whether the body ends TRAVEL metres from where it was, over frames [start, end)."""
-    way = frames.places[end - 1, :2] - frames.places[start, :2]
-    return bool(np.hypot(way[0], way[1]) >= TRAVEL)
+    """Whether the body comes TRAVEL metres away from where it was, in frames [start, end)."""
+    away = frames.places[start:end, :2] - frames.places[start, :2]
+    return bool(np.hypot(away[:, 0], away[:, 1]).max() >= TRAVEL)
 
 
 def without_rest(frames: BodyFrames, start: int, end: int) -> tuple[int, int]:

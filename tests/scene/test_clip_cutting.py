@@ -96,6 +96,14 @@ def test_waiting_is_cut_into_equal_pieces_and_short_or_turning_actions_are_not()
     assert cut_action(shown(72), turning) == [Piece(0, 72)]
 
 
+def test_who_comes_back_has_travelled_too() -> None:
+    frames = moving(np.full(80, 1.5))
+    frames.places[:, 1] = 2.0 * np.sin(np.linspace(0.0, np.pi, 80))
+    assert clip_cutting.travels(frames, 0, 80)
+    assert not clip_cutting.travels(frames, 0, 10)
+    assert len(cut_action(shown(80, events=strikes(20, 40, 60)), frames)) == 3
+
+
 def test_an_action_with_an_instant_is_kept_about_it() -> None:
     frames = moving(np.full(200, 0.5))
     cut = cut_action(shown(200, "release", (Event(100, "release"),)), frames)
