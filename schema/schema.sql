@@ -358,3 +358,82 @@ CREATE TABLE derivation (
     clips BIGINT[] NOT NULL,                -- per leaf the ordinal of its terminal_segment
     run_id BIGINT NOT NULL
 );
+
+-- ── Scenes: several characters, made by a motion grammar from a tactics diagram ──────────────
+
+-- A scene is kept, replaced and removed as a whole. Diagram and grammar are kept as text, so that a
+-- scene can be told, reported and changed without the files that it was made from.
+CREATE TABLE scene (
+    scene_id BIGINT PRIMARY KEY,
+    name VARCHAR NOT NULL UNIQUE,
+    diagram VARCHAR NOT NULL,               -- the text of the tactics file
+    grammar VARCHAR NOT NULL,               -- the text of the grammar file
+    settings VARCHAR NOT NULL,              -- JSON: seed, chains, seconds, weights, ...
+    error DOUBLE NOT NULL,                  -- -log P(Z) of what was sampled, before polish
+    report VARCHAR NOT NULL,                -- JSON: collisions, feet, times, licences
+    n_frames BIGINT NOT NULL CHECK (n_frames > 0),              -- at 30 a second
+    run_id BIGINT NOT NULL REFERENCES run (run_id)
+);
+
+-- What every player does, and where and when it begins.
+CREATE TABLE scene_player (
+    scene_id BIGINT NOT NULL,
+    ordinal BIGINT NOT NULL,                -- order of the diagram
+    name VARCHAR NOT NULL,
+    team VARCHAR NOT NULL,
+    rules BIGINT[] NOT NULL,                -- numbers of the rules of the tree, in preorder
+    x DOUBLE NOT NULL,                      -- metres
+    z DOUBLE NOT NULL,                      -- metres
+    heading DOUBLE NOT NULL,                -- radians, from +z towards +x
+    delay BIGINT NOT NULL CHECK (delay >= 0),                   -- frames
+    capture_id BIGINT NOT NULL,             -- the motion, kept as a capture; -1: not kept
+    run_id BIGINT NOT NULL,
+    PRIMARY KEY (scene_id, ordinal),
+    UNIQUE (scene_id, name)
+);
+
+-- The piece of a capture that plays an action. Name and digest are copied: a scene stays when a
+-- capture is removed.
+CREATE TABLE scene_clip (
+    scene_id BIGINT NOT NULL,
+    player BIGINT NOT NULL,                 -- ordinal of scene_player
+    ordinal BIGINT NOT NULL,                -- place in the action string
+    terminal VARCHAR NOT NULL,
+    source_name VARCHAR NOT NULL,
+    source_sha256 VARCHAR NOT NULL,
+    start_frame BIGINT NOT NULL,            -- of the source, half-open
+    end_frame BIGINT NOT NULL,
+    mirrored BOOLEAN NOT NULL,
+    bend DOUBLE NOT NULL,                   -- radians
+    stretch DOUBLE NOT NULL,                -- of the steps
+    begin_frame BIGINT NOT NULL,            -- of the scene as sampled
+    run_id BIGINT NOT NULL,
+    PRIMARY KEY (scene_id, player, ordinal)
+);
+
+-- How far every rule is from being kept.
+CREATE TABLE scene_rule (
+    scene_id BIGINT NOT NULL,
+    ordinal BIGINT NOT NULL,
+    player VARCHAR NOT NULL,
+    action VARCHAR NOT NULL,
+    clip BIGINT NOT NULL,                   -- ordinal of scene_clip
+    kind VARCHAR NOT NULL,
+    before DOUBLE NOT NULL,                 -- as sampled, in the rule's unit
+    after DOUBLE NOT NULL,                  -- after polish
+    threshold DOUBLE NOT NULL,
+    frame BIGINT NOT NULL,
+    kept BOOLEAN NOT NULL,
+    run_id BIGINT NOT NULL,
+    PRIMARY KEY (scene_id, ordinal)
+);
+
+-- The middle of the ball, metres; no rows where nobody has a ball.
+CREATE TABLE scene_ball (
+    scene_id BIGINT NOT NULL,
+    frame BIGINT NOT NULL,
+    x DOUBLE NOT NULL,
+    y DOUBLE NOT NULL,
+    z DOUBLE NOT NULL,
+    run_id BIGINT NOT NULL
+);

@@ -60,6 +60,17 @@ from motiondb.store.learned import (
 )
 from motiondb.store.relations import load_relations, save_relations
 from motiondb.store.runs import finish_run, load_runs, start_run
+from motiondb.store.scenes import (
+    SceneClip,
+    ScenePlayer,
+    SceneRule,
+    StoredScene,
+    load_scene,
+    load_scene_captures,
+    load_scene_names,
+    remove_scene,
+    save_scene,
+)
 from motiondb.store.sources import Source, digest, load_source, pack_source
 from motiondb.store.where import Condition, matches, parse_where
 
@@ -71,9 +82,13 @@ __all__ = [
     "LearningSize",
     "MotionPool",
     "Provenance",
+    "SceneClip",
+    "ScenePlayer",
+    "SceneRule",
     "Source",
     "SourceCapture",
     "Store",
+    "StoredScene",
     "cached_arrays",
     "check_store",
     "compact",
@@ -101,6 +116,9 @@ __all__ = [
     "load_provenance",
     "load_relations",
     "load_runs",
+    "load_scene",
+    "load_scene_captures",
+    "load_scene_names",
     "load_segments",
     "load_source",
     "load_source_numbers",
@@ -114,6 +132,7 @@ __all__ = [
     "parse_where",
     "remove_capture",
     "remove_grammar",
+    "remove_scene",
     "save_captions",
     "save_capture",
     "save_derivation",
@@ -122,6 +141,7 @@ __all__ = [
     "save_learning",
     "save_provenance",
     "save_relations",
+    "save_scene",
     "save_synonyms",
     "save_tags",
     "start_run",

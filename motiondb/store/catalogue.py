@@ -99,6 +99,9 @@ def remove_capture(store: Store, capture_id: int) -> None:
                 [capture_id],
             )
         connection.execute("DELETE FROM segment WHERE capture_id = ?", [capture_id])
+        connection.execute(
+            "UPDATE scene_player SET capture_id = -1 WHERE capture_id = ?", [capture_id]
+        )
         connection.execute("DELETE FROM relation WHERE ? IN (capture_id, other_id)", [capture_id])
         connection.execute(
             "DELETE FROM source WHERE sha256 = (SELECT sha256 FROM capture WHERE capture_id = ?)",

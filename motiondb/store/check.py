@@ -15,6 +15,7 @@ from motiondb.store.connection import Store, first_sentence
 from motiondb.store.grammar_check import broken_grammars
 from motiondb.store.learned import DERIVED_TABLES
 from motiondb.store.poses import POSE_SIZE, unflatten_motion
+from motiondb.store.scenes import broken_scenes
 from motiondb.store.sources import load_source
 
 _TOLERANCE = 1e-4
@@ -116,7 +117,8 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
     """
     try:
         faults = _broken_rules(store) + _unresolved(store) + _bad_provenance(store)
-        faults += _bad_runs(store) + _bad_poses(store) + broken_grammars(store)
+        faults += _bad_runs(store) + _bad_poses(store)
+        faults += broken_grammars(store) + broken_scenes(store)
         return faults + (_bad_sources(store) if sources else [])
     except duckdb.Error as error:
         return [

@@ -10,7 +10,7 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import StoreError
-from motiondb.store import grammars, migrations
+from motiondb.store import grammars, migrations, scenes
 
 _CATALOG = (
     "SELECT table_name, sql FROM duckdb_tables() ORDER BY ALL",
@@ -36,7 +36,7 @@ def test_all_migrations_give_the_schema() -> None:
         migrations.migrate(migrated, 0)
         written.execute(_schema())
         assert _catalog(migrated) == _catalog(written)
-        assert len(_catalog(migrated)[0]) == 35
+        assert len(_catalog(migrated)[0]) == 40
 
 
 def test_every_table_stands_in_the_diagram() -> None:
@@ -54,7 +54,13 @@ def test_every_derived_row_names_its_run() -> None:
         written.execute(_schema())
         query = "SELECT table_name FROM duckdb_columns() WHERE column_name = 'run_id'"
         named = {row[0] for row in written.execute(query).fetchall()}
-    assert named == {"run", "capture", *store.learned.DERIVED_TABLES, *grammars.TABLES}
+    assert named == {
+        "run",
+        "capture",
+        *store.learned.DERIVED_TABLES,
+        *grammars.TABLES,
+        *scenes.TABLES,
+    }
 
 
 def test_a_later_migration_is_applied_once_to_an_older_file(
