@@ -59,6 +59,14 @@ class Task:
     n_groups: int
 
     @cached_property
+    def columns(self) -> Float32Array:
+        """The poses, a row for every dimension, with rows of zeros to a number divisible by 4."""
+        values = self.poses.values
+        found = np.zeros((-(-values.shape[1] // 4) * 4, len(values)), dtype=np.float32)
+        found[: values.shape[1]] = values.T
+        return found
+
+    @cached_property
     def squares(self) -> Float32Array:
         """|x_t|^2 of every frame."""
         return np.asarray((self.poses.values**2).sum(axis=1), dtype=np.float32)
@@ -193,11 +201,10 @@ def improve(
 
 def cell_costs(task: Task, medoid: int, out: Float32Array) -> None:
     """L(s) D(s, medoid) for all cells s, into ``out``."""
-    cells, values = task.cells, task.poses.values
+    cells = task.cells
     start, end = int(cells.starts[medoid]), int(cells.ends[medoid])
-    own = values[start:end]
-    table = values @ own.T
-    _cell_costs(table, task.squares, start, cells.cuts, cells.firsts, cells.pointers, out)
+    table = _distances_to(task.columns, task.squares, start, end)
+    _cell_costs(table, cells.cuts, cells.firsts, cells.pointers, out)
 
 
 def _settle(task: Task, medoids: IntArray, table: Float32Array) -> State:
@@ -249,20 +256,40 @@ def path_medoids(task: Task, state: State, path: IntArray) -> IntArray:
 
 
 @njit(cache=True, fastmath=True, nogil=True)
-def _cell_costs(table, squares, start, cuts, firsts, pointers, out):  # type: ignore[no-untyped-def]
-    """From inner products (frames, medoid's frames) to distances, to sums over warped cells."""
-    n_own = table.shape[1]
-    for t in range(table.shape[0]):
-        for u in range(n_own):
-            square = squares[t] + squares[start + u] - np.float32(2.0) * table[t, u]
-            table[t, u] = np.sqrt(max(square, np.float32(0.0)))
+def _distances_to(columns, squares, start, end):  # type: ignore[no-untyped-def]
+    """d of all frames to the frames [start, end): array (medoid's frames, frames).
+
+    Not a product of matrices: the libraries for these bring threads of their own, which stand in
+    each other's way when several searches run at once.
+    """
+    n_dimensions, n_frames = columns.shape
+    table = np.empty((end - start, n_frames), np.float32)
+    for u in range(end - start):
+        row = table[u]
+        for t in range(n_frames):
+            row[t] = np.float32(0.0)
+        for d in range(0, n_dimensions, 4):
+            a, b, c, e = columns[d], columns[d + 1], columns[d + 2], columns[d + 3]
+            own = a[start + u], b[start + u], c[start + u], e[start + u]
+            for t in range(n_frames):
+                row[t] += own[0] * a[t] + own[1] * b[t] + own[2] * c[t] + own[3] * e[t]
+        for t in range(n_frames):
+            square = squares[t] + squares[start + u] - np.float32(2.0) * row[t]
+            row[t] = np.sqrt(max(square, np.float32(0.0)))
+    return table
+
+
+@njit(cache=True, fastmath=True, nogil=True)
+def _cell_costs(table, cuts, firsts, pointers, out):  # type: ignore[no-untyped-def]
+    """Sums over warped cells of distances (medoid's frames, frames)."""
+    n_own = table.shape[0]
     for j in range(len(cuts)):
         for c in range(pointers[j], pointers[j + 1]):
             first, length = cuts[firsts[c]], cuts[j] - cuts[firsts[c]]
             total, behind, at = np.float32(0.0), 0, 0
             if length >= n_own:
                 for t in range(first, first + length):
-                    total += table[t, at]
+                    total += table[at, t]
                     behind += n_own
                     if behind >= length:
                         behind -= length
@@ -270,7 +297,7 @@ def _cell_costs(table, squares, start, cuts, firsts, pointers, out):  # type: ig
                 out[c] = total
             else:
                 for u in range(n_own):
-                    total += table[first + at, u]
+                    total += table[u, first + at]
                     behind += length
                     if behind >= n_own:
                         behind -= n_own
