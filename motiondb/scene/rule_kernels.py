@@ -69,10 +69,10 @@ def _on_the_way(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, i
     metres *= row.fraction
     for k in range(row.first, row.last):
         clip = library.clips[entry[k]]
-        if metres > clip.length and k < row.last - 1:
+        low, high = 0, clip.n_frames - 1
+        if metres > library.way[clip.path_start + high] and k < row.last - 1:
             metres -= clip.length
             continue
-        low, high = 0, clip.n_frames - 1
         while low < high:
             middle = (low + high) // 2
             if library.way[clip.path_start + middle] < metres:
