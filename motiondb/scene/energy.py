@@ -170,7 +170,7 @@ def unchange(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry
     """Take the last :func:`change` back; ``entry`` is what clip ``k`` was before."""
     undo(scene)
     scene.entry[player, k] = entry
-    for m in range(max(k, 1), min(k + 2, scene.count[player])):
+    for m in range(max(k, 1), min(k + 2, scene.n_clips[player])):
         before = library.clips[scene.entry[player, m - 1]].seam
         after = library.clips[scene.entry[player, m]].seam
         scene.seams[player, m] = library.seams[before, after]
