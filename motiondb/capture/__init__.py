@@ -15,11 +15,13 @@ from motiondb.capture.formats import (
     skeleton_path,
 )
 from motiondb.capture.gltf import write_gltf
+from motiondb.capture.gltf_scene import Character, write_gltf_scene
 from motiondb.capture.units import UNITS, unit_from_name
 
 __all__ = [
     "CAPTURE_ENDINGS",
     "UNITS",
+    "Character",
     "capture_format",
     "find_captures",
     "read_capture",
@@ -28,4 +30,5 @@ __all__ = [
     "unit_from_name",
     "write_bvh",
     "write_gltf",
+    "write_gltf_scene",
 ]

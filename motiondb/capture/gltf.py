@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from motiondb.capture.bvh_writer import write_atomically
 from motiondb.errors import CaptureError
 from motiondb.pose import kinematics, rotation
-from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.records import Clip, FloatArray
 
-_FLOAT, _USHORT, _UINT = 5126, 5123, 5125
+FLOAT, USHORT, UINT = 5126, 5123, 5125
 _TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
-_ARRAY, _ELEMENTS = 34962, 34963
+ARRAY, ELEMENTS = 34962, 34963
 _WIDTH = 0.12
 """Half width of an octahedron, as a share of the bone's length."""
 _FACES = (
@@ -30,7 +30,7 @@ _FACES = (
 )  # fmt: skip
 
 
-class _Buffer:
+class Buffer:
     """The binary buffer, with the views and accessors that describe it."""
 
     def __init__(self) -> None:
@@ -61,6 +61,14 @@ class _Buffer:
         )
         return len(self.accessors) - 1
 
+    def described(self) -> dict[str, object]:
+        """The entries of the document that describe the buffer."""
+        return {
+            "bufferViews": self.views,
+            "accessors": self.accessors,
+            "buffers": [{"byteLength": len(self.data)}],
+        }
+
 
 def write_gltf(clip: Clip, path: Path | str) -> None:
     """Write a clip as glTF; the ending chooses the form. The file appears whole or not at all.
@@ -72,11 +80,20 @@ def write_gltf(clip: Clip, path: Path | str) -> None:
         or a file that cannot be written.
     """
     path = Path(path)
+    check_ending(path)
+    write_document(*to_gltf(clip, path), path)
+
+
+def check_ending(path: Path) -> None:
+    """Refuse other endings than .glb and .gltf (CaptureError)."""
     ending = path.suffix.lower()
     if ending not in (".glb", ".gltf"):
         raise CaptureError(path, f"expected the ending .glb or .gltf, found {ending!r}.")
-    document, data = to_gltf(clip, path)
-    if ending == ".glb":
+
+
+def write_document(document: dict[str, object], data: bytes, path: Path) -> None:
+    """Write a document and its buffer in the form that the ending asks for, whole or not at all."""
+    if path.suffix.lower() == ".glb":
         write_atomically(path, _glb(document, data))
         return
     uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
@@ -86,39 +103,46 @@ def write_gltf(clip: Clip, path: Path | str) -> None:
 
 def to_gltf(clip: Clip, path: object = "clip") -> tuple[dict[str, object], bytes]:
     """The JSON document of a clip and the buffer it describes."""
-    if clip.n_frames == 0:
-        raise CaptureError(path, "expected at least 1 frame to write, found 0.")
-    if not (np.isfinite(clip.local_rotations).all() and np.isfinite(clip.root_positions).all()):
-        raise CaptureError(path, "expected finite numbers to write, found NaN or infinity.")
-    skeleton, buffer = clip.skeleton, _Buffer()
+    check_clip(clip, path)
+    skeleton, buffer = clip.skeleton, Buffer()
     n_joints = len(skeleton.names)
-    mesh = _mesh(skeleton, _rest_offsets(clip), _slides(clip), buffer)
-    skin = {"joints": list(range(n_joints)), "skeleton": 0, **_inverse_binds(clip, buffer)}
-    animation = _animation(clip, buffer)
+    mesh = body_mesh(clip, buffer, 0)
+    skin = {"joints": list(range(n_joints)), "skeleton": 0, **inverse_binds(clip, buffer)}
+    times = buffer.add((np.arange(clip.n_frames) / clip.fps).astype(np.float32), FLOAT)
+    samplers, channels = tracks(clip, buffer, times)
     document: dict[str, object] = {
         "asset": {"version": "2.0", "generator": "motiondb"},
         "scene": 0,
         "scenes": [{"nodes": [0, n_joints]}],
-        "nodes": [*_nodes(clip), {"name": "body", "mesh": 0, "skin": 0}],
+        "nodes": [*joint_nodes(clip), {"name": "body", "mesh": 0, "skin": 0}],
         "meshes": [mesh],
-        "materials": [
-            {
-                "name": "body",
-                "doubleSided": True,
-                "pbrMetallicRoughness": {
-                    "baseColorFactor": [0.35, 0.55, 0.8, 1.0],
-                    "metallicFactor": 0.0,
-                    "roughnessFactor": 0.8,
-                },
-            }
-        ],
+        "materials": [material("body", (0.35, 0.55, 0.8))],
         "skins": [skin],
-        "animations": [animation],
-        "bufferViews": buffer.views,
-        "accessors": buffer.accessors,
-        "buffers": [{"byteLength": len(buffer.data)}],
+        "animations": [{"name": "motion", "samplers": samplers, "channels": channels}],
+        **buffer.described(),
     }
     return document, bytes(buffer.data)
+
+
+def check_clip(clip: Clip, path: object) -> None:
+    """Refuse clips without frames and numbers that are not finite (CaptureError)."""
+    if clip.n_frames == 0:
+        raise CaptureError(path, "expected at least 1 frame to write, found 0.")
+    if not (np.isfinite(clip.local_rotations).all() and np.isfinite(clip.root_positions).all()):
+        raise CaptureError(path, "expected finite numbers to write, found NaN or infinity.")
+
+
+def material(name: str, colour: tuple[float, float, float]) -> dict[str, object]:
+    """A dull surface of one colour (red, green, blue, 0 to 1)."""
+    return {
+        "name": name,
+        "doubleSided": True,
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [*colour, 1.0],
+            "metallicFactor": 0.0,
+            "roughnessFactor": 0.8,
+        },
+    }
 
 
 def _rest_offsets(clip: Clip) -> FloatArray:
@@ -129,18 +153,18 @@ def _rest_offsets(clip: Clip) -> FloatArray:
     return offsets
 
 
-def _nodes(clip: Clip) -> list[dict[str, object]]:
-    """One node a joint, posed as in the first frame."""
+def joint_nodes(clip: Clip, first: int = 0, prefix: str = "") -> list[dict[str, object]]:
+    """One node a joint, posed as in the first frame; ``first`` is the root's number."""
     offsets = _rest_offsets(clip)
     offsets[0] = clip.root_positions[0]
     nodes: list[dict[str, object]] = []
     for joint, name in enumerate(clip.skeleton.names):
         node: dict[str, object] = {
-            "name": name,
+            "name": f"{prefix}{name}",
             "translation": offsets[joint].tolist(),
             "rotation": _xyzw(clip.local_rotations[0, joint]).tolist(),
         }
-        children = np.flatnonzero(clip.skeleton.parents == joint).tolist()
+        children = (first + np.flatnonzero(clip.skeleton.parents == joint)).tolist()
         if children:
             node["children"] = children
         nodes.append(node)
@@ -154,10 +178,12 @@ def _slides(clip: Clip) -> NDArray[np.bool_]:
     return np.asarray(np.ptp(clip.joint_positions, axis=0).max(axis=-1) > 0.02)
 
 
-def _mesh(
-    skeleton: Skeleton, offsets: FloatArray, slides: NDArray[np.bool_], buffer: _Buffer
-) -> dict[str, object]:
-    """Octahedra from every joint to its children and end sites, in the rest pose (no rotation)."""
+def body_mesh(clip: Clip, buffer: Buffer, number: int) -> dict[str, object]:
+    """Octahedra from every joint to its children and end sites, in the rest pose (no rotation).
+
+    ``number``: of the material.
+    """
+    skeleton, offsets, slides = clip.skeleton, _rest_offsets(clip), _slides(clip)
     rest, _ = kinematics.forward(
         skeleton.parents,
         offsets,
@@ -180,13 +206,13 @@ def _mesh(
     weights = np.zeros((len(triangles), 4), np.float32)
     weights[:, 0] = 1.0
     attributes = {
-        "POSITION": buffer.add(triangles.astype(np.float32), _FLOAT, _ARRAY),
-        "NORMAL": buffer.add(np.repeat(normals, 3, axis=0).astype(np.float32), _FLOAT, _ARRAY),
-        "JOINTS_0": buffer.add(joints, _USHORT, _ARRAY),
-        "WEIGHTS_0": buffer.add(weights, _FLOAT, _ARRAY),
+        "POSITION": buffer.add(triangles.astype(np.float32), FLOAT, ARRAY),
+        "NORMAL": buffer.add(np.repeat(normals, 3, axis=0).astype(np.float32), FLOAT, ARRAY),
+        "JOINTS_0": buffer.add(joints, USHORT, ARRAY),
+        "WEIGHTS_0": buffer.add(weights, FLOAT, ARRAY),
     }
-    indices = buffer.add(np.arange(len(triangles), dtype=np.uint32), _UINT, _ELEMENTS)
-    primitive = {"attributes": attributes, "indices": indices, "material": 0}
+    indices = buffer.add(np.arange(len(triangles), dtype=np.uint32), UINT, ELEMENTS)
+    primitive = {"attributes": attributes, "indices": indices, "material": number}
     return {"name": "body", "primitives": [primitive]}
 
 
@@ -208,7 +234,7 @@ def _octahedron(start: FloatArray, bone: FloatArray) -> FloatArray:
     return start + rotation.rotate(np.broadcast_to(turn, (6, 4)), local)
 
 
-def _inverse_binds(clip: Clip, buffer: _Buffer) -> dict[str, int]:
+def inverse_binds(clip: Clip, buffer: Buffer) -> dict[str, int]:
     """The inverse of each joint's rest transform, columns first."""
     offsets = _rest_offsets(clip)
     rest = offsets.copy()
@@ -216,20 +242,25 @@ def _inverse_binds(clip: Clip, buffer: _Buffer) -> dict[str, int]:
         rest[joint] = offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
     matrices = np.tile(np.eye(4), (len(rest), 1, 1))
     matrices[:, 3, :3] = -rest
-    return {"inverseBindMatrices": buffer.add(matrices.reshape(-1, 16).astype(np.float32), _FLOAT)}
+    return {"inverseBindMatrices": buffer.add(matrices.reshape(-1, 16).astype(np.float32), FLOAT)}
 
 
-def _animation(clip: Clip, buffer: _Buffer) -> dict[str, object]:
-    """A rotation track a joint, a translation track where the joint moves."""
-    times = buffer.add((np.arange(clip.n_frames) / clip.fps).astype(np.float32), _FLOAT)
+def tracks(
+    clip: Clip, buffer: Buffer, times: int, first: int = 0
+) -> tuple[list[dict[str, object]], list[dict[str, object]]]:
+    """A rotation track a joint, a translation track where the joint moves: samplers and channels.
+
+    ``times`` is the accessor of the frames' times; channels count samplers from 0, and the root is
+    node number ``first``.
+    """
     turns = rotation.unroll(rotation.normalize(clip.local_rotations))
     samplers: list[dict[str, object]] = []
     channels: list[dict[str, object]] = []
 
     def track(joint: int, kind: str, values: FloatArray) -> None:
-        output = buffer.add(values.astype(np.float32), _FLOAT)
+        output = buffer.add(values.astype(np.float32), FLOAT)
         samplers.append({"input": times, "output": output, "interpolation": "LINEAR"})
-        target = {"node": joint, "path": kind}
+        target = {"node": first + joint, "path": kind}
         channels.append({"sampler": len(samplers) - 1, "target": target})
 
     track(0, "translation", clip.root_positions)
@@ -239,7 +270,7 @@ def _animation(clip: Clip, buffer: _Buffer) -> dict[str, object]:
             places = clip.joint_positions[:, joint]
             if np.ptp(places, axis=0).max() > 1e-6:
                 track(joint, "translation", places)
-    return {"name": "motion", "samplers": samplers, "channels": channels}
+    return samplers, channels
 
 
 def _xyzw(q: FloatArray) -> FloatArray:
