@@ -2,6 +2,8 @@
 
 from motiondb.pictures.animation import draw_animation
 from motiondb.pictures.hits import draw_hits
+from motiondb.pictures.scene_animation import draw_scene_animation
+from motiondb.pictures.scene_paths import draw_scene_paths
 from motiondb.pictures.space import draw_symbol_space
 from motiondb.pictures.strings import StringBar, TerminalCard, draw_strings
 from motiondb.pictures.strip import draw_strip
@@ -16,6 +18,8 @@ __all__ = [
     "TreePicture",
     "draw_animation",
     "draw_hits",
+    "draw_scene_animation",
+    "draw_scene_paths",
     "draw_strings",
     "draw_strip",
     "draw_symbol_space",

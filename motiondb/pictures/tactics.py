@@ -92,7 +92,7 @@ def _draw_court(axes: Axes, diagram: Diagram) -> None:
                 axes.plot([spot.x], [spot.z], marker="s", ms=6, color=style.FAINT)
                 axes.text(spot.x + 0.5, spot.z, name, fontsize=8, va="center", color=style.INK)
         return
-    for points in _court_lines(court.behind_rim, court.length):
+    for points in court_lines(court.behind_rim, court.length):
         axes.plot(*points.T, color=style.GROUND, lw=1.0, zorder=1)
     axes.plot([-0.9, 0.9], [-0.375, -0.375], color=style.INK, lw=2.0, zorder=2)
     axes.plot(*_arc(0.225, 0.0, 360.0, 0.0).T, color=style.RIGHT, lw=1.6, zorder=2)
@@ -104,7 +104,7 @@ def _arc(radius: float, first: float, last: float, z: float) -> FloatArray:
     return np.stack([radius * np.cos(angle), z + radius * np.sin(angle)], axis=1)
 
 
-def _court_lines(behind_rim: float, length: float) -> list[FloatArray]:
+def court_lines(behind_rim: float, length: float) -> list[FloatArray]:
     """The key, its circle, the three-point line, the no-charge half circle, the centre circle."""
     base, free, middle = -behind_rim, 5.8 - behind_rim, length - behind_rim
     side, corner = 6.6, float(np.sqrt(6.75**2 - 6.6**2))
