@@ -64,3 +64,13 @@ def seam_costs(clips: SeamEnds) -> Float32Array:
     same = clips.captures[:, None] == clips.captures[None, :]
     costs[same & (clips.ends[:, None] == clips.starts[None, :])] = 0.0
     return costs
+
+
+def rest_costs(clips: SeamEnds) -> Float32Array:
+    """What it costs to begin every clip from standing in its first pose, and to stop after it.
+
+    array (clips, 2), float32: the cost of a seam between equal poses, one without velocity.
+    """
+    ends = np.stack([clips.entries[:, 1], clips.exits[:, 1]], axis=1)
+    speeds = np.linalg.norm(ends, axis=-1).mean(axis=-1)
+    return np.asarray(speeds / VELOCITY_SCALE, dtype=np.float32)

@@ -17,7 +17,7 @@ K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from motiondb.records import Event, Float32Array, FloatArray
 from motiondb.scene.body_frames import WRISTS, BodyFrames, body_frames
 from motiondb.scene.clip_cutting import Piece, ShownMotion, cut_action, instant, travels
-from motiondb.scene.clip_seams import SeamEnds, seam_costs
+from motiondb.scene.clip_seams import SeamEnds, rest_costs, seam_costs
 from motiondb.scene.clip_variants import VariantSettings, edited_paths, edits_of
 from motiondb.scene.ground import compose
 
@@ -85,6 +85,9 @@ class ClipLibrary:
         mean of the wrists (or the one that has it, where they are far apart).
     source : (K,), where the entries come from.
     events : (C,), instants of each clip, frames counted from its first.
+    rest : float32 (C, 2), what a seam costs from standing still in a clip's first pose to the clip,
+        and from the clip to standing still in the pose after its last: for who begins later, or
+        ends earlier, than others.
     """
 
     terminals: tuple[str, ...]
@@ -100,6 +103,7 @@ class ClipLibrary:
     hand: FloatArray
     source: tuple[ClipSource, ...]
     events: tuple[tuple[Event, ...], ...] = ()
+    rest: Float32Array = field(default_factory=lambda: np.zeros((0, 2), dtype=np.float32))
 
     @property
     def n_entries(self) -> int:
@@ -116,10 +120,10 @@ class ClipLibrary:
         begin = int(self.path_start[entry])
         return self.path[begin : begin + int(self.n_frames[entry])]
 
-    def instant_of(self, entry: int) -> float:
+    def instant_of(self, entry: int) -> int:
         """The frame at which rules look, counted from the first: the event, or the middle."""
         event = int(self.event_frame[entry])
-        return float(event) if event >= 0 else (float(self.n_frames[entry]) - 1.0) / 2.0
+        return event if event >= 0 else (int(self.n_frames[entry]) - 1) // 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,6 +173,7 @@ def make_library(
     kind = np.array(kinds, dtype=np.int32)
     terminal = np.array([clip.terminal for clip in clips], dtype=np.int32)[kind]
     lengths = np.array([len(path) - 1 for path in paths], dtype=np.int32)
+    ends = _ends(clips)
     events = [c.event - c.piece.start if c.event >= 0 else -1 for c in clips]
     return ClipLibrary(
         terminals=tuple(terminals),
@@ -179,11 +184,12 @@ def make_library(
         event_frame=np.array(events, dtype=np.int32)[kind],
         path_start=(np.cumsum(lengths) - lengths).astype(np.int32),
         path=np.concatenate([path[:-1] for path in paths]) if paths else np.zeros((0, 3)),
-        seam=seam_costs(_ends(clips)),
+        seam=seam_costs(ends),
         seam_class=kind,
         hand=np.concatenate(hands) if hands else np.zeros((0, 3)),
         source=tuple(sources),
         events=tuple(clip.events for clip in clips),
+        rest=rest_costs(ends),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.scene.clip_seams import SeamEnds, seam_costs
+from motiondb.scene.clip_seams import SeamEnds, rest_costs, seam_costs
 
 
 def ends(n: int, seed: int = 0) -> SeamEnds:
@@ -47,3 +47,12 @@ def test_costs_equal_those_of_the_slow_twin() -> None:
 
 def test_no_clips_have_no_seams() -> None:
     assert seam_costs(ends(0)).shape == (0, 0)
+
+
+def test_to_begin_and_to_stop_costs_as_much_as_one_moves() -> None:
+    clips = ends(3)
+    clips.entries[:, 1] = 0.0
+    clips.entries[0, 1, :, 2] = 3.0  # runs at 3 m/s when it begins
+    clips.exits[:, 1] = 0.0
+    clips.exits[1, 1, :7, 0] = 1.5  # a third of the joints moves when it ends
+    np.testing.assert_allclose(rest_costs(clips), [[3.0, 0.0], [0.0, 0.5], [0.0, 0.0]])

@@ -111,10 +111,10 @@ def test_the_image_of_a_left_pivot_is_a_right_pivot_and_shots_have_none(
 def test_instants_and_hands_are_where_they_were_written_down(plain: ClipLibrary) -> None:
     shot, catch = plain.of("shoot")[0], plain.of("catch")[0]
     assert plain.event_frame[shot] == 25
-    assert plain.instant_of(shot) == 25.0
+    assert plain.instant_of(shot) == 25
     assert plain.source[shot].instant == "events"
     assert plain.event_frame[plain.of("run")[0]] == -1
-    assert plain.instant_of(plain.of("run")[0]) == 4.5
+    assert plain.instant_of(plain.of("run")[0]) == 4
     joints, _ = retarget.motion_positions(SHOOT)
     place = body_frames(SHOOT).places[0]
     wrist = joints[25, body.INDEX["r_wrist"]]  # the arms are apart: the hand that throws
@@ -143,6 +143,13 @@ def test_seams_are_free_only_between_true_neighbours(plain: ClipLibrary) -> None
             assert (cost == 0.0) == neighbours or cost < 1e-3
     shot = plain.seam[plain.seam_class[runs[0]], plain.seam_class[plain.of("shoot")[0]]]
     assert shot > 2.7  # 2.7 m/s slower alone
+
+
+def test_rest_is_far_from_running(plain: ClipLibrary) -> None:
+    assert plain.rest.shape == (len(plain.seam), 2)
+    run, catch = plain.seam_class[plain.of("run")[0]], plain.seam_class[plain.of("catch")[0]]
+    np.testing.assert_allclose(plain.rest[run], 3.0, rtol=1e-3)
+    np.testing.assert_allclose(plain.rest[catch], 0.3, rtol=1e-3)
 
 
 def test_events_of_a_clip_count_from_its_first_frame_and_change_sides(plain: ClipLibrary) -> None:
