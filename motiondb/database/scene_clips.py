@@ -44,26 +44,48 @@ def shows(terminal: Terminal, caption: str, synonyms: Mapping[str, str] | None =
     [True, False]
     """
 
-    def holds(words: set[str], phrases: Iterable[str]) -> bool:
-        wanted = [words_of(phrase, synonyms) for phrase in phrases]
-        return any(found and words.issuperset(found) for found in wanted)
-
-    actions = [set(words) for words in split_actions(caption, synonyms)]
-    if len(actions) > 1:
-        actions = [words for words in actions if not words <= _WAY]
-    return bool(actions) and all(
-        holds(words, terminal.phrases) and not holds(words, terminal.without) for words in actions
-    )
+    told = _told(caption, synonyms)
+    return _speaks(told, _words(terminal.phrases, synonyms), _words(terminal.without, synonyms))
 
 
 def find_actions(base: MotionDB, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
     """For every terminal the parts of captures that show it, each once, in the order of names."""
     found: dict[str, dict[ShownAction, None]] = {t.name: {} for t in grammar.terminals}
+    synonyms = store.load_synonyms(base.store)
     captions = store.load_captions(base.store)
+    asked = {
+        t.name: (_words(t.phrases, synonyms), _words(t.without, synonyms))
+        for t in grammar.terminals
+    }
     for info in base.captures():
         for caption in captions.get(info.capture_id, ()):
-            for terminal in grammar.terminals:
-                if shows(terminal, caption.words):
-                    part = ShownAction(info.name, caption.start, caption.end)
-                    found[terminal.name][part] = None
+            told = _told(caption.words, synonyms)
+            part = ShownAction(info.name, caption.start, caption.end)
+            for name, (phrases, without) in asked.items():
+                if _speaks(told, phrases, without):
+                    found[name][part] = None
     return {name: tuple(parts) for name, parts in found.items()}
+
+
+def _words(
+    phrases: Iterable[str], synonyms: Mapping[str, str] | None
+) -> tuple[frozenset[str], ...]:
+    """The words of every phrase that has any."""
+    return tuple(words for p in phrases if (words := frozenset(words_of(p, synonyms))))
+
+
+def _told(caption: str, synonyms: Mapping[str, str] | None) -> tuple[frozenset[str], ...]:
+    """The words of every action that a caption tells of."""
+    actions = tuple(frozenset(words) for words in split_actions(caption, synonyms))
+    return tuple(w for w in actions if not w <= _WAY) if len(actions) > 1 else actions
+
+
+def _speaks(
+    told: tuple[frozenset[str], ...],
+    phrases: tuple[frozenset[str], ...],
+    without: tuple[frozenset[str], ...],
+) -> bool:
+    return bool(told) and all(
+        any(phrase <= words for phrase in phrases) and not any(no <= words for no in without)
+        for words in told
+    )

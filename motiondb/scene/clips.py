@@ -168,7 +168,7 @@ def make_library(
         edited = edited_paths(path, edits)
         paths.extend(edited)
         kinds.extend([number] * len(edits))
-        sources.extend(replace(clip.source, bend=float(b), stretch=float(s)) for b, s in edits)
+        sources.extend(_edited(clip.source, *edit) for edit in edits.tolist())
         hands.append(_hands(clip, edited))
     kind = np.array(kinds, dtype=np.int32)
     terminal = np.array([clip.terminal for clip in clips], dtype=np.int32)[kind]
@@ -191,6 +191,13 @@ def make_library(
         events=tuple(clip.events for clip in clips),
         rest=rest_costs(ends),
     )
+
+
+def _edited(source: ClipSource, bend: float, stretch: float) -> ClipSource:
+    return ClipSource(
+        source.capture, source.start, source.end, source.mirrored,
+        bend, stretch, source.licence, source.instant,
+    )  # fmt: skip
 
 
 def _clips(
