@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -212,21 +213,32 @@ def test_energies_are_those_of_the_slow_twin(wandering, name: str, every: int) -
         assert errors.sum() == pytest.approx(len(errors) + found.total)
 
 
-def changed(scene, library, rng) -> float:
-    """One random change of a scene."""
+def changed(scene, library, rng) -> tuple[float, Callable[[], None]]:
+    """One random change of a scene: the energy that comes out, and what takes the change back."""
     player = int(rng.integers(len(scene.n_clips)))
     x, z, theta = scene.placed[player, 0, :3].tolist()
-    way = rng.random()
-    if way < 0.7:
-        k = int(rng.integers(scene.n_clips[player]))
-        clip = library.clips[scene.entry[player, k]]
-        entry = int(rng.integers(clip["first"], clip["last"]))
-        return energies.swap(scene, library, player, k, entry)
-    if way < 0.85:
-        dx, dz, turn = rng.normal(0.0, 0.5, 3)
-        return energies.move(scene, library, player, x + dx, z + dz, theta + turn)
+    dx, dz, turn = rng.normal(0.0, 0.5, 3)
     delay = int(scene.begin[player, 0]) + int(rng.integers(-20, 21))
-    return energies.shift(scene, library, player, delay)
+    k = int(rng.integers(scene.n_clips[player]))
+    clip, old = library.clips[scene.entry[player, k]], int(scene.entry[player, k])
+    entry, way = int(rng.integers(clip["first"], clip["last"])), rng.random()
+
+    def back() -> None:
+        energies.undo(scene)
+
+    def back_all() -> None:
+        energies.unchange(scene, library, player, k, old)
+
+    if way < 0.6:
+        return energies.swap(scene, library, player, k, entry), back
+    if way < 0.7:
+        return energies.move(scene, library, player, x + dx, z + dz, theta + turn), back
+    if way < 0.8:
+        return energies.shift(scene, library, player, delay), back
+    origin = (x + dx, z + dz, theta + turn)
+    if way < 0.85:
+        origin, delay = (x, z, theta), int(scene.begin[player, 0])
+    return energies.change(scene, library, player, k, entry, origin, delay), back_all
 
 
 @settings(max_examples=12, deadline=None)
@@ -243,10 +255,9 @@ def test_incremental_energies_are_those_from_nothing(wandering, seed, name, ever
     scene = energies.scene_arrays(state, arrays, table, WEIGHTS, every)
     for step in range(400):
         before = scene.total.copy()
-        found = changed(scene, arrays, rng)
-        refused = math.isinf(found)
-        if refused or rng.random() < 0.5:
-            energies.undo(scene)
+        found, back = changed(scene, arrays, rng)
+        if math.isinf(found) or rng.random() < 0.5:
+            back()
             np.testing.assert_array_equal(scene.total, before)
         else:
             assert found == scene.total[0]
@@ -274,8 +285,7 @@ def test_what_is_taken_back_was_never_there(wandering) -> None:
     for _ in range(200):
         before = {name: getattr(scene, name).copy() for name in kept}
         grids = [scene.grid[p, : n + 1].copy() for p, n in enumerate(scene.filled)]
-        changed(scene, arrays, rng)
-        energies.undo(scene)
+        changed(scene, arrays, rng)[1]()
         for name in kept:
             np.testing.assert_array_equal(getattr(scene, name), before[name], name)
         for p, n in enumerate(scene.filled):
