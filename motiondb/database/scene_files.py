@@ -34,7 +34,7 @@ def read_grammar(name: str | Path) -> MotionGrammar:
     ------
     SceneError where there is none, or it is wrong.
     """
-    return read_motion_grammar(*_text(name, GRAMMAR))
+    return read_motion_grammar(*text_of(name, GRAMMAR))
 
 
 def read_tactics(name: str | Path) -> Diagram:
@@ -44,16 +44,21 @@ def read_tactics(name: str | Path) -> Diagram:
     ------
     SceneError where there is none, it is wrong, or it cannot be played.
     """
-    return read_diagram(*_text(name, TACTICS))
+    return read_diagram(*text_of(name, TACTICS))
 
 
 def grammar_of(diagram: Diagram, beside: str | Path = "") -> MotionGrammar:
     """The grammar that a diagram is played by: a file beside the diagram's, or a shipped one."""
+    return read_grammar(grammar_file(diagram, beside))
+
+
+def grammar_file(diagram: Diagram, beside: str | Path = "") -> str | Path:
+    """The file beside the diagram's that holds its grammar, or the name of a shipped one."""
     path = Path(beside).parent / f"{diagram.grammar}{GRAMMAR}"
-    return read_grammar(path if beside and path.is_file() else diagram.grammar)
+    return path if beside and path.is_file() else diagram.grammar
 
 
-def _text(name: str | Path, ending: str) -> tuple[str, str]:
+def text_of(name: str | Path, ending: str) -> tuple[str, str]:
     """The text of a file or of the shipped one, and how it is called in messages."""
     path = Path(name)
     plain = str(name).removesuffix(ending)
