@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -151,7 +152,8 @@ def spans(string: Sequence[str], items: Sequence[Item]) -> tuple[tuple[int, int]
     """Which actions of a string belong to which item, as intervals; None where g_user is not 0.
 
     Each item takes the first action that it can; a repeated one also those behind it that it
-    matches, as far as the next item.
+    matches, as far as the next item. Where repeated items of the same actions follow one another
+    (a run and then a cut), actions in a row are shared out by the metres of their ways.
 
     >>> items = [Item(("walk", "run"), True), Item(("catch",))]
     >>> spans("idle walk run catch".split(), items)
@@ -173,7 +175,38 @@ def spans(string: Sequence[str], items: Sequence[Item]) -> tuple[tuple[int, int]
         while item.repeated and end < limit and string[end] in item.actions:
             end += 1
         found.append((firsts[number], end))
-    return tuple(found)
+    return tuple(_shared_out(found, items))
+
+
+def _shared_out(found: list[tuple[int, int]], items: Sequence[Item]) -> list[tuple[int, int]]:
+    """Stretches of repeated items of the same actions in a row, divided by their ways."""
+    number = 0
+    while number < len(items):
+        last = number + 1
+        while (
+            last < len(items)
+            and items[number].repeated
+            and items[last].repeated
+            and items[last].actions == items[number].actions
+            and found[last][0] == found[last - 1][1]
+        ):
+            last += 1
+        if last > number + 1:
+            first, end = found[number][0], found[last - 1][1]
+            ways = np.cumsum([max(_metres(item), 1e-9) for item in items[number:last]])
+            shares = np.round((end - first) * ways / ways[-1]).astype(int)
+            cuts = [first, *(first + shares).tolist()]
+            n = last - number
+            for k in range(1, n):  # at least one action each
+                cuts[k] = min(max(cuts[k], cuts[k - 1] + 1), end - (n - k))
+            found[number:last] = list(pairwise(cuts))
+        number = last
+    return found
+
+
+def _metres(item: Item) -> float:
+    """The length of an item's way."""
+    return sum(float(np.hypot(b.x - a.x, b.z - a.z)) for a, b in pairwise(item.way))
 
 
 def auxiliary_rules(

@@ -1,0 +1,292 @@
+"""A Markov chain over whole scenes: derivations, clips, places and times (the outer loop).
+
+The target is P(Z)^(1/T) = P(X)^(1/T) P(Y)^(1/T) over scenes of g_user = 0 and at most so many
+actions a player, relative to drawing every action's clip uniformly (so that an action with many
+clips weighs no more than one with few). Without that limit P(X), as printed, is no distribution:
+every longer string that fits weighs the same.
+
+A jump chooses a nonterminal node v of one of the trees by its error, s(v) = E(v) / sum E; derives
+it anew with what stands behind still possible (:mod:`.derivations`); draws the new actions' clips
+uniformly; lets what stands before, or, as often, what stands behind stay where and when it was; and
+walks M steps of the inner loop. It is taken with probability
+
+    min(1, exp((E_old - E_new) / T) * [s'(v) q(old subtree)] / [s(v) q(new subtree)])
+
+q being products of rule probabilities. The reverse jump is the one at the same v, so for each v by
+itself detailed balance holds, and exactly so for M = 0; with M > 0 the chain is, as the paper's,
+a good optimiser, but no exact sampler.
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 5, algorithm 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motiondb.grammar.cfg import Tree, choices_of, derive_by
+from motiondb.records import FloatArray, IntArray
+from motiondb.scene.binding import Binder
+from motiondb.scene.clip_choice import ClipGroups
+from motiondb.scene.derivations import Derivations
+from motiondb.scene.energy import scene_arrays, token_errors
+from motiondb.scene.expressions import ONLY_ASKED
+from motiondb.scene.ground import compose, inverse
+from motiondb.scene.metropolis import DRAWS, KINDS, Walk, walk
+from motiondb.scene.motion_grammar import MotionGrammar
+from motiondb.scene.placement import ClipArrays, clip_arrays
+from motiondb.scene.rule_table import RuleTable
+from motiondb.scene.scene_arrays import EVERY, SceneArrays, scene_state
+from motiondb.scene.scene_state import PlayerState, SceneState
+from motiondb.scene.tactics import Diagram
+from motiondb.scene.tree_shapes import TreeShape, exchanged, subtree_errors, tree_shape
+
+if TYPE_CHECKING:
+    from motiondb.scene.clips import ClipLibrary
+
+MOST_ACTIONS = 40
+"""Actions of a player at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Play:
+    """What is to be sampled: a diagram under a grammar with a library's clips.
+
+    Attributes
+    ----------
+    derivations : for every player, in the order of the diagram.
+    first : for every terminal, its entries [first, last) of the library.
+    most_actions : of a player.
+    haste : what a frame of delay costs. every : frames from one look to the next.
+    """
+
+    binder: Binder
+    derivations: tuple[Derivations, ...]
+    library: ClipArrays
+    first: dict[str, tuple[int, int]]
+    most_actions: int = MOST_ACTIONS
+    haste: float = 0.0
+    every: int = EVERY
+
+    @property
+    def grammar(self) -> MotionGrammar:
+        """The motion grammar."""
+        return self.binder.grammar
+
+    def derive(self, player: int, rules: Sequence[int]) -> Tree:
+        """The tree of a player with these rules in preorder."""
+        return derive_by(self.derivations[player].grammar, rules)
+
+    def shape(self, player: int, tree: Tree) -> TreeShape:
+        """A tree's shape."""
+        return tree_shape(self.derivations[player].grammar, choices_of(tree))
+
+    def entries(self, actions: Sequence[str], rng: np.random.Generator) -> IntArray:
+        """A clip for every action, drawn uniformly."""
+        ranges = np.array([self.first[action] for action in actions], dtype=np.int64)
+        ranges = ranges.reshape(-1, 2)
+        return rng.integers(ranges[:, 0], ranges[:, 1])
+
+    def arrays(self, state: SceneState, table: RuleTable) -> SceneArrays:
+        """A scene's arrays, evaluated."""
+        weights = self.binder.grammar.weights
+        return scene_arrays(state, self.library, table, weights, self.every)
+
+
+def make_play(
+    diagram: Diagram,
+    grammar: MotionGrammar,
+    library: ClipLibrary,
+    most_actions: int = MOST_ACTIONS,
+    haste: float = 0.0,
+    only_asked: Sequence[str] = ONLY_ASKED,
+) -> Play:
+    """What is to be sampled.
+
+    Raises
+    ------
+    SceneError where the grammar has no string that fits what the diagram asks of a player.
+    """
+    binder = Binder(diagram, grammar)
+    derivations = tuple(
+        Derivations(grammar.started(grammar.start_of(player.team)), items, only_asked)
+        for player, items in zip(diagram.players, binder.items, strict=True)
+    )
+    ends = [int(end) for end in library.first]
+    first = dict(zip(library.terminals, pairwise(ends), strict=True))
+    return Play(binder, derivations, clip_arrays(library), first, most_actions, haste)
+
+
+@dataclass
+class Jumps:
+    """How often a chain jumped: tried, too long, taken; and its inner steps by kind."""
+
+    tried: int
+    refused: int
+    taken: int
+    steps: IntArray
+
+
+class Chain:
+    """A chain: its state, its random numbers, the best scene it has come by."""
+
+    def __init__(self, play: Play, state: SceneState, rng: np.random.Generator) -> None:
+        self.play, self.rng = play, rng
+        self.trees = list(state.trees)
+        self.shapes = [play.shape(player, tree) for player, tree in enumerate(self.trees)]
+        self.table = play.binder.bind(self.trees)
+        self.scene = play.arrays(state, self.table)
+        self.jumps = Jumps(0, 0, 0, np.zeros((len(KINDS), 2), np.int64))
+        self.best = math.inf
+        self.best_state = state
+        self.note_best()
+
+    @property
+    def energy(self) -> float:
+        """-log P(Z), as g_user = 0 that of P(Y), and the price of the delays."""
+        return self._energy(self.scene)
+
+    def _energy(self, scene: SceneArrays) -> float:
+        return float(scene.total[0]) + self.play.haste * int(scene.begin[:, 0].sum())
+
+    @property
+    def state(self) -> SceneState:
+        """The scene."""
+        return scene_state(self.scene, self.trees)
+
+    def note_best(self) -> None:
+        """Keep the scene if it is the best so far."""
+        if self.energy < self.best:
+            self.best, self.best_state = self.energy, self.state
+
+    def walk(
+        self,
+        steps: int,
+        groups: ClipGroups,
+        temperature: float,
+        shares: FloatArray,
+        focus: tuple[int, float] = (-1, 0.0),
+    ) -> None:
+        """Inner steps with the structure fixed; ``focus``: a player and the attention to them."""
+        self._walk(self.scene, steps, groups, temperature, shares, focus)
+
+    def _walk(
+        self,
+        scene: SceneArrays,
+        steps: int,
+        groups: ClipGroups,
+        temperature: float,
+        shares: FloatArray,
+        focus: tuple[int, float],
+    ) -> None:
+        if steps == 0:
+            return
+        errors = np.zeros(scene.entry.shape)
+        haste = self.play.haste
+        how = Walk(temperature, shares, *focus, haste, errors, np.zeros_like(errors))
+        draws = self.rng.random((steps, DRAWS))
+        walk(scene, self.play.library, groups, draws, how, self.jumps.steps)
+
+    def jump(
+        self,
+        steps: int,
+        groups: ClipGroups,
+        temperature: float,
+        shares: FloatArray,
+        attention: float,
+    ) -> bool:
+        """A structural jump with ``steps`` inner steps; whether it was taken."""
+        self.jumps.tried += 1
+        errors = self._subtree_errors(self.scene, self.shapes)
+        sums = np.cumsum(np.concatenate(errors))
+        drawn = float(self.rng.random()) * sums[-1]
+        number = min(int(np.searchsorted(sums, drawn, "right")), len(sums) - 1)
+        player = 0
+        while number >= len(errors[player]):
+            number -= len(errors[player])
+            player += 1
+        offer = self._offer(player, number)
+        if offer is None:
+            self.jumps.refused += 1
+            return False
+        shape, scene, trees, table, log_ratio = offer
+        self._walk(scene, steps, groups, temperature, shares, (player, attention))
+        shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
+        after = self._subtree_errors(scene, shapes)
+        log_ratio += math.log(after[player][number] / sum(e.sum() for e in after))
+        log_ratio -= math.log(errors[player][number] / sums[-1])
+        gain = (self.energy - self._energy(scene)) / temperature + log_ratio
+        if gain < 0.0 and self.rng.random() >= math.exp(gain):
+            return False
+        self.shapes, self.scene, self.trees, self.table = shapes, scene, trees, table
+        self.jumps.taken += 1
+        return True
+
+    def _subtree_errors(self, scene: SceneArrays, shapes: Sequence[TreeShape]) -> list[FloatArray]:
+        """E of all nodes of all players' trees."""
+        errors = np.zeros(scene.entry.shape)
+        token_errors(scene, self.play.library, errors)
+        found = []
+        for player, shape in enumerate(shapes):
+            own = np.empty(len(shape.rules))
+            subtree_errors(shape.children, errors[player], own)
+            found.append(own)
+        return found
+
+    def _offer(
+        self, player: int, node: int
+    ) -> tuple[TreeShape, SceneArrays, list[Tree], RuleTable, float] | None:
+        """A node derived anew, not yet accepted, with log q(old) / q(new); None: not allowed."""
+        play, shape = self.play, self.shapes[player]
+        derivations = play.derivations[player]
+        end, first, last = shape.spans[node].tolist()
+        since = derivations.run(shape.actions[:first])[-1]
+        ends = derivations.ends_before(shape.actions[last:])
+        kept = len(shape.actions) - (last - first)
+        room = play.most_actions - kept
+        new = derivations.draw(shape.symbols[node], since, ends, self.rng, room)
+        if new is None or kept + len(new.actions) == 0:
+            return None
+        after = exchanged(derivations.grammar, shape, node, new.rules)
+        ratio = derivations.log_probability(shape.rules[node:end])
+        ratio -= derivations.log_probability(new.rules)
+        state = self.state
+        entries = play.entries(new.actions, self.rng)
+        tree = play.derive(player, after.rules)
+        one = self._respelled(player, tree, (first, last), entries)
+        if one is None:
+            return None
+        players = (*state.players[:player], one, *state.players[player + 1 :])
+        trees = [*self.trees[:player], tree, *self.trees[player + 1 :]]
+        table = play.binder.bind(trees)
+        return after, play.arrays(SceneState(players), table), trees, table, ratio
+
+    def _respelled(
+        self, player: int, tree: Tree, span: tuple[int, int], entries: IntArray
+    ) -> PlayerState | None:
+        """A player with other clips in ``span``; None where they had to begin before time 0."""
+        scene, clips = self.scene, self.play.library.clips
+        first, last = span
+        n = int(scene.n_clips[player])
+        old = scene.entry[player, :n]
+        spelled = np.concatenate([old[:first], entries, old[last:]])
+        origin, delay = scene.placed[player, 0, :3], int(scene.begin[player, 0])
+        if self.rng.random() < 0.5:  # what stands behind stays
+            delay += int(clips["n_frames"][old[first:last]].sum())
+            delay -= int(clips["n_frames"][entries].sum())
+            here = scene.placed[player, last, :3]
+            for entry in entries[::-1]:
+                clip = clips[entry]
+                step = np.array([clip["x"], clip["z"], clip["theta"]])
+                here = compose(here, inverse(step))
+            origin = compose(compose(here, inverse(scene.placed[player, first, :3])), origin)
+        if delay < 0:
+            return None
+        x, z, theta = origin.tolist()
+        return PlayerState(tree, spelled, (x, z, theta), delay)
