@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
+import numpy as np
+
 from motiondb import store
 from motiondb.database.scene_clips import ShownAction, find_actions
 from motiondb.errors import SceneError
@@ -65,7 +67,7 @@ def _make(
 ) -> SceneClips:
     infos = {info.name: info for info in base.captures() if info.kind == "captured"}
     actions = {
-        terminal: [part for part in parts if part.capture in infos]
+        terminal: _evenly([part for part in parts if part.capture in infos], settings.most)
         for terminal, parts in find_actions(base, grammar).items()
     }
     names = sorted({part.capture for parts in actions.values() for part in parts})
@@ -92,6 +94,12 @@ def _make(
     library = make_library(shown, [terminal.name for terminal in grammar.terminals], settings)
     used = sorted({source.capture for source in library.source})
     return SceneClips(library, {name: motions[name] for name in used})
+
+
+def _evenly(parts: list[ShownAction], most: int) -> list[ShownAction]:
+    """At most ``most`` of the parts, evenly spaced: each gives a piece or more."""
+    chosen = np.linspace(0, len(parts) - 1, min(len(parts), max(most, 1))).round().astype(int)
+    return [parts[k] for k in chosen]
 
 
 def _frames(part: ShownAction, motion: Motion) -> tuple[int, int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +76,14 @@ def test_shots_go_up_and_pivots_turn(clips: SceneClips) -> None:
     assert library.hand[list(library.of("shoot")), 1].min() > 1.6
     assert np.degrees(library.step[list(library.of("pivot_left")), 2]).min() > 45.0
     assert np.degrees(library.step[list(library.of("pivot_right")), 2]).max() < -45.0
+
+
+def test_of_many_captures_few_are_looked_at(base: motiondb.MotionDB) -> None:
+    """Two of the 20 walks are cut, the first and the last, and one of them is enough."""
+    grammar = read_motion_grammar('start S\nS -> walk\nwalk := "walk"\n', "g")
+    clips = scene_clips(base, grammar, replace(FEW, most=2))
+    assert len(clips.motions) == 1
+    assert len(clips.library.of("walk")) > 2
 
 
 def test_a_library_is_kept_until_something_changes(
