@@ -1,0 +1,67 @@
+"""Hands: where they are, and how arms bring them somewhere else.
+
+A palm is a little beyond its wrist, along the forearm. Arms are chains of two bones; the hand goes
+where it is asked as far as they reach, with the elbow bent in the plane in which it is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motiondb.pose import body, kinematics, retarget, rotation
+from motiondb.records import FloatArray, Motion
+
+PALM = 0.09
+"""Metres from wrist to palm."""
+_I = body.INDEX
+
+
+def palms(positions: FloatArray) -> FloatArray:
+    """Both palms: array (frames, 2, 3), left and right, from joints (frames, 21, 3), metres."""
+    found = []
+    for side in "lr":
+        elbow, wrist = positions[:, _I[f"{side}_elbow"]], positions[:, _I[f"{side}_wrist"]]
+        found.append(wrist + PALM * rotation.normalize(wrist - elbow))
+    return np.stack(found, axis=1)
+
+
+def reach(motion: Motion, targets: FloatArray, weights: FloatArray) -> Motion:
+    """The motion with its palms brought towards targets.
+
+    Parameters
+    ----------
+    targets : array (frames, 2, 3), metres, for the left and the right palm.
+    weights : array (frames, 2), 0 (as it is) to 1 (at the target, if the arm is long enough).
+    """
+    if not np.any(weights > 0.0):
+        return motion
+    positions, world = retarget.motion_positions(motion)
+    local = motion.local_rotations.astype(np.float64)
+    down = np.broadcast_to(np.array([0.0, -1.0, 0.0]), (len(positions), 3))
+    for hand, side in enumerate("lr"):
+        if not np.any(weights[:, hand] > 0.0):
+            continue
+        collar, shoulder, elbow = (_I[f"{side}_{j}"] for j in ("collar", "shoulder", "elbow"))
+        palm = palms(positions)[:, hand]
+        wanted = palm + weights[:, hand, None] * (targets[:, hand] - palm)
+        # the palm is a straight continuation of the forearm, so the chain may end there
+        upper, lower = kinematics.two_bone(
+            positions[:, shoulder], positions[:, elbow], palm, wanted, down
+        )
+        new_shoulder = rotation.multiply(upper, world[:, shoulder])
+        new_elbow = rotation.multiply(lower, world[:, elbow])
+        moved = weights[:, hand, None] > 0.0
+        local[:, shoulder] = np.where(
+            moved, _relative(world[:, collar], new_shoulder), local[:, shoulder]
+        )
+        local[:, elbow] = np.where(moved, _relative(new_shoulder, new_elbow), local[:, elbow])
+    return Motion(
+        rotation.unroll(local).astype(np.float32),
+        motion.root_positions,
+        motion.leg_length,
+        motion.notes,
+    )
+
+
+def _relative(parent: FloatArray, world: FloatArray) -> FloatArray:
+    return rotation.multiply(rotation.conjugate(parent), world)
