@@ -37,6 +37,8 @@ TUNED = 4
 """How many of the starts' best are tuned; the best of them after that counts."""
 COARSE_STEP = 2
 """Frames per frame of the coarse search."""
+FEWEST_TRIALS, MOST_TRIALS, TRIED_CELLS = 6_000, 16_000, 32_000_000
+"""Medoids that are tried, and the sum over them of cells looked at."""
 
 Progress = Callable[[int, int, str], None]
 """Called with what is done, of how much, and with what is being done."""
@@ -73,7 +75,8 @@ class TerminalSettings:
     shortest, longest : frames of a segment. grid : frames between candidate cuts at most. weight :
     w, the share of R. segment_price : of a segment more, in mean distances of a pose from the mean
     pose times frames; rest : the same for a cut at the takes' mean speed. most_segments : N.
-    method : "exchange" or "genetic". n_starts, n_trials : of the exchange search.
+    method : "exchange" or "genetic". n_starts, n_trials : of the exchange search; None: as many as
+    the length of the takes allows, see :func:`trials_for`.
     """
 
     shortest: int = 8
@@ -85,7 +88,7 @@ class TerminalSettings:
     most_segments: int | None = None
     method: str = "exchange"
     n_starts: int = 16
-    n_trials: int = 6000
+    n_trials: int | None = None
     genetic: genetic.GeneticSettings = field(default_factory=genetic.GeneticSettings)
     tuning: tuning.TuningSettings = field(default_factory=tuning.TuningSettings)
 
@@ -189,6 +192,15 @@ def terminals_from_symbols(
     return _record(poses, grouping, weight, [f"s{symbol}" for symbol in used])
 
 
+def trials_for(n_cells: int) -> int:
+    """Medoids to try for so many cells: an exchange takes time in proportion to them.
+
+    >>> trials_for(1_000), trials_for(4_000), trials_for(20_000)
+    (16000, 8000, 6000)
+    """
+    return min(MOST_TRIALS, max(FEWEST_TRIALS, TRIED_CELLS // n_cells))
+
+
 def terminal_names(n: int) -> tuple[str, ...]:
     """a to z, then aa, ab, ...
 
@@ -268,7 +280,8 @@ def _by_exchange(
     task = exchange.Task(
         thin, cells, costs.rest[frames] / unit, COARSE_STEP * costs.price / unit, n_terminals
     )
-    states = exchange.exchange_search(task, rng, settings.n_starts, settings.n_trials, advance)
+    trials = trials_for(len(cells.firsts)) if settings.n_trials is None else settings.n_trials
+    states = exchange.exchange_search(task, rng, settings.n_starts, trials, advance)
     groupings = []
     for state in states[:TUNED]:
         path = _path_within(task, state, n_terminals, settings.most_segments)
