@@ -63,6 +63,7 @@ class Walk(NamedTuple):
     focus : a player, or -1; ``attention`` : the probability of choosing them before drawing from
         all actions alike.
     haste : added to -log P for every frame of every player's delay.
+    tails : share of SMOOTH and VARIANT steps that let stand what stands behind.
     errors, after : arrays (P, L), room for the clips' errors.
     """
 
@@ -71,6 +72,7 @@ class Walk(NamedTuple):
     focus: int
     attention: float
     haste: float
+    tails: float
     errors: FloatArray
     after: FloatArray
 
@@ -197,10 +199,10 @@ def _clip_step(
         new = variant_entry(groups, old, u[3])
     start = scene.placed[player, 0]
     origin = (start[0], start[1], start[2])
-    if u[4] < 0.5:
+    if u[4] < how.tails:
         origin = origin_for_tail(scene, library, player, k, new)
     delay = waited = scene.begin[player, 0]
-    if u[5] < 0.5:
+    if u[5] < how.tails:
         delay += library.clips[old].n_frames - library.clips[new].n_frames
     energy = float(scene.total[0])
     now = change(scene, library, player, k, new, origin, delay)

@@ -63,7 +63,8 @@ class Play:
     derivations : for every player, in the order of the diagram.
     first : for every terminal, its entries [first, last) of the library.
     most_actions : of a player.
-    haste : what a frame of delay costs. every : frames from one look to the next.
+    haste : what a frame of delay costs. tails : share of the changes that let stand what stands
+        behind, not what stands before. every : frames from one look to the next.
     """
 
     binder: Binder
@@ -72,6 +73,7 @@ class Play:
     first: dict[str, tuple[int, int]]
     most_actions: int = MOST_ACTIONS
     haste: float = 0.0
+    tails: float = 0.5
     every: int = EVERY
 
     @property
@@ -188,10 +190,10 @@ class Chain:
         if steps == 0:
             return
         errors = np.zeros(scene.entry.shape)
-        haste = self.play.haste
-        how = Walk(temperature, shares, *focus, haste, errors, np.zeros_like(errors))
+        play = self.play
+        how = Walk(temperature, shares, *focus, play.haste, play.tails, errors, errors.copy())
         draws = self.rng.random((steps, DRAWS))
-        walk(scene, self.play.library, groups, draws, how, self.jumps.steps)
+        walk(scene, play.library, groups, draws, how, self.jumps.steps)
 
     def jump(
         self,
@@ -277,7 +279,7 @@ class Chain:
         old = scene.entry[player, :n]
         spelled = np.concatenate([old[:first], entries, old[last:]])
         origin, delay = scene.placed[player, 0, :3], int(scene.begin[player, 0])
-        if self.rng.random() < 0.5:  # what stands behind stays
+        if self.rng.random() < self.play.tails:  # what stands behind stays
             delay += int(clips["n_frames"][old[first:last]].sum())
             delay -= int(clips["n_frames"][entries].sum())
             here = scene.placed[player, last, :3]
