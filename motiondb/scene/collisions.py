@@ -6,6 +6,8 @@ who is screened) may come closer, but not into one another, within half a second
 
 from __future__ import annotations
 
+import math
+
 from motiondb.scene.compilation import compiled
 from motiondb.scene.placement import ClipArrays
 from motiondb.scene.scene_arrays import SceneArrays
@@ -19,6 +21,7 @@ CONTACT_FRAMES = 15
 
 _APART = (2.0 * RADIUS) ** 2
 _CONTACT_APART = (2.0 * CONTACT_RADIUS) ** 2
+_ROUNDING = 1.0 - 1e-9
 
 
 @compiled
@@ -50,13 +53,21 @@ def touch(scene: SceneArrays, library: ClipArrays, p: int, q: int, g: int) -> bo
 
 @compiled
 def overlaps(scene: SceneArrays, library: ClipArrays, p: int, q: int) -> int:
-    """Points of the grid at which two touch, up to where both stand."""
+    """Points of the grid at which two touch, up to where both stand.
+
+    Two who are far apart are looked at again only when they can have met.
+    """
     one, other = scene.grid[p], scene.grid[q]
     last_p, last_q = scene.filled[p], scene.filled[q]
-    found = 0
-    for g in range(max(last_p, last_q) + 1):
+    nearer = 1.0 / (2.0 * library.fastest[0] * scene.every[0])  # looks a metre, at most
+    found, g = 0, 0
+    while g <= max(last_p, last_q):
         i, j = min(g, last_p), min(g, last_q)
         dx, dz = one[i, 0] - other[j, 0], one[i, 1] - other[j, 1]
-        if dx * dx + dz * dz < _APART and touch(scene, library, p, q, g):
+        square = dx * dx + dz * dz
+        if square >= _APART:
+            g += int((math.sqrt(square) - 2.0 * RADIUS) * nearer * _ROUNDING)
+        elif touch(scene, library, p, q, g):
             found += 1
+        g += 1
     return found

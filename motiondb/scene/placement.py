@@ -45,12 +45,14 @@ class ClipArrays(NamedTuple):
     path : array (frames of all clips, 3), x, z, theta in the frame of the clip's entry.
     way : array (frames of all clips,), metres travelled since the clip's entry.
     seams : array (classes, classes), mismatch of the exit of one and the entry of another.
+    fastest : array (1,), most metres from one frame to the next.
     """
 
     clips: NDArray[np.void]
     path: FloatArray
     way: FloatArray
     seams: FloatArray
+    fastest: FloatArray
 
 
 def clip_arrays(library: ClipLibrary) -> ClipArrays:
@@ -67,12 +69,14 @@ def clip_arrays(library: ClipLibrary) -> ClipArrays:
     clips["x"], clips["z"], clips["theta"] = step.T
     clips["cos"], clips["sin"] = np.cos(step[:, 2]), np.sin(step[:, 2])
     path = np.ascontiguousarray(library.path, dtype=float)
-    way = np.zeros(len(path))
+    way, fastest = np.zeros(len(path)), 1e-6
     for number, (start, n) in enumerate(zip(clips["path_start"], clips["n_frames"], strict=True)):
         ends = np.concatenate([path[start : start + n, :2], step[number : number + 1, :2]])
-        metres = np.cumsum(np.linalg.norm(np.diff(ends, axis=0), axis=1))
+        steps = np.linalg.norm(np.diff(ends, axis=0), axis=1)
+        metres, fastest = np.cumsum(steps), max(fastest, float(steps.max()))
         way[start + 1 : start + n], clips["length"][number] = metres[:-1], metres[-1]
-    return ClipArrays(clips, path, way, np.ascontiguousarray(library.seam, dtype=float))
+    seams = np.ascontiguousarray(library.seam, dtype=float)
+    return ClipArrays(clips, path, way, seams, np.array([fastest]))
 
 
 @compiled
