@@ -1,0 +1,300 @@
+"""Chains over scenes: frequencies beside exact distributions, worked ratios, bijections.
+
+Frequencies are compared by chi-square at fixed seeds, on samples thinned so far that their
+autocorrelation is spent. The tolerance, p > 0.001, is what a right sampler misses at one seed in a
+thousand; a wrong proposal ratio misses it by many powers of ten (tried: without q, or without s).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from itertools import product
+
+import numpy as np
+import pytest
+
+from motiondb.grammar.cfg import derive_by
+from motiondb.records import MOTION_FPS
+from motiondb.scene.binding import bind
+from motiondb.scene.clip_choice import clip_groups, smooth_entry
+from motiondb.scene.energy import change, energy, scene_arrays, token_errors, unchange
+from motiondb.scene.grammar_file import read_motion_grammar
+from motiondb.scene.metropolis import DELAY, MEET, SMOOTH, VARIANT, lateness, origin_for_tail
+from motiondb.scene.scene_chain import Chain, make_play
+from motiondb.scene.scene_state import PlayerState, SceneState
+from motiondb.scene.tactics_file import read_diagram
+from motiondb.scene.tempering import SamplerSettings
+
+TOY = read_motion_grammar(
+    """
+    grammar toy
+    start S
+    place goal
+    S -> A B
+    A -> a [0.7] | b [0.3]
+    B -> c [0.6] | d A [0.4]
+    a := "a"
+    b := "b"
+    c := "c"
+    d := "d"
+    a, b, d: position(goal) at end weight 1.5 m
+    c: direction(goal) at end weight 60 deg
+    """,
+    "toy.grammar",
+)
+ALONE = read_diagram(
+    'diagram "toy"\ngrammar toy\ncourt 20 x 20\nplace goal at 0 2\nplayer P at 0 0\n', "toy.tactics"
+)
+EXCHANGES = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+
+
+def only(*kinds: int) -> np.ndarray:
+    """Running sums of equal shares of some kinds of steps."""
+    shares = np.zeros(6)
+    shares[list(kinds)] = 1.0 / len(kinds)
+    sums = np.cumsum(shares)
+    sums[kinds[-1] :] = 1.0
+    return sums
+
+
+def toy_play(wandering, tails: float = 0.0):
+    library = wandering(["a", "b", "c", "d"], each=2, seed=3)
+    play = make_play(ALONE, TOY, library)
+    return library, play.__class__(**{**vars(play), "tails": tails})
+
+
+def toy_state(play, rules: tuple[int, ...], entries) -> SceneState:
+    tree = derive_by(play.derivations[0].grammar, rules)
+    return SceneState((PlayerState(tree, np.array(entries), (0.0, 0.0, 0.2), 0),))
+
+
+def toy_states(library, play) -> dict[tuple, float]:
+    """Every scene of the toy with its exact probability, clips relative to uniform draws."""
+    found = {}
+    for rules in [(0, 1, 3), (0, 2, 3), *((0, x, 4, y) for x in (1, 2) for y in (1, 2))]:
+        tree = derive_by(play.derivations[0].grammar, rules)
+        table = bind(ALONE, TOY, [tree])
+        for entries in product(*(library.of(action) for action in tree.leaves())):
+            state = toy_state(play, rules, entries)
+            error = energy(state, play.library, table, TOY.weights, play.every).total
+            found[rules, entries] = math.exp(-error) * 0.5 ** len(entries)
+    whole = sum(found.values())
+    return {key: value / whole for key, value in found.items()}
+
+
+def p_value(seen: Counter, exact: dict[tuple, float]) -> float:
+    """Of a chi-square test; states expected fewer than five times count as one."""
+    from scipy.stats import chisquare
+
+    assert set(seen) <= set(exact)
+    n = sum(seen.values())
+    many = [key for key, p in exact.items() if n * p >= 5]
+    counts = [seen[key] for key in many]
+    wanted = [n * exact[key] for key in many]
+    if len(many) < len(exact):
+        counts.append(n - sum(counts))
+        wanted.append(n - sum(wanted))
+    return float(chisquare(counts, wanted).pvalue)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_frequencies_of_the_outer_loop_are_exact_without_the_inner(wandering, seed: int) -> None:
+    library, play = toy_play(wandering)
+    exact = toy_states(library, play)
+    assert len(exact) == 40 and max(exact.values()) < 0.5
+    groups = clip_groups(play.library, TOY.weights.smooth, 1.0)
+    chain = Chain(play, toy_state(play, (0, 1, 3), (0, 4)), np.random.default_rng(seed))
+    seen: Counter = Counter()
+    for step in range(3000):
+        chain.jump(0, groups, 1.0, EXCHANGES, 0.0)
+        chain.walk(2, groups, 1.0, EXCHANGES)
+        if step % 3 == 2:  # by then a jump at the root was tried about once
+            entries = tuple(chain.scene.entry[0, : chain.scene.n_clips[0]].tolist())
+            seen[chain.shapes[0].rules, entries] += 1
+    assert p_value(seen, exact) > 0.001
+
+
+@pytest.mark.parametrize(
+    ("kinds", "temperature"), [((0,), 1.0), ((SMOOTH,), 1.0), ((SMOOTH, VARIANT), 2.0)]
+)
+def test_frequencies_of_clip_steps_are_exact(wandering, kinds, temperature: float) -> None:
+    library = wandering(["a", "b", "c", "d"], each=4, seed=8)
+    library.seam_class[:] = np.repeat(np.arange(8), 2)  # two variants of each clip
+    play = make_play(ALONE, TOY, library)
+    play = play.__class__(**{**vars(play), "tails": 0.0})
+    rules = (0, 1, 3)
+    table = bind(ALONE, TOY, [derive_by(play.derivations[0].grammar, rules)])
+    exact = {}
+    for entries in product(library.of("a"), library.of("c")):
+        state = toy_state(play, rules, entries)
+        error = energy(state, play.library, table, TOY.weights, play.every).total
+        exact[entries] = math.exp(-error / temperature)
+    exact = {key: value / sum(exact.values()) for key, value in exact.items()}
+    groups = clip_groups(play.library, TOY.weights.smooth, temperature)
+    chain = Chain(play, toy_state(play, rules, (0, 8)), np.random.default_rng(4))
+    seen: Counter = Counter()
+    for _ in range(1500):
+        chain.walk(25, groups, temperature, only(*kinds))
+        seen[tuple(chain.scene.entry[0, :2].tolist())] += 1
+    assert p_value(seen, exact) > 0.001
+
+
+PAIR = read_motion_grammar(
+    """
+    grammar pair
+    start S for attack
+    start S for defence
+    S -> a
+    a := "a" event contact
+    a: synchronisation(opponent, a, 0.2 s) weight 0.4 s
+    """,
+    "pair.grammar",
+)
+TWO = read_diagram(
+    'diagram "pair"\ngrammar pair\ncourt 20 x 20\nattack P at 0 0\ndefence Q at 3 0\n',
+    "pair.tactics",
+)
+
+
+@pytest.mark.parametrize("kinds", [(DELAY,), (MEET,), (DELAY, MEET)])
+def test_frequencies_of_delays_are_exact(wandering, kinds) -> None:
+    library = wandering(["a"], each=2, seed=1)
+    haste = 0.1  # so that delays stay small and can be listed
+    play = make_play(TWO, PAIR, library, haste=haste)
+    trees = [derive_by(d.grammar, (0,)) for d in play.derivations]
+    places = [(0.0, 0.0, 0.0), (3.0, 0.0, 0.0)]
+
+    def state(delays):
+        return SceneState(
+            tuple(
+                PlayerState(tree, np.array([k]), at, d)
+                for k, (tree, at, d) in enumerate(zip(trees, places, delays, strict=True))
+            )
+        )
+
+    start = Chain(play, state((0, 0)), np.random.default_rng(0))
+    first, second = (play.library.clips["event"][k] for k in (0, 1))
+    exact = {}
+    for p, q in product(range(150), repeat=2):
+        later = (q + second - p - first) / MOTION_FPS
+        errors = abs(later - 0.2) / 0.4 + abs(-later - 0.2) / 0.4
+        exact[p, q] = math.exp(-errors - haste * (p + q))
+    whole = sum(exact.values())
+    binned: dict[tuple, float] = {}
+    for (p, q), value in exact.items():
+        key = (p // 4, q // 4)
+        binned[key] = binned.get(key, 0.0) + value / whole
+    assert start.energy == pytest.approx(-math.log(exact[0, 0]), abs=1e-9)
+    groups = clip_groups(play.library, PAIR.weights.smooth, 1.0)
+    seen: Counter = Counter()
+    for _ in range(1500):
+        start.walk(60, groups, 1.0, only(*kinds))
+        seen[tuple((start.scene.begin[:, 0] // 4).tolist())] += 1
+    assert p_value(seen, binned) > 0.001
+
+
+def test_meeting_is_meeting(wandering) -> None:
+    library = wandering(["a"], each=2, seed=1)
+    play = make_play(TWO, PAIR, library)
+    chain = Chain(play, _standing(play, 40, 9), np.random.default_rng(0))
+    frames = lateness(chain.scene, play.library, 0)
+    after = Chain(play, _standing(play, 40 + frames, 9), np.random.default_rng(0))
+    assert frames != 0 and after.scene.cost[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def _standing(play, *delays: int) -> SceneState:
+    trees = [derive_by(d.grammar, (0,)) for d in play.derivations]
+    return SceneState(
+        tuple(
+            PlayerState(tree, np.array([0]), (float(k), 0.0, 0.0), delay)
+            for k, (tree, delay) in enumerate(zip(trees, delays, strict=True))
+        )
+    )
+
+
+def test_what_stands_behind_stays_and_the_way_back_is_the_same(wandering) -> None:
+    _, play = toy_play(wandering)
+    state = toy_state(play, (0, 1, 4, 2), (0, 6, 2))
+    table = bind(ALONE, TOY, state.trees)
+    scene = scene_arrays(state, play.library, table, TOY.weights)
+    before, total = scene.placed.copy(), scene.total.copy()
+    seams = scene.seams.copy()
+    origin = origin_for_tail(scene, play.library, 0, 1, 7)
+    change(scene, play.library, 0, 1, 7, origin, 5)
+    turns = np.array([1.0, 1.0, 2 * np.pi])
+    gap = scene.placed[0, 2:4, :3] - before[0, 2:4, :3]
+    np.testing.assert_allclose(gap - turns * np.round(gap / turns) * [0, 0, 1], 0.0, atol=1e-9)
+    back = origin_for_tail(scene, play.library, 0, 1, 6)
+    np.testing.assert_allclose(back, before[0, 0, :3], atol=1e-9)
+    unchange(scene, play.library, 0, 1, 6)
+    np.testing.assert_array_equal(scene.placed, before)
+    np.testing.assert_array_equal(scene.total, total)
+    np.testing.assert_array_equal(scene.seams, seams)
+    assert scene.entry[0].tolist() == [0, 6, 2] and scene.begin[0, 0] == 0
+
+
+def test_jumps_that_let_stand_what_stands_behind_keep_it(wandering) -> None:
+    _, play = toy_play(wandering, tails=1.0)
+    rng = np.random.default_rng(0)
+    state = toy_state(play, (0, 1, 4, 2), (0, 6, 2))
+    state = SceneState((PlayerState(state.trees[0], state.players[0].entries, (0, 0, 0), 300),))
+    groups = clip_groups(play.library, 1.0, 1e9)
+    moved = 0
+    for _ in range(20):
+        chain = Chain(play, state, rng)
+        end, begin = chain.scene.placed[0, 3, :3].copy(), chain.scene.begin[0, 3]
+        if chain.jump(0, groups, 1e9, EXCHANGES, 0.0):
+            n = chain.scene.n_clips[0]
+            np.testing.assert_allclose(chain.scene.placed[0, n, :3], end, atol=1e-9)
+            assert chain.scene.begin[0, n] == begin
+            moved += 1
+    assert moved > 5
+
+
+def test_a_clip_by_its_seams_has_the_ratio_of_its_seams(wandering) -> None:
+    library = wandering(["a", "b"], each=6, seed=2)
+    play_like = make_play(TWO, PAIR, wandering(["a"], each=2))
+    del play_like
+    from motiondb.scene.placement import clip_arrays
+
+    arrays = clip_arrays(library)
+    groups = clip_groups(arrays, 0.5, 2.0)
+    before, after = int(library.seam_class[7]), int(library.seam_class[9])
+    new, ratio = smooth_entry(groups, 3, before, after, 0.4)
+
+    def cost(k: int) -> float:
+        own = library.seam_class[k]
+        return float(library.seam[before, own] + library.seam[own, after])
+
+    assert ratio == pytest.approx((cost(new) - cost(3)) / (0.5 * 2.0), rel=1e-5)
+    # every entry of the terminal in proportion to exp(-seams / (w T))
+    grid = (np.arange(20_000) + 0.5) / 20_000
+    seen = Counter(smooth_entry(groups, 3, before, after, u)[0] for u in grid)
+    wanted = np.exp([-cost(k) for k in range(6)])
+    got = np.array([seen[k] for k in range(6)]) / 20_000
+    np.testing.assert_allclose(got, wanted / wanted.sum(), atol=2e-3)
+
+
+def test_worked_ratio_of_a_jump(wandering) -> None:
+    """Nodes S(A(a) B(c)): E of A and B are square roots of their leaves', of S a cube root."""
+    _, play = toy_play(wandering)
+    chain = Chain(play, toy_state(play, (0, 1, 3), (0, 4)), np.random.default_rng(0))
+    errors = np.zeros(chain.scene.entry.shape)
+    token_errors(chain.scene, play.library, errors)
+    (found,) = chain._subtree_errors(chain.scene, chain.shapes)
+    a, c = errors[0]
+    wanted = [(math.sqrt(a) * math.sqrt(c)) ** (1 / 3), math.sqrt(a), math.sqrt(c)]
+    np.testing.assert_allclose(found, wanted, rtol=1e-12)
+    derivations = play.derivations[0]
+    old, new = derivations.log_probability([3]), derivations.log_probability([4, 2])
+    assert old - new == pytest.approx(math.log(0.6 / (0.4 * 0.3)))
+
+
+def test_settings_refuse_what_cannot_be() -> None:
+    from motiondb.errors import SceneError
+
+    with pytest.raises(SceneError, match=r"expected ascending numbers above 0, found 1\.0, 0\.5"):
+        SamplerSettings(temperatures=(1.0, 0.5))
+    with pytest.raises(SceneError, match="shares: expected 6 numbers"):
+        SamplerSettings(shares=(1.0,))
