@@ -25,10 +25,10 @@ from motiondb.scene.clips import ClipLibrary
 from motiondb.scene.gaze import follow
 from motiondb.scene.path_editing import Edited, Facing, edit_paths
 from motiondb.scene.rule_table import RuleTable
-from motiondb.scene.scene_state import SceneState
+from motiondb.scene.scene_state import PlayerState, SceneState
 from motiondb.scene.splicing import Spliced, show, splice
 from motiondb.scene.tactics import SHOTS
-from motiondb.scene.time_editing import Meeting, TimeMap, edit_times
+from motiondb.scene.time_editing import SLOWEST, Meeting, TimeMap, edit_times
 from motiondb.scene.timeline import (
     Timeline,
     clip_frames,
@@ -38,6 +38,7 @@ from motiondb.scene.timeline import (
     own_places,
     sampled_timeline,
 )
+from motiondb.scene.waiting import waits
 
 AFTER_SHOT = 75
 """Frames of a scene after a shot: the ball flies, falls and bounces."""
@@ -59,7 +60,8 @@ class Placed:
         lie between two.
     warps : array (frames,), frames of the source per frame; 0 where a pose is held.
     edits : per frame what was done to it.
-    clips : array (frames,), which of the player's actions it belongs to.
+    clips : array (frames,), which of the player's actions it belongs to; waiting to the first or
+        the last.
     """
 
     player: str
@@ -105,17 +107,10 @@ def polish(
     ------
     SceneError : a capture is not among the motions.
     """
-    spliced = [
-        splice(
-            [library.source[entry] for entry in np.asarray(player.entries).tolist()],
-            motions,
-            np.array(player.origin, dtype=float),
-        )
-        for player in state.players
-    ]
+    spliced = [_spliced(player, library, motions, state) for player in state.players]
     maps, edited = _edit(state, library, table, spliced)
     shown = [
-        show(own, times.source_at(_clock(edited.timeline)), places)
+        show(own, own.rows(times.source_at(_clock(edited.timeline))), places)
         for own, times, places in zip(spliced, maps, edited.timeline.places, strict=True)
     ]
     acts = ball_acts(state, library, table, edited.timeline, maps)
@@ -152,8 +147,11 @@ def _edit(
         instants = tuple(_rounded(m.frame_of(f[1])) for m, f in zip(maps, frames, strict=True))
         facings = _facings(table, partners, instants)
         clock = np.arange(n_frames, dtype=float)
-        ways = np.stack([_read(own.places, m, clock) for own, m in zip(spliced, maps, strict=True)])
-        best = np.stack([_read(own, m, clock) for own, m in zip(wished, maps, strict=True)])
+        shown = [m.source_at(clock) for m in maps]
+        ways = np.stack(
+            [_read(own.places, own.rows(at)) for own, at in zip(spliced, shown, strict=True)]
+        )
+        best = np.stack([_read(own, at) for own, at in zip(wished, shown, strict=True)])
         before = ways if done == 0 else _lasting(now.places, n_frames)
         edited = edit_paths(
             table,
@@ -171,9 +169,24 @@ def _edit(
     return kept
 
 
-def _read(places: FloatArray, times: TimeMap, clock: FloatArray) -> FloatArray:
-    """A way (source frames, 3) read at the frames of the scene."""
-    at = times.source_at(clock)
+def _spliced(
+    player: PlayerState, library: ClipLibrary, motions: Mapping[str, Motion], state: SceneState
+) -> Spliced:
+    """One player's clips, with what they do while they wait."""
+    entries = np.asarray(player.entries)
+    lengths = [
+        other.delay + int(library.n_frames[np.asarray(other.entries)].sum())
+        for other in state.players
+    ]
+    own = int(library.n_frames[entries].sum())
+    longest = int(SLOWEST * (max(lengths) + AFTER_SHOT)) + 1
+    lead, tail = waits(library, entries, player.delay + longest, max(longest - own, 0) + longest)
+    sources = [library.source[entry] for entry in entries.tolist()]
+    return splice(sources, motions, np.array(player.origin, dtype=float), lead, tail)
+
+
+def _read(places: FloatArray, at: FloatArray) -> FloatArray:
+    """Places (rows, 3) between rows; the ends are held."""
     rows = np.arange(len(places))
     return np.column_stack([np.interp(at, rows, column) for column in places.T])
 
@@ -246,19 +259,19 @@ def _placed(
     """A player with where each frame comes from."""
     entries = np.asarray(state.players[number].entries)
     clock = _clock(timeline)
-    at = times.source_at(clock)
-    at = np.clip(at, 0.0, spliced.n_frames - 1.0)
+    at = spliced.rows(times.source_at(clock))
     nearest = np.rint(at).astype(np.int64)
     clips = spliced.clips[nearest]
-    sources = [library.source[entry] for entry in entries.tolist()]
-    captures = tuple(dict.fromkeys(source.capture for source in sources))
-    licence = {source.capture: source.licence for source in sources}
-    slopes = times.slope_at(clock)
+    sources = {k: library.source[entry] for k, entry in enumerate(entries.tolist())}
+    for wait, which in zip(spliced.waits, (-1, len(entries)), strict=True):
+        if wait is not None:
+            sources[which] = wait.source
+    captures = tuple(dict.fromkeys(source.capture for source in sources.values()))
+    licence = {source.capture: source.licence for source in sources.values()}
     edits = []
-    for frame, clip in enumerate(clips.tolist()):
-        share = float(spliced.shares[nearest[frame]])
+    for clip, share in zip(clips.tolist(), spliced.shares[nearest].tolist(), strict=True):
         said = [sources[clip].edit, f"blend {share:.2f}" if share < 1.0 else ""]
-        said += ["way edited, feet held" if slopes[frame] > 0.0 else "pose held"]
+        said += ["" if 0 <= clip < len(entries) else "waits", "way edited, feet held"]
         edits.append(", ".join(part for part in said if part))
     return Placed(
         name,
@@ -266,8 +279,8 @@ def _placed(
         captures,
         tuple(licence[capture] for capture in captures),
         np.array([captures.index(sources[clip].capture) for clip in clips.tolist()]),
-        spliced.source_frames[nearest] + (at - nearest),
-        slopes,
+        _read(spliced.source_frames[:, None].astype(float), at)[:, 0],
+        times.slope_at(clock),
         tuple(edits),
-        clips,
+        np.clip(clips, 0, len(entries) - 1),
     )

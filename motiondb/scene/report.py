@@ -49,8 +49,8 @@ class RuleReport:
 
     ``token`` : number of the action in the player's string; ``last`` the one behind the stretch.
     ``frame`` : of the polished scene. ``before``, ``after`` polishing, and ``threshold``, in
-    ``unit``; ``ok`` : whether ``after`` is no more than it. A rule whose role nobody fills is
-    ``unmet`` and never ok.
+    ``unit``; ``kept`` : whether ``after`` is no more than it. A rule whose role nobody fills
+    is ``unmet`` and never kept.
     """
 
     player: str
@@ -64,7 +64,7 @@ class RuleReport:
     frame: int
     before: float
     after: float
-    ok: bool
+    kept: bool
     unmet: bool = False
 
 
@@ -123,17 +123,17 @@ class SceneReport:
     sources: tuple[SourceRun, ...]
 
     @property
-    def violations(self) -> tuple[RuleReport, ...]:
+    def broken(self) -> tuple[RuleReport, ...]:
         """The rules that do not hold."""
-        return tuple(rule for rule in self.rules if not rule.ok)
+        return tuple(rule for rule in self.rules if not rule.kept)
 
     @property
     def clean(self) -> bool:
         """Whether every rule holds and nobody overlaps."""
-        return not self.violations and not self.collisions
+        return not self.broken and not self.collisions
 
 
-def report(
+def report_scene(
     state: SceneState,
     library: ClipLibrary,
     motions: Mapping[str, Motion],
@@ -270,31 +270,25 @@ def _bone_error(joints: FloatArray) -> float:
 
 
 def _runs(placed: Placed) -> list[SourceRun]:
-    """Stretches of one clip with the same edit."""
-    keys = list(zip(placed.clips.tolist(), placed.source_numbers.tolist(), strict=True))
-    changes = [
-        frame
-        for frame in range(1, len(keys))
-        if keys[frame] != keys[frame - 1] or _held(placed, frame) != _held(placed, frame - 1)
-    ]
-    found = []
-    for start, end in zip([0, *changes], [*changes, len(keys)], strict=True):
-        number = keys[start][1]
-        middle = (start + end) // 2
-        found.append(
-            SourceRun(
-                placed.player,
-                start,
-                end,
-                placed.captures[number],
-                float(placed.source_frames[start]),
-                float(placed.source_frames[end - 1]),
-                placed.edits[middle],
-                placed.licences[number],
-            )
+    """Stretches of one clip with the same edit, blends aside."""
+    edits = [_unblended(edit) for edit in placed.edits]
+    clips, numbers = placed.clips.tolist(), placed.source_numbers.tolist()
+    keys = list(zip(clips, numbers, edits, strict=True))
+    changes = [frame for frame in range(1, len(keys)) if keys[frame] != keys[frame - 1]]
+    return [
+        SourceRun(
+            placed.player,
+            start,
+            end,
+            placed.captures[numbers[start]],
+            float(placed.source_frames[start]),
+            float(placed.source_frames[end - 1]),
+            edits[start],
+            placed.licences[numbers[start]],
         )
-    return found
+        for start, end in zip([0, *changes], [*changes, len(keys)], strict=True)
+    ]
 
 
-def _held(placed: Placed, frame: int) -> bool:
-    return bool(placed.warps[frame] == 0.0)
+def _unblended(edit: str) -> str:
+    return ", ".join(part for part in edit.split(", ") if not part.startswith("blend "))

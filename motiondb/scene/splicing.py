@@ -2,10 +2,11 @@
 
 Every clip is taken from its capture with some frames more at both ends, mirrored, bent and
 stretched as its entry says; neighbours are cross-faded by :mod:`motiondb.generate.stitching`, their
-ways as steps and turns, their poses as rotations relative to the heading. What comes out has the
-frames of the string, one after the other, and knows of each which frame of which clip it is. Then
-time is read at the frames of the scene (poses interpolated along the shortest arc), the edited way
-is put under the poses, and feet are held where they stand.
+ways as steps and turns, their poses as rotations relative to the heading. Who waits before or
+behind their string does not freeze in the midst of a step: a clip in place is played to and fro.
+What comes out has the frames of the string, one after the other, and knows of each which frame of
+which clip it is. Then time is read at the frames of the scene (poses interpolated along the
+shortest arc), the edited way is put under the poses, and feet are held where they stand.
 """
 
 from __future__ import annotations
@@ -19,13 +20,22 @@ from motiondb.errors import SceneError
 from motiondb.generate.contact import lock_feet
 from motiondb.generate.stitching import BLEND_FRAMES, Piece, stitch
 from motiondb.pose import body, pose_vectors, rotation
-from motiondb.records import FloatArray, IntArray, Motion
+from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.clip_motion import clip_motion
 from motiondb.scene.clips import ClipSource
+from motiondb.scene.ground import compose, inverse, relative
 
 _MARGIN = 20
 """Frames of the capture round a clip that are looked at: its blend, and how velocities begin."""
 _HALF = BLEND_FRAMES // 2
+
+
+@dataclass(frozen=True)
+class Wait:
+    """A clip in place that is played to and fro for ``n_frames``, before or behind a string."""
+
+    source: ClipSource
+    n_frames: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,56 +44,105 @@ class Spliced:
 
     Attributes
     ----------
+    lead : frames of waiting before the string's own first.
     places : array (frames, 3), the way as spliced, from the first clip's place.
     heights : array (frames,), of the pelvis, metres.
     rotations : array (frames, 21, 4), local, the pelvis's relative to the heading.
-    clips : array (frames,), the clip that weighs most; source_frames : its frame of the capture.
+    clips : array (frames,), the clip that weighs most, -1 while waiting before the string, their
+        number behind it; source_frames : its frame of the capture.
     shares : array (frames,), its weight, 1 away from seams.
+    waits : what is played before and behind the string.
     """
 
+    lead: int
     places: FloatArray
     heights: FloatArray
     rotations: FloatArray
     clips: IntArray
     source_frames: IntArray
     shares: FloatArray
+    waits: tuple[Wait | None, Wait | None] = (None, None)
 
     @property
     def n_frames(self) -> int:
         """Number of frames."""
         return len(self.heights)
 
+    def rows(self, source: FloatArray) -> FloatArray:
+        """Rows of the arrays, between two, at frames of the string; the ends are held."""
+        return np.clip(source + self.lead, 0.0, self.n_frames - 1.0)
+
 
 def splice(
-    sources: Sequence[ClipSource], motions: Mapping[str, Motion], origin: FloatArray
+    sources: Sequence[ClipSource],
+    motions: Mapping[str, Motion],
+    origin: FloatArray,
+    lead: Wait | None = None,
+    tail: Wait | None = None,
 ) -> Spliced:
     """The clips ``sources`` one after another, the first beginning at ``origin`` (x, z, theta).
+
+    Parameters
+    ----------
+    lead, tail : what is played while the player waits before and behind them.
 
     Raises
     ------
     SceneError : a capture is not among the motions.
     """
     played, pieces = {}, []
+    shown: dict[int, IntArray] = {}
     for number, source in enumerate(sources):
         moved = clip_motion(*_cut(source, motions), before=_HALF, after=_HALF + 1)
         played[number] = pose_vectors.to_path(moved)
         pieces.append(Piece(number, _HALF, _HALF + source.end - source.start))
+        shown[number] = source.start - _HALF + np.arange(moved.n_frames)
+    waits = {-1: lead, len(sources): tail}
+    for number, wait in waits.items():
+        if wait is not None and wait.n_frames > 0:
+            played[number], shown[number] = _waiting(wait, motions)
+            pieces.insert(0 if number < 0 else len(pieces), Piece(number, 0, wait.n_frames))
     whole = stitch(pieces, played)
-    path = whole.path
-    motion = pose_vectors.from_path(
-        path, whole.rotations, (float(origin[0]), float(origin[1])), float(origin[2])
-    )
-    turns = origin[2] + np.concatenate([[0.0], np.cumsum(path[:-1, 3])]) / 30.0
-    turns[0] = origin[2]
-    starts = np.array([source.start for source in sources])
+    begin = lead.n_frames if lead is not None else 0
+    frames = np.zeros(len(whole.path), dtype=np.int64)
+    for number, which in shown.items():
+        here = whole.captures == number
+        frames[here] = which[whole.frames[here]]
     return Spliced(
-        np.column_stack([motion.root_positions[:, 0], motion.root_positions[:, 2], turns]),
-        path[:, 0],
+        begin,
+        _ways(whole.path, origin, begin),
+        whole.path[:, 0],
         whole.rotations,
         whole.captures,
-        starts[whole.captures] + whole.frames - _HALF,
+        frames,
         whole.shares,
+        (lead, tail),
     )
+
+
+def _waiting(
+    wait: Wait, motions: Mapping[str, Motion]
+) -> tuple[tuple[FloatArray, FloatArray], IntArray]:
+    """Path values and rotations of a wait, forth and back, and frames of its capture."""
+    path, turned = pose_vectors.to_path(clip_motion(*_cut(wait.source, motions)))
+    length = len(path)
+    there = np.arange(wait.n_frames) % max(2 * length - 2, 1)
+    which = np.where(there < length, there, 2 * length - 2 - there)
+    places = _ways(path, np.zeros(3), 0)[which]
+    values = np.zeros((wait.n_frames, 4))
+    values[:, 0] = path[which, 0]
+    values[:-1, 1:] = relative(places[1:], places[:-1]) * MOTION_FPS
+    return (values, turned[which]), wait.source.start + which
+
+
+def _ways(path: FloatArray, origin: FloatArray, begin: int) -> FloatArray:
+    """The way of path values (frames, 4) that is at ``origin`` at frame ``begin``: (frames, 3)."""
+    turns = np.concatenate([[0.0], np.cumsum(path[:-1, 3])]) / MOTION_FPS
+    c, s = np.cos(turns), np.sin(turns)
+    x, z = path[:, 1], path[:, 2]
+    steps = np.stack([x * c + z * s, z * c - x * s], axis=1)[:-1] / MOTION_FPS
+    way = np.column_stack([np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)]), turns])
+    return compose(compose(np.asarray(origin, dtype=float), inverse(way[begin])), way)
 
 
 def _cut(source: ClipSource, motions: Mapping[str, Motion]) -> tuple[ClipSource, dict[str, Motion]]:
@@ -103,8 +162,7 @@ def _cut(source: ClipSource, motions: Mapping[str, Motion]) -> tuple[ClipSource,
 
 
 def show(spliced: Spliced, at: FloatArray, places: FloatArray) -> Motion:
-    """The motion that shows source frames ``at`` (frames,) on a way (frames, 3), feet held."""
-    at = np.clip(at, 0.0, spliced.n_frames - 1.0)
+    """The motion that shows rows ``at`` (frames,), between two, on a way (frames, 3), feet held."""
     before = np.floor(at).astype(np.int64)
     after = np.minimum(before + 1, spliced.n_frames - 1)
     share = at - before

@@ -53,15 +53,17 @@ class TimeMap:
         return np.interp(source, self.source, self.shown)
 
     def source_at(self, frames: FloatArray) -> FloatArray:
-        """What is shown at frames of the scene; the ends are held."""
-        return np.interp(frames, self.shown, self.source)
+        """What is shown at frames of the scene; before and behind, time goes on as it does."""
+        inside = np.interp(frames, self.shown, self.source)
+        early, late = np.minimum(frames - self.shown[0], 0.0), frames - self.shown[-1]
+        return inside + early + np.maximum(late, 0.0)
 
     def slope_at(self, frames: FloatArray) -> FloatArray:
-        """Source frames per frame of the scene: array (frames,), 0 where an end is held."""
+        """Source frames per frame of the scene: array (frames,), 1 before and behind."""
         slopes = np.diff(self.source) / np.diff(self.shown)
         where = np.searchsorted(self.shown, frames, side="right") - 1
         inside = (where >= 0) & (where < len(slopes))
-        return np.where(inside, slopes[np.clip(where, 0, len(slopes) - 1)], 0.0)
+        return np.where(inside, slopes[np.clip(where, 0, len(slopes) - 1)], 1.0)
 
 
 def edit_times(
