@@ -1,4 +1,4 @@
-"""scene: motion grammars and tactics diagrams, before anything moves."""
+"""scene: motion grammars and tactics diagrams, before anything moves; see also scene_making."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motiondb.cli import scene_making
 from motiondb.cli.options import Json, database, print_json, print_table
 
 if TYPE_CHECKING:
@@ -30,13 +31,16 @@ ClipsDb = Annotated[
 
 def register(app: typer.Typer) -> None:
     """Put the commands into the app."""
-    group = typer.Typer(help="Grammars of motion and diagrams of tactics.", no_args_is_help=True)
+    group = typer.Typer(
+        help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True
+    )
     grammars = typer.Typer(help="Grammars of motion.", no_args_is_help=True)
     grammars.command("check")(check_grammar)
     group.add_typer(grammars, name="grammar")
     group.command("validate")(validate)
     group.command("suggest")(suggest)
     group.command("draw")(draw)
+    scene_making.register(group)
     app.add_typer(group, name="scene")
 
 

@@ -419,7 +419,9 @@ CREATE TABLE scene_rule (
     action VARCHAR NOT NULL,
     clip BIGINT NOT NULL,                   -- ordinal of scene_clip
     kind VARCHAR NOT NULL,
-    before DOUBLE NOT NULL,                 -- as sampled, in the rule's unit
+    about VARCHAR NOT NULL,                 -- whom or what
+    unit VARCHAR NOT NULL,                  -- m, deg, frames
+    before DOUBLE NOT NULL,                 -- as sampled
     after DOUBLE NOT NULL,                  -- after polish
     threshold DOUBLE NOT NULL,
     frame BIGINT NOT NULL,

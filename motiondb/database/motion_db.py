@@ -43,6 +43,7 @@ from motiondb.words.synonyms import parse_synonyms
 
 if TYPE_CHECKING:
     from motiondb.database.grammars import Grammars
+    from motiondb.database.scenes import Scenes
 
 
 class MotionDB:
@@ -65,6 +66,13 @@ class MotionDB:
         from motiondb.database.grammars import Grammars
 
         return Grammars(self)
+
+    @cached_property
+    def scenes(self) -> Scenes:
+        """The verbs of scenes: make, update, write, keep, load, draw, remove."""
+        from motiondb.database.scenes import Scenes
+
+        return Scenes(self)
 
     def forget(self) -> None:
         """Drop what was loaded, so that the next question sees the store as it is now."""

@@ -65,12 +65,14 @@ class ScenePlayer:
 
 @dataclass(frozen=True)
 class SceneRule:
-    """How far a rule is from being kept; values in its unit (metres, degrees, seconds)."""
+    """How far a rule about somebody or something is from being kept, in its unit."""
 
     player: str
     action: str
     clip: int
     kind: str
+    about: str
+    unit: str
     before: float
     after: float
     threshold: float
@@ -187,6 +189,8 @@ def _insert_rules(store: Store, number: int, rules: Sequence[SceneRule], run_id:
         action=[rule.action for rule in rules],
         clip=[rule.clip for rule in rules],
         kind=[rule.kind for rule in rules],
+        about=[rule.about for rule in rules],
+        unit=[rule.unit for rule in rules],
         before=[rule.before for rule in rules],
         after=[rule.after for rule in rules],
         threshold=[rule.threshold for rule in rules],
@@ -207,8 +211,8 @@ def load_scene(store: Store, name: str) -> StoredScene:
         raise QueryError(_unknown(store, name))
     number, diagram, grammar, settings, error, report, n_frames, run_id = row
     rules = store.connection.execute(
-        "SELECT player, action, clip, kind, before, after, threshold, frame, kept FROM scene_rule"
-        " WHERE scene_id = ? ORDER BY ordinal",
+        "SELECT player, action, clip, kind, about, unit, before, after, threshold, frame, kept FROM"
+        " scene_rule WHERE scene_id = ? ORDER BY ordinal",
         [number],
     ).fetchall()
     ball = fetch(

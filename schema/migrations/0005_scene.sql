@@ -48,6 +48,8 @@ CREATE TABLE scene_rule (
     action VARCHAR NOT NULL,
     clip BIGINT NOT NULL,
     kind VARCHAR NOT NULL,
+    about VARCHAR NOT NULL,
+    unit VARCHAR NOT NULL,
     before DOUBLE NOT NULL,
     after DOUBLE NOT NULL,
     threshold DOUBLE NOT NULL,

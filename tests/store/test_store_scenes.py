@@ -23,7 +23,7 @@ SCENE = store.StoredScene(
         store.ScenePlayer("A1", "attack", (0, 3, 1), (1.0, 8.0, -0.5), 4, (CLIP, CLIP)),
         store.ScenePlayer("D1", "defence", (2,), (0.0, 6.5, 3.0), 0, (replace(CLIP, begin=0),)),
     ),
-    (store.SceneRule("A1", "run", 1, "position", 0.8, 0.05, 0.3, 42, True),),
+    (store.SceneRule("A1", "run", 1, "position", "(1, 5)", "m", 0.8, 0.05, 0.3, 42, True),),
     np.array([[0.0, 1.0, 2.0], [0.5, 1.25, 2.5]]),
     {"collisions": []},
 )
