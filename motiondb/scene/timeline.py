@@ -81,13 +81,13 @@ def clip_frames(player: PlayerState, library: ClipLibrary) -> tuple[IntArray, In
     >>> from types import SimpleNamespace as Bare
     >>> library = Bare(n_frames=np.array([4, 9]), event_frame=np.array([-1, 5]))
     >>> [frames.tolist() for frames in clip_frames(Bare(entries=np.array([0, 1])), library)]
-    [[0, 4, 13], [2, 9]]
+    [[0, 4, 13], [1, 9]]
     """
     entries = np.asarray(player.entries)
     lengths = np.asarray(library.n_frames)[entries].astype(np.int64)
     begins = np.concatenate([[0], np.cumsum(lengths)])
     events = np.asarray(library.event_frame)[entries].astype(np.int64)
-    return begins, begins[:-1] + np.where(events >= 0, events, lengths // 2)
+    return begins, begins[:-1] + np.where(events >= 0, events, (lengths - 1) // 2)
 
 
 def sampled_timeline(state: SceneState, library: ClipLibrary) -> Timeline:
