@@ -55,7 +55,7 @@ def warm_start(
         derivations = play.derivations[number]
         was, own = old.get(player.name, (player, None))
         x, z, theta = own.origin if own else (player.at.x, player.at.z, 0.0)
-        origin = (x + player.at.x - was.at.x, z + player.at.z - was.at.z, theta)
+        origin = (x + (player.at.x - was.at.x), z + (player.at.z - was.at.z), theta)
         delay = own.delay if own else 0
         actions = own.tree.leaves() if own else ()
         if own and actions and derivations.fits(actions) and was.team == player.team:

@@ -94,7 +94,7 @@ def test_recursion_without_end_has_its_least_solution() -> None:
     assert derivations.inside("S")[0, 0] == pytest.approx(1.0 / 3.0, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", [n for n in scene_files.shipped(".tactics")])
+@pytest.mark.parametrize("name", list(scene_files.shipped(".tactics")))
 def test_every_draw_does_what_the_diagram_asks_and_nothing_with_strangers(name: str) -> None:
     diagram = scene_files.read_tactics(name)
     grammar = scene_files.grammar_of(diagram)
@@ -107,7 +107,8 @@ def test_every_draw_does_what_the_diagram_asks_and_nothing_with_strangers(name: 
         for _ in range(10):
             found = derivations.draw(start.start, 0, [len(items)], rng)
             tree = derive_by(start, found.rules)
-            assert tree.leaves() == found.actions and choices_of(tree) == found.rules
+            assert tree.leaves() == found.actions
+            assert choices_of(tree) == found.rules
             assert spans(found.actions, items) is not None
             assert derivations.fits(found.actions)
             for action, times in Counter(found.actions).items():

@@ -62,7 +62,8 @@ def test_worked_errors() -> None:
 def test_a_subtree_is_a_slice(seed: int, other: int) -> None:
     shape = tree_shape(GRAMMAR, drawn(seed))
     tree = derive_by(GRAMMAR, shape.rules)
-    assert shape.actions == tree.leaves() and shape.rules == choices_of(tree)
+    assert shape.actions == tree.leaves()
+    assert shape.rules == choices_of(tree)
     inner = [node for node in tree.nodes() if not node.is_leaf]
     for number, node in enumerate(inner):
         end, first, last = shape.spans[number].tolist()
