@@ -6,8 +6,9 @@ off), and whether an answer is right is read off what was written:
 
 * by words: per fold of performers, every word that the others know is asked of the fold's captures;
 * by example: an interval that was written about is the example, all other performers' captures are
-  searched; an answer is right where both were said to show the same action, which is a word that is
-  no direction, part of the body or manner (``vocabulary.MODIFIERS``).
+  searched, each by its window that moves most alike; an answer is right where both were said to
+  show the same action, which is a word that is no direction, part of the body or manner
+  (``vocabulary.MODIFIERS``).
 
 Only questions to which there is a right answer count here. From these
 :mod:`motiondb.search.certainty` learns the probability of an answer. Then everything that would be
@@ -20,7 +21,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ from motiondb.search import by_motion, by_words, score_vectors
 from motiondb.search.certainty import Certainty, clearest, fit_probability, separate, usual
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.words.vocabulary import MODIFIERS
-from motiondb.words.word_map import WordMap
+from motiondb.words.word_map import WordMap, map_words
 from motiondb.words.word_moments import WordMoments, solve_word_map, word_moments
 
 N_FOLDS = 5
@@ -53,6 +53,7 @@ class Written:
     captures, starts, ends, groups : arrays (rows,); frames; who performs.
     table : all segments. standardised : array (segments, columns).
     ridge, calibration : of the word map. margin : frames that a window reaches past its segment.
+    n_bearing : how many of the last columns are posture and travel.
     """
 
     vectors: FloatArray
@@ -67,6 +68,7 @@ class Written:
     ridge: float
     calibration: FloatArray
     margin: int = by_words.WINDOW_MARGIN
+    n_bearing: int = 0
 
     @cached_property
     def moments(self) -> WordMoments:
@@ -85,6 +87,10 @@ class Written:
 
     def without(self, rows: NDArray[np.bool_]) -> WordMap:
         """The word map that never saw some rows."""
+        if np.count_nonzero(~rows) < self.vectors.shape[1]:  # the smaller system
+            return map_words(
+                self.vectors[~rows], self.presence[~rows], self.ridge, self.calibration
+            )
         left = self.moments - word_moments(self.vectors[rows], self.presence[rows])
         return solve_word_map(left, self.ridge, self.calibration)
 
@@ -142,17 +148,81 @@ def example_certainty(written: Written) -> Certainty | None:
     chosen = able[np.linspace(0, len(able) - 1, min(len(able), MOST_EXAMPLES)).astype(int)]
     for row in np.unique(chosen) if len(able) else ():
         same = written.groups == written.groups[row]
-        answers, truth = _like(written, int(row), ~same, written.without(same))
-        if not len(answers):
+        gallery = look_through(written, int(row), ~same, share[row])
+        if not gallery.right.any():
             continue
-        cues.append(answers)
-        right += truth.tolist()
-        gone = same | share[row]
-        if truth.any() and not gone.all():
-            nothing, _ = _like(written, int(row), ~gone, written.without(gone))
-            present.append(float(answers[:, 0].max()))
-            absent.append(float(nothing[:, 0].max()))
+        words = written.without(same)
+        alike = gallery.alike(written, int(row), words)
+        best = _looked_at(alike)
+        clear = clearest(words, written.vectors[row], written.is_action)
+        cues.append(np.column_stack([alike[best], np.full(len(best), clear)]))
+        right += gallery.right[best].tolist()
+        if not gallery.shows.all():
+            nothing = gallery.alike(written, int(row), written.without(same | share[row]))
+            present.append(float(alike.max()))
+            absent.append(float(nothing[~gallery.shows].max()))
     return _fit(np.concatenate(cues), right, present, absent) if cues else None
+
+
+@dataclass(frozen=True, eq=False)
+class Gallery:
+    """What is found in every capture when an example is asked, by motion alone.
+
+    Attributes
+    ----------
+    vectors : array (captures, columns), of the window most like the example.
+    right : array (captures,), whether that window was said to show the example's action.
+    shows : array (captures,), whether any part of the capture was.
+    """
+
+    vectors: FloatArray
+    right: NDArray[np.bool_]
+    shows: NDArray[np.bool_]
+
+    def alike(self, written: Written, row: int, words: WordMap) -> FloatArray:
+        """Resemblance of every capture to the example: array (captures,)."""
+        return by_motion.resemblance(
+            written.vectors[row], self.vectors, words, n_bearing=written.n_bearing
+        )
+
+
+def look_through(
+    written: Written, row: int, allowed: NDArray[np.bool_], said: NDArray[np.bool_]
+) -> Gallery:
+    """Ask an example of the captures that hold the rows allowed, or evenly chosen ones of many.
+
+    allowed, said : arrays (rows,); which may be searched, which show the example's action.
+    """
+    captures = np.unique(written.captures[allowed])
+    some = np.linspace(0, len(captures) - 1, min(len(captures), MOST_CAPTURES)).astype(int)
+    length = max(round(float(written.ends[row] - written.starts[row])), 1)
+    vectors, right, shows = [], [], []
+    for capture in captures[some]:
+        rows = written.segments[int(capture)]
+        window, low, high = best_window(
+            written.vectors[row], written.standardised[rows], written.table.starts[rows],
+            written.table.ends[rows], length,
+        )  # fmt: skip
+        own = (written.captures == capture) & said
+        meets = (written.starts < high) & (written.ends > low)
+        vectors.append(window)
+        right.append(bool((own & meets).any()))
+        shows.append(bool(own.any()))
+    return Gallery(np.array(vectors), np.array(right), np.array(shows))
+
+
+def best_window(
+    vector: FloatArray, standardised: FloatArray, starts: IntArray, ends: IntArray, length: int
+) -> tuple[FloatArray, int, int]:
+    """The window of a capture that moves most like a vector: its own vector, first and last + 1
+    frame.
+
+    standardised : array (segments, columns). starts, ends : arrays (segments,), frames.
+    """
+    low, high = by_motion.window_places(starts, ends, length)
+    windows = score_vectors.interval_vectors(standardised, starts, ends, low, high)
+    best = int(np.argmax(by_motion.resemblance(vector, windows)))
+    return windows[best], int(low[best]), int(high[best])
 
 
 def _fit(
@@ -198,41 +268,6 @@ def _shared(written: Written) -> NDArray[np.bool_]:
     actions = written.presence[:, written.is_action].astype(np.float32)
     shared: NDArray[np.bool_] = actions @ actions.T > 0
     return shared
-
-
-def _like(
-    written: Written, row: int, allowed: NDArray[np.bool_], words: WordMap
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Cues of the best answers to an example among the rows allowed, and whether they are right."""
-    captures = np.unique(written.captures[allowed])
-    some = np.linspace(0, len(captures) - 1, min(len(captures), MOST_CAPTURES)).astype(int)
-    length = float(written.ends[row] - written.starts[row])
-    vector, said = written.vectors[row], written.presence[row] & written.is_action
-    found, right = [], []
-    for capture in captures[np.unique(some)]:
-        rows = written.segments[int(capture)]
-        starts, ends = written.table.starts[rows], written.table.ends[rows]
-        low, high = by_motion.window_places(starts, ends, max(round(length), 1))
-        found.append(
-            score_vectors.interval_vectors(written.standardised[rows], starts, ends, low, high)
-        )
-        about = np.flatnonzero(allowed & (written.captures == capture))
-        meets = (written.starts[about] < high[:, None]) & (written.ends[about] > low[:, None])
-        shows = (written.presence[about] & said).any(axis=1)
-        right.append((meets & shows).any(axis=1))
-    if not found:
-        return np.zeros((0, 2)), np.zeros(0, dtype=bool)
-    alike = by_motion.resemblance(vector, np.concatenate(found), words)
-    best = _best_per_capture(alike, [len(f) for f in found])
-    clear = clearest(words, vector, written.is_action)
-    return np.column_stack([alike[best], np.full(len(best), clear)]), np.concatenate(right)[best]
-
-
-def _best_per_capture(values: FloatArray, sizes: Sequence[int]) -> IntArray:
-    """The best window of every capture; of these the best ones, and some of the rest."""
-    bounds = np.cumsum([0, *sizes])
-    each = np.array([a + int(np.argmax(values[a:b])) for a, b in pairwise(bounds)])
-    return each[_looked_at(values[each])]
 
 
 def _looked_at(values: FloatArray) -> IntArray:

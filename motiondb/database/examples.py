@@ -105,9 +105,13 @@ def _how_sure(
             learned.standardised[rows], learned.segments.starts[rows], learned.segments.ends[rows],
             np.array([c.start * FEATURE_STEP]), np.array([c.end * FEATURE_STEP]),
         )  # fmt: skip
-        alike = float(by_motion.resemblance(query.vector, vector, learned.word_map)[0])
+        alike = by_motion.resemblance(
+            query.vector, vector, learned.word_map, n_bearing=learned.n_bearing
+        )[0]
         chance = float(certainty.probability(sure.log_odds(np.array([alike, clear]))))
-        told.append((by_motion.same_motion(alike, c.warp), by_motion.same_motion(chance, c.warp)))
+        told.append(
+            (by_motion.same_motion(float(alike), c.warp), by_motion.same_motion(chance, c.warp))
+        )
     return told
 
 
@@ -151,7 +155,7 @@ def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_mo
         standardised, starts, ends, np.array([0.0]), np.array([float(len(features))])
     )[0]
     words = learned.word_map if meaning else None
-    return by_motion.Query(features, symbols, weights, vector, words)
+    return by_motion.Query(features, symbols, weights, vector, words, learned.n_bearing)
 
 
 def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:

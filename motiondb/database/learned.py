@@ -32,7 +32,7 @@ from motiondb.records import (
     MotionSymbols,
     SegmentTable,
 )
-from motiondb.search import by_words, certainty, extents, score_vectors
+from motiondb.search import by_words, certainty, extents, movement, score_vectors
 from motiondb.search.by_words import WINDOW_MARGIN
 from motiondb.symbols import acquisition, feature_space, hmm
 from motiondb.words import decoding, explanation, lemmas, transition, word_map
@@ -68,6 +68,11 @@ class Learned:
     def standardised(self) -> FloatArray:
         """Standardised scores and movement of all segments (segments, symbols + columns)."""
         return self.score_space.standardise(self.segments.scores, self.segments.movement)
+
+    @cached_property
+    def n_bearing(self) -> int:
+        """How many of the last columns of vectors are posture and travel."""
+        return movement.count_bearing(len(self.score_space.mean) - self.symbols.n_symbols)
 
     @cached_property
     def feature_space(self) -> feature_space.FeatureSpace:

@@ -291,5 +291,6 @@ def _certainties(table, described, rows, scores, names, fit):  # type: ignore[no
         certainty.Written(
             vectors, presence, names, owners, starts, ends, who, table, standardised,
             fit.ridge, fit.calibration,
+            n_bearing=movement.count_bearing(table.movement.shape[1]),
         )
     )  # fmt: skip

@@ -37,6 +37,8 @@ from motiondb.words.word_map import WordMap
 WARP_WEIGHT = 0.5
 MOST_CELLS = 50_000_000
 """Pairs of frames that the third look may compare, all candidates together."""
+MEANING_SHARE = 0.8
+"""How much of a resemblance is what is said to words, where words were learned."""
 NEAR = 0.2
 """Whitened feature distance below which two intervals are one but for noise."""
 
@@ -44,13 +46,15 @@ NEAR = 0.2
 @dataclass(frozen=True, eq=False)
 class Query:
     """An example: whitened features (frames, D) at 15 a second, its symbols, their shares of its
-    length, its vector (columns,), and the word map where words shall judge likeness too."""
+    length, its vector (columns,), the word map where words shall judge likeness too, and how many
+    of the vector's last columns are posture and travel (``search.bearing``)."""
 
     features: Float32Array
     symbols: IntArray
     weights: FloatArray
     vector: FloatArray
     words: WordMap | None = None
+    n_bearing: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +133,7 @@ def _meaning_gains(query: Query, looks: Sequence[_Look]) -> FloatArray:
     if query.words is None or not looks:
         return np.zeros(len(looks))
     vectors = np.stack([look.vector for look in looks])
-    alike = resemblance(query.vector, vectors, query.words)
+    alike = resemblance(query.vector, vectors, query.words, n_bearing=query.n_bearing)
     return alike - np.array([look.cosine for look in looks])
 
 
@@ -224,23 +228,30 @@ def resemblance(
     vectors: FloatArray,
     words: WordMap | None = None,
     meanings: FloatArray | None = None,
+    *,
+    n_bearing: int = 0,
 ) -> FloatArray:
     """How alike intervals are to one: array (n,), 1 for the same.
 
-    The cosine of their vectors; with a word map (2 m + cosine) / 3, m the cosine between what the
-    two say to all words. Words learned from captions tell which differences matter and which are a
-    performer's style; both cosines are sums over symbols and over columns of movement.
+    The cosine of their vectors. With a word map (4 m + cosine) / 5, m the cosine between what the
+    two say to all words, and the other cosine without posture and travel: where a body is and how
+    far it gets differ with the place and the performer, and what of it matters to an action the
+    words have heard. Both cosines are sums over symbols and over columns of movement.
 
     Parameters
     ----------
     vector : array (columns,), of length 1. vectors : array (n, columns), rows of length 1.
     meanings : ``word_meanings`` of the vectors, where they are there already.
+    n_bearing : how many of the last columns are posture and travel.
     """
-    cosine: FloatArray = vectors @ vector
     if words is None:
-        return cosine
+        alike: FloatArray = vectors @ vector
+        return alike
     meanings = word_meanings(words, vectors) if meanings is None else meanings
-    return (2.0 * (meanings @ word_meanings(words, vector)) + cosine) / 3.0
+    n_moving = len(vector) - n_bearing
+    cosine = unit(vectors[:, :n_moving]) @ unit(vector[:n_moving])
+    share = MEANING_SHARE
+    return share * (meanings @ word_meanings(words, vector)) + (1.0 - share) * cosine
 
 
 def same_motion(chance: float, warp: float) -> float:

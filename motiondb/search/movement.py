@@ -47,6 +47,15 @@ def block_sizes(n_columns: int) -> tuple[int, ...]:
     return (*whole, *bearing) if sum(whole) + sum(bearing) == n_columns else _sizes(n_columns)
 
 
+def count_bearing(n_columns: int) -> int:
+    """How many of all columns of movement are posture and travel: the last ones.
+
+    >>> count_bearing(627), count_bearing(540), count_bearing(0)
+    (87, 0, 0)
+    """
+    return sum(block_sizes(n_columns)[3:])
+
+
 def block_weight(block: int) -> float:
     """How much more than the symbols together a block of :func:`block_sizes` counts.
 

@@ -77,7 +77,7 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
     groups : array (n,), who performed it; whole groups are left out for ridge and calibration.
     """
     target = presence.astype(np.float64)
-    priors = np.clip(target.mean(axis=0), 0.5 / max(len(target), 1), 1 - 0.5 / max(len(target), 1))
+    priors = word_priors(target)
     if len(np.unique(groups)) < 2:
         groups = np.arange(len(vectors)) % 5
     held_out = {ridge: _left_out(vectors, target, groups, ridge) for ridge in RIDGES}
@@ -86,15 +86,31 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
         shared[:] = True
     reached = [precision(held_out[ridge][:, shared], presence[:, shared]) for ridge in RIDGES]
     ridge = max(r for r, p in zip(RIDGES, reached) if p >= (1.0 - TOLERANCE) * max(reached))
-    weights, offsets = _ridge(vectors, target, ridge)
     spreads = word_spreads(priors)
     known_group = _left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
     both = np.concatenate([held_out[ridge], known_group])[:, shared] - target.mean(axis=0)[shared]
     twice = np.concatenate([target, target])[:, shared]
     calibration = _calibrate(both / spreads[shared], priors[shared], twice)
+    return map_words(vectors, presence, ridge, calibration)
+
+
+def map_words(
+    vectors: FloatArray, presence: NDArray[np.bool_], ridge: float, calibration: FloatArray
+) -> WordMap:
+    """The map of some intervals, its ridge and calibration given; see :func:`fit_word_map`."""
+    target = presence.astype(np.float64)
+    weights, offsets = _ridge(vectors, target, ridge)
+    priors = word_priors(target)
     return WordMap(
-        weights, offsets - target.mean(axis=0), priors, spreads, calibration, ridge=ridge
-    )
+        weights, offsets - target.mean(axis=0), priors, word_spreads(priors), calibration,
+        ridge=ridge,
+    )  # fmt: skip
+
+
+def word_priors(target: FloatArray) -> FloatArray:
+    """Share of the intervals (rows) that every word is said of, kept away from 0 and 1."""
+    least = 0.5 / max(len(target), 1)
+    return np.asarray(np.clip(target.mean(axis=0), least, 1.0 - least))
 
 
 def word_spreads(priors: FloatArray) -> FloatArray:

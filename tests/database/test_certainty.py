@@ -12,6 +12,7 @@ from motiondb.database import certainty
 from motiondb.database.counting import Described
 from motiondb.database.learned import Learned
 from motiondb.records import SegmentTable
+from motiondb.words.word_moments import solve_word_map, word_moments
 
 
 def made_up(seed: int, n_groups: int = 6, per_group: int = 8) -> certainty.Written:
@@ -43,9 +44,11 @@ def test_clear_answers_are_likelier_and_a_threshold_lies_between(fit) -> None:  
     np.testing.assert_array_equal(found.pack(), again.pack())
 
 
-def test_left_out_is_as_if_never_written() -> None:
-    written = made_up(2)
-    some = written.groups == 3
+@pytest.mark.parametrize("left_out", [1, 6])
+def test_left_out_is_as_if_never_written(left_out: int) -> None:
+    """Few rows left are solved row by row, many by their sums."""
+    written = made_up(2, per_group=2) if left_out == 6 else made_up(2)
+    some = written.groups < left_out if left_out == 1 else written.groups > 0
     whole = written.without(some)
     rest = certainty.Written(
         written.vectors[~some], written.presence[~some], written.names, written.captures[~some],
@@ -53,8 +56,38 @@ def test_left_out_is_as_if_never_written() -> None:
         written.standardised, written.ridge, written.calibration,
     )  # fmt: skip
     alone = rest.without(np.zeros(int((~some).sum()), dtype=bool))
+    summed = solve_word_map(word_moments(rest.vectors, rest.presence), rest.ridge, rest.calibration)
+    np.testing.assert_allclose(whole.weights, summed.weights, atol=1e-4)
     np.testing.assert_allclose(whole.weights, alone.weights)
     np.testing.assert_allclose(whole.priors, alone.priors)
+
+
+def two_parts() -> certainty.Written:
+    """Two performers; the second one's capture of two segments runs, then kicks."""
+    kick, run = [1.0, 0.0], [0.0, 1.0]
+    numbers, zeros = np.array([1, 2, 2]), np.zeros(3)
+    starts, ends = np.array([0, 0, 60]), np.array([60, 60, 120])
+    rows = np.array([kick, run, kick])
+    table = SegmentTable(
+        numbers, starts, ends, np.array([0, 1, 0]), zeros, zeros, rows.astype(np.float32),
+        np.zeros((3, 0), np.float32),
+    )  # fmt: skip
+    return certainty.Written(
+        rows, rows.astype(bool), ("kick", "run"), numbers, starts.astype(float),
+        ends.astype(float), np.array([0, 1, 1]), table, rows, 0.3, np.array([4.0, 1.0, 0.0]),
+    )  # fmt: skip
+
+
+def test_a_part_that_shows_the_action_leaves_with_its_capture() -> None:
+    written = two_parts()
+    others, kicks = written.groups == 1, written.presence[:, 0]
+    gallery = certainty.look_through(written, 0, others, kicks)
+    assert gallery.right.tolist() == [True]
+    assert gallery.shows.tolist() == [True]  # though one of its parts only runs
+    np.testing.assert_allclose(gallery.vectors, [[1.0, 0.0]])
+    running = certainty.look_through(written, 0, others, written.presence[:, 1])
+    assert running.right.tolist() == [False]  # the window most alike kicks
+    assert running.shows.tolist() == [True]
 
 
 def test_directions_are_no_actions() -> None:

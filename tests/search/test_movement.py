@@ -70,14 +70,16 @@ def test_every_block_weighs_as_much_as_the_symbols() -> None:
     np.testing.assert_allclose(energy, energy[0], rtol=0.05)
 
 
-def test_likeness_is_the_cosine_or_two_parts_meaning() -> None:
+def test_likeness_is_the_cosine_or_four_parts_meaning() -> None:
     vectors = score_vectors.unit(np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]))
     np.testing.assert_allclose(
         by_motion.resemblance(vectors[0], vectors), [1.0, 0.5**0.5, 0.0], atol=1e-12
     )
     deaf_to_second = WordMap(np.array([[2.0], [0.0]]), *np.zeros((3, 1)), np.array([1.0, 1, 0]))
     found = by_motion.resemblance(vectors[0], vectors, deaf_to_second)
-    np.testing.assert_allclose(found, [1.0, (2 + 0.5**0.5) / 3, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found, [1.0, (4 + 0.5**0.5) / 5, 0.0], atol=1e-12)
     ready = by_motion.word_meanings(deaf_to_second, vectors)
     again = by_motion.resemblance(vectors[0], vectors, deaf_to_second, ready)
     np.testing.assert_array_equal(found, again)
+    moving = by_motion.resemblance(vectors[0], vectors, deaf_to_second, n_bearing=1)
+    np.testing.assert_allclose(moving, [1.0, 1.0, 0.0], atol=1e-12)  # (1, 0), (1, 1): alike in x
