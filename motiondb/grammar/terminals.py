@@ -120,7 +120,7 @@ def find_terminals(
     _check(n_terminals, settings)
     tell(0, 100, "describe poses")
     poses = make_poses(takes)
-    costs = _costs(poses, settings)
+    costs = cut_costs(poses, settings)
     tell(5, 100, "search terminals")
 
     def advance(share: float) -> None:
@@ -247,7 +247,7 @@ def _check(n_terminals: int, settings: TerminalSettings) -> None:
         )
 
 
-def _costs(poses: Poses, settings: TerminalSettings) -> tuning.Costs:
+def cut_costs(poses: Poses, settings: TerminalSettings) -> tuning.Costs:
     """What segments, distances and cuts cost, all as parts of 1 / F."""
     n_frames = poses.n_frames
     weight = (1.0 - settings.weight) / (n_frames * poses.largest) if poses.largest > 0.0 else 0.0

@@ -1,0 +1,67 @@
+"""What grammars of movement reach: times, known truth, real takes, pictures; docs/grammar.md.
+
+    python benchmarks/grammar.py --data DIR [--task speed truth real pictures] [--style salsa ...]
+
+DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` needs the sample data only. Sections of tasks
+that are not run stay as they are on the page. What people saw in the pictures, and what falls
+short, is written in ``grammar_notes.md`` and goes under the section of its heading.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from grammar_pictures import pictures
+from grammar_real import STYLES, real
+from grammar_speed import speed
+from grammar_tables import sections, write_sections
+from grammar_truth import truth
+
+NOTES = Path(__file__).with_name("grammar_notes.md")
+TASKS = ("speed", "truth", "real", "pictures")
+COMMAND = "python benchmarks/grammar.py --data DIR"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run tasks and write their sections."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--data", type=Path)
+    parser.add_argument("--task", nargs="+", choices=TASKS, default=TASKS)
+    parser.add_argument("--style", nargs="+", choices=tuple(STYLES), default=tuple(STYLES))
+    parser.add_argument("--output", type=Path, default=Path("docs"))
+    chosen = parser.parse_args(arguments)
+    if chosen.data is None and set(chosen.task) != {"truth"}:
+        parser.error("--data: expected the folder of the captures. Only the task truth needs none.")
+    jobs: dict[str, tuple[str, Callable[[], str]]] = {}
+    if "speed" in chosen.task:
+        jobs["Speed"] = f"{COMMAND} --task speed", lambda: speed(chosen.data)
+    if "truth" in chosen.task:
+        jobs["Known truth"] = "python benchmarks/grammar.py --task truth", truth
+    for style in chosen.style if "real" in chosen.task else ():
+        command = f"{COMMAND} --task real --style {style}"
+        jobs[_title(style)] = command, lambda style=style: real(chosen.data, style)
+    if "pictures" in chosen.task:
+        folder = chosen.output / "pictures"
+        command = f"{COMMAND} --task pictures"
+        jobs["Pictures"] = command, lambda: pictures(chosen.data, tuple(STYLES), folder)
+    for title, (command, job) in jobs.items():
+        print(title, flush=True)
+        _write(chosen.output / "grammar.md", title, f"`{command}`\n\n{job()}")
+
+
+def _title(style: str) -> str:
+    return f"Real takes: {style}"
+
+
+def _write(page: Path, title: str, body: str) -> None:
+    """Write a section at once, so that a run that is stopped keeps what it has."""
+    notes = sections(NOTES.read_text(encoding="utf-8"))
+    order = ["Speed", "Known truth", *(_title(style) for style in STYLES), "Pictures"]
+    parts = [body, notes.get(title, "")]
+    write_sections(page, notes[""], order, {title: "\n\n".join(part for part in parts if part)})
+
+
+if __name__ == "__main__":
+    main()

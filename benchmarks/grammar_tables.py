@@ -1,0 +1,43 @@
+"""Markdown for ``benchmarks/grammar.py``: tables, and sections of a page that are written anew."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table; all columns but the first to the right.
+
+    >>> print(table(["a", "b"], [["x", "1"]]))
+    | a | b |
+    |---|---:|
+    | x | 1 |
+    """
+    lines = ["| " + " | ".join(heads) + " |", "|---" + "|---:" * (len(heads) - 1) + "|"]
+    lines += ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join(lines)
+
+
+def sections(text: str) -> dict[str, str]:
+    """Heading ("## ...") -> what stands under it; the head of the page under "".
+
+    >>> sections("top\\n## a\\n1\\n")
+    {'': 'top', 'a': '1'}
+    """
+    head, *blocks = re.split(r"^## ", text, flags=re.MULTILINE)
+    found = {"": head.strip()}
+    for block in blocks:
+        title, _, body = block.partition("\n")
+        found[title.strip()] = body.strip()
+    return found
+
+
+def write_sections(path: Path, head: str, order: Sequence[str], new: dict[str, str]) -> None:
+    """Put sections into a page; those that are not made anew stay as they are."""
+    known = sections(path.read_text(encoding="utf-8")) if path.exists() else {}
+    known |= new
+    parts = [head.strip()]
+    parts += [f"## {title}\n\n{known[title]}" for title in order if known.get(title)]
+    path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")

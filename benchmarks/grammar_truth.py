@@ -1,0 +1,296 @@
+"""Task ``truth`` of ``benchmarks/grammar.py``: takes of the sample data, made from known grammars.
+
+Boundaries count as found within 5 frames. The adjusted Rand index compares frames' terminals with
+frames' labels. For the language every terminal is taken for the label that most of its frames have;
+labels that the true grammar does not know (standing idle at the ends of takes) are left out.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+from pathlib import Path
+
+import grammar_paper as paper
+import numpy as np
+from grammar_tables import table
+
+from motiondb.capture import read_capture
+from motiondb.grammar.cfg import Grammar, Rule
+from motiondb.grammar.derive import derive
+from motiondb.grammar.finite_state import finite_state_grammar
+from motiondb.grammar.flat import flat_grammar
+from motiondb.grammar.induction import induce
+from motiondb.grammar.language import match_languages
+from motiondb.grammar.objective import REPETITION_WEIGHT
+from motiondb.grammar.partition import find_sentences, sentences_between
+from motiondb.grammar.poses import make_poses
+from motiondb.grammar.sequitur import sequitur_grammar
+from motiondb.grammar.terminals import find_terminals, strings_of
+from motiondb.pose.retarget import to_motion
+from motiondb.records import IntArray, Motion
+
+SAMPLES = Path(__file__).resolve().parent.parent / "sample_data"
+SEEDS = 3
+TOLERANCE = 5
+GIVEN = (10, 20, 40)
+TOY = ("rfdpm", "rfdsm", "rdfsm", "rdpm", "rdsm", "rpm")
+KINDS: dict[str, Callable[[Sequence[tuple[str, ...]]], Grammar]] = {
+    "motiondb": induce,
+    "finite state machine": finite_state_grammar,
+    "Sequitur": sequitur_grammar,
+    "flat": flat_grammar,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class TrueTake:
+    """A take with its true segments: starts (segments + 1,), ends of the take included; labels."""
+
+    name: str
+    motion: Motion
+    cuts: IntArray
+    labels: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Segments found in takes: take, starts and labels of each, and what they were found for."""
+
+    takes: IntArray
+    starts: IntArray
+    labels: IntArray
+
+
+def truth() -> str:
+    """The section's tables."""
+    grammars, takes = load_truth()
+    parts = [boundary_rows(takes), language_rows(grammars, takes), given_rows(grammars), toy_rows()]
+    return "\n\n".join(parts)
+
+
+def load_truth() -> tuple[dict[str, Grammar], dict[str, list[TrueTake]]]:
+    """The true grammars and the takes made from them."""
+    segments: dict[str, list[dict[str, str]]] = {}
+    with (SAMPLES / "segments.tsv").open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file, delimiter="\t"):
+            segments.setdefault(row["file"], []).append(row)
+    said = json.loads((SAMPLES / "grammars.json").read_text(encoding="utf-8"))
+    takes: dict[str, list[TrueTake]] = {}
+    for name, made in said.items():
+        for take in made["takes"]:
+            rows = segments[take["file"]]
+            motion = to_motion(read_capture(SAMPLES / "captures" / take["file"]))
+            cuts = np.array([*(int(row["start_frame"]) for row in rows), motion.n_frames])
+            labels = tuple(row["label"] for row in rows)
+            takes.setdefault(name, []).append(TrueTake(take["file"], motion, cuts, labels))
+    return {name: _grammar(made["rules"]) for name, made in said.items()}, takes
+
+
+def _grammar(rules: dict[str, list[list[str]]]) -> Grammar:
+    return Grammar(
+        "S",
+        tuple(
+            Rule(left, tuple(right), 1.0 / len(rights))
+            for left, rights in rules.items()
+            for right in rights
+        ),
+    )
+
+
+def boundary_rows(takes: dict[str, list[TrueTake]]) -> str:
+    """Boundaries and groups of single takes, K as many as labels."""
+    rows = []
+    for place, what in ((0, "takes the price was chosen on"), (1, "held-out takes")):
+        chosen = [[own[place]] for own in takes.values()]
+        ours = np.array([_judged(t, _ours(t, s)) for t in chosen for s in range(SEEDS)])
+        theirs = np.array([_judged(t, _papers(t, s)) for t in chosen for s in range(SEEDS)])
+        for name, scores in (("motiondb", ours), ("the paper's procedure", theirs)):
+            rows.append([f"{what}, {name}", *(f"{score:.2f}" for score in scores.mean(axis=0))])
+    pairs = np.array([_judged(t, _ours(t, s)) for t in takes.values() for s in range(SEEDS)])
+    rows.append(
+        ["both takes together, motiondb", *(f"{score:.2f}" for score in pairs.mean(axis=0))]
+    )
+    heads = ["takes", "boundary F1", "adjusted Rand index", "segments / true"]
+    said = f"Means over the three grammars and {SEEDS} seeds."
+    return f"{table(heads, rows)}\n\n{said}"
+
+
+def _labels(takes: Sequence[TrueTake]) -> list[str]:
+    return sorted({label for take in takes for label in take.labels})
+
+
+def _ours(takes: Sequence[TrueTake], seed: int) -> Found:
+    motions = [take.motion for take in takes]
+    found = find_terminals(motions, len(_labels(takes)), np.random.default_rng(seed))
+    return Found(found.takes, found.starts, found.labels)
+
+
+def _papers(takes: Sequence[TrueTake], seed: int) -> Found:
+    poses, rng = make_poses([take.motion for take in takes]), np.random.default_rng(seed)
+    k, distances = len(_labels(takes)), paper.pose_table(poses.values)
+    cuts = paper.genetic_cuts(poses, distances, k, REPETITION_WEIGHT, rng, paper.GENERATIONS)
+    cuts, _, labels, _ = paper.accept_if_better(
+        poses, distances, cuts, k, REPETITION_WEIGHT, rng, paper.TUNING_STEPS
+    )
+    numbers = np.searchsorted(poses.bounds, cuts[:-1], side="right") - 1
+    return Found(numbers, cuts[:-1] - poses.bounds[numbers], labels)
+
+
+def _judged(takes: Sequence[TrueTake], found: Found) -> tuple[float, float, float]:
+    """F1 of boundaries, adjusted Rand index of frames, segments found for a true one."""
+    from sklearn.metrics import adjusted_rand_score
+
+    hits = wanted = 0
+    for number, take in enumerate(takes):
+        free = [int(start) for start in found.starts[found.takes == number] if start > 0]
+        wanted += len(free) + len(take.cuts) - 2
+        for cut in take.cuts[1:-1]:
+            near = [start for start in free if abs(start - cut) <= TOLERANCE]
+            if near:
+                free.remove(min(near, key=lambda start: abs(start - cut)))
+                hits += 1
+    names, said = _frames(takes, found)
+    n_true = sum(len(take.labels) for take in takes)
+    return 2.0 * hits / wanted, adjusted_rand_score(names, said), len(found.starts) / n_true
+
+
+def _frames(takes: Sequence[TrueTake], found: Found) -> tuple[list[str], list[int]]:
+    """The true label and the terminal of every frame."""
+    names: list[str] = []
+    said: list[int] = []
+    for number, take in enumerate(takes):
+        names += np.repeat(take.labels, np.diff(take.cuts)).tolist()
+        own = found.takes == number
+        ends = np.append(found.starts[own][1:], take.motion.n_frames)
+        said += np.repeat(found.labels[own], ends - found.starts[own]).tolist()
+    return names, said
+
+
+def language_rows(grammars: dict[str, Grammar], takes: dict[str, list[TrueTake]]) -> str:
+    """Languages learned from both takes of a grammar: from true labels and from their motion, the
+    sentences found, or given."""
+    rows = []
+    for name, own in takes.items():
+        begins = _true_begins(name, own)
+        for what, strings, starts, meaning in (_true_strings(own), _found_strings(own)):
+            for how in ("found", "given"):
+                if how == "given":
+                    pairs = zip(starts, begins)
+                    cuts = [_nearest_starts(own_starts, wanted) for own_starts, wanted in pairs]
+                    sentences = sentences_between(strings, cuts).sentences
+                else:
+                    sentences = find_sentences(strings, np.random.default_rng(0)).sentences
+                for kind, learn in KINDS.items():
+                    learned = _as_labels(learn(sentences), meaning, grammars[name])
+                    from_what = f"{name}: {what}, sentences {how}"
+                    rows.append([from_what, kind, *_match([learned], grammars[name])])
+    return table(["learned from", "grammar", "precision", "recall", "F1"], rows)
+
+
+Strings = tuple[str, list[tuple[str, ...]], list[IntArray], dict[str, str]]
+"""What they are made of, the strings, their segments' starts, labels of terminals."""
+
+
+def _true_begins(name: str, takes: Sequence[TrueTake]) -> list[list[int]]:
+    """The frames at which sentences begin, but for the first of each take."""
+    said = json.loads((SAMPLES / "grammars.json").read_text(encoding="utf-8"))
+    found = []
+    for take, made in zip(takes, said[name]["takes"], strict=True):
+        firsts = np.cumsum([len(sentence["words"]) for sentence in made["sentences"]])[:-1]
+        idle = 1 if take.labels[0] == "idle" else 0
+        found.append([int(take.cuts[idle + first]) for first in firsts])
+    return found
+
+
+def _nearest_starts(starts: IntArray, frames: Sequence[int]) -> list[int]:
+    """The segments at which sentences begin that begin at some frames."""
+    return sorted({int(np.argmin(np.abs(starts - frame))) for frame in frames} - {0})
+
+
+def _true_strings(takes: Sequence[TrueTake]) -> Strings:
+    labels = [take.labels for take in takes]
+    own = {label: label for label in _labels(takes)}
+    return "true labels", labels, [take.cuts[:-1] for take in takes], own
+
+
+def _found_strings(takes: Sequence[TrueTake]) -> Strings:
+    motions = [take.motion for take in takes]
+    terminals = find_terminals(motions, len(_labels(takes)), np.random.default_rng(0))
+    names, said = _frames(takes, Found(terminals.takes, terminals.starts, terminals.labels))
+    meaning = {}
+    for k, name in enumerate(terminals.names):
+        labels, counts = np.unique(np.array(names)[np.array(said) == k], return_counts=True)
+        meaning[name] = str(labels[int(np.argmax(counts))])
+    starts = [terminals.starts[terminals.takes == number] for number in range(len(takes))]
+    return "motion", list(strings_of(terminals)), starts, meaning
+
+
+def _as_labels(grammar: Grammar, meaning: dict[str, str], truth: Grammar) -> Grammar:
+    """Terminals as labels; those that the true grammar does not know are left out."""
+    known = set(truth.terminals)
+    rules = []
+    for rule in grammar.rules:
+        right = [meaning.get(symbol, symbol) for symbol in rule.right]
+        kept = [s for s, old in zip(right, rule.right) if old not in meaning or s in known]
+        rules.append(Rule(rule.left, tuple(kept), rule.probability))
+    merged: dict[tuple[str, tuple[str, ...]], float] = {}
+    for rule in rules:  # rules that have become one
+        key = rule.left, rule.right
+        merged[key] = merged.get(key, 0.0) + (rule.probability or 0.0)
+    return Grammar(grammar.start, tuple(Rule(*key, p) for key, p in merged.items()))
+
+
+def _match(learned: Sequence[Grammar], truth: Grammar) -> list[str]:
+    """Precision, recall and their F1, means over grammars."""
+    rng = np.random.default_rng(0)
+    found = [match_languages(grammar, truth, rng) for grammar in learned]
+    precision = float(np.mean([one.precision for one in found]))
+    recall = float(np.mean([one.recall for one in found]))
+    both = [2 * m.precision * m.recall / max(m.precision + m.recall, 1e-12) for m in found]
+    return [f"{precision:.2f}", f"{recall:.2f}", f"{np.mean(both):.2f}"]
+
+
+def given_rows(grammars: dict[str, Grammar]) -> str:
+    """Languages learned from more sentences, drawn from the true grammars."""
+    rows = []
+    for name, truth in grammars.items():
+        for n in GIVEN:
+            samples = [_drawn(truth, n, seed) for seed in range(SEEDS)]
+            for kind, learn in KINDS.items():
+                learned = [learn(sample) for sample in samples]
+                rows.append([f"{name}, {n} sentences", kind, *_match(learned, truth)])
+    return table(["learned from", "grammar", "precision", "recall", "F1"], rows)
+
+
+def _drawn(truth: Grammar, n: int, seed: int) -> list[tuple[str, ...]]:
+    rng = np.random.default_rng(seed)
+    return [derive(truth, rng).leaves() for _ in range(n)]
+
+
+def toy_rows() -> str:
+    """The toy grammar from its six strings, in all orders."""
+    from motiondb.grammar.cfg import read_grammar
+
+    truth = read_grammar(
+        "S -> r X1 X2 m\nX1 -> X3 X4 X3\nX2 -> p | s\nX3 -> f | empty\nX4 -> d | empty"
+    )
+    started = time.process_time()
+    learned = {induce([tuple(s) for s in order]) for order in permutations(TOY)}
+    spent = time.process_time() - started
+    rows = []
+    for kind, learn in KINDS.items():
+        grammar = learn([tuple(s) for s in TOY])
+        size = str(len(grammar.nonterminals)), str(len(grammar.rules))
+        rows.append([kind, *size, *_match([grammar], truth)])
+    said = (
+        f"From the six strings {', '.join(TOY)} (the language has 14). "
+        f"All 720 orders of them give {len(learned)} grammar{'s' * (len(learned) > 1)} "
+        f"({spent / 720 * 1e3:.0f} ms each)."
+    )
+    heads = ["grammar", "nonterminals", "rules", "precision", "recall", "F1"]
+    return f"{table(heads, rows)}\n\n{said}"
