@@ -83,13 +83,16 @@ def offer(
 
     Raises
     ------
-    QueryError : no such capture, one of another grammar. GrammarError, ParseError : a string that
-        is no sentence, a region outside it, or a nonterminal that derives nothing else.
+    QueryError : no such capture, one of another grammar, a region outside the sequence. ParseError
+        : a string that is no sentence.
     """
     tree, clips = _before(material, sequence)
-    region = edit.region_at(tree, at)
-    region = edit.wider(tree, region, levels[0])
-    region = edit.narrower(tree, region, levels[1])
+    try:
+        region = edit.region_at(tree, at)
+        region = edit.wider(tree, region, levels[0])
+        region = edit.narrower(tree, region, levels[1])
+    except cfg.GrammarError as error:  # it is the question that does not fit
+        raise QueryError(str(error)) from None
     rng = np.random.default_rng(seed)
     found = edit.alternatives(material.learned.grammar, tree, region, n, rng)
     return Edit(tree, clips, region, found)

@@ -194,4 +194,4 @@ def test_a_region_outside_the_string_is_told(command: Any, taught: Path) -> None
     string = " ".join(string_of(command, taught))
     for extra, says in ((("--at", 99), "position 99"), (("--at", 0, "--wider", 50), "levels up")):
         ended = command("grammar", "edit", "fight", string, *extra, "--db", taught)
-        assert (ended.code, says in ended.err) == (1, True), ended.err
+        assert (ended.code, says in ended.err) == (2, True), ended.err
