@@ -42,8 +42,9 @@ from motiondb.scene.waiting import waits
 
 AFTER_SHOT = 75
 """Frames of a scene after a shot: the ball flies, falls and bounces."""
-_LEAST, _MOST = 2, 8
-"""How often time and ways are edited in turn, as balls fly as far as the ways say."""
+_LEAST, _PATIENCE, _MOST = 2, 3, 8
+"""How often time and ways are edited in turn, as balls fly as far as the ways say: at least, before
+giving up where it does not get better, and at most."""
 CATCH_FACING = np.radians(75.0)
 """Radians from the ball that whoever catches it may face."""
 
@@ -162,9 +163,10 @@ def _edit(
         )
         now = edited.timeline
         amiss = excess(table, now)
+        better = amiss < 0.9 * best_excess
         if amiss <= best_excess:
             best_excess, kept = amiss, (maps, edited)
-        if done + 1 >= _LEAST and best_excess == 0.0:
+        if done + 1 >= _LEAST and (best_excess == 0.0 or (done >= _PATIENCE and not better)):
             break
     return kept
 
@@ -210,7 +212,7 @@ def _length(
             if action in SHOTS:
                 release = float(maps[p].frame_of(frames[p][1][k]))
                 length = max(length, release + AFTER_SHOT)
-    return int(np.ceil(length))
+    return int(np.ceil(length - 1e-6))
 
 
 def _meetings(
@@ -259,7 +261,9 @@ def _placed(
     """A player with where each frame comes from."""
     entries = np.asarray(state.players[number].entries)
     clock = _clock(timeline)
-    at = spliced.rows(times.source_at(clock))
+    source = times.source_at(clock)
+    at = spliced.rows(source)
+    held = at != source + spliced.lead
     nearest = np.rint(at).astype(np.int64)
     clips = spliced.clips[nearest]
     sources = {k: library.source[entry] for k, entry in enumerate(entries.tolist())}
@@ -280,7 +284,7 @@ def _placed(
         tuple(licence[capture] for capture in captures),
         np.array([captures.index(sources[clip].capture) for clip in clips.tolist()]),
         _read(spliced.source_frames[:, None].astype(float), at)[:, 0],
-        times.slope_at(clock),
+        np.where(held, 0.0, times.slope_at(clock)),
         tuple(edits),
         np.clip(clips, 0, len(entries) - 1),
     )

@@ -202,6 +202,24 @@ def test_a_capture_that_is_gone_is_named(library) -> None:
         polish(state, library, {k: m for k, m in MOTIONS.items() if k != "pass"}, table)
 
 
+def test_alone_and_without_a_ball_poses_are_held_where_nobody_can_wait() -> None:
+    grammar = read_motion_grammar('grammar go\nstart S\nS -> run | run S\nrun := "run"\n', "go")
+    diagram = read_diagram(
+        'diagram "go"\ngrammar go\ncourt 9 x 9\nplayer P at 0 1\n1 run P to 0 3\n', "go"
+    )
+    shown = [ShownMotion("run", "run", MOTIONS["run"], 0, 50, "", (), "")]
+    library = make_library(shown, ["run"], VariantSettings(mirror=False))
+    tree = parse(grammar.started(), ["run"])
+    state = SceneState((PlayerState(tree, np.array([0]), (0.0, 1.0, 0.5), 0),))
+    table = bind(diagram, grammar, [tree])
+    out = polish(state, library, MOTIONS, table)
+    assert out.ball is None
+    found = report_scene(state, library, MOTIONS, table, out)
+    assert found.clean
+    assert math.isnan(found.ball_gap)
+    assert out.players[0].motion.n_frames == out.timeline.begins[0][-1]
+
+
 def test_thrown_and_bounced() -> None:
     time = np.array([0.0, 0.5, 1.0])
     assert thrown(1.0, 1.0, 1.0, time).tolist() == pytest.approx([1.0, 1.0 + GRAVITY / 8.0, 1.0])
