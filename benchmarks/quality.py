@@ -3,7 +3,8 @@
     python benchmarks/quality.py --data DIR [--task NAME ...] [--seed 0] [--output docs]
 
 DIR holds ``cmu/``, ``bandai/`` and their sheets. Tasks stand in ``quality_NAME.py``; without --task
-all of them run. Sections of tasks that are not run stay as they are in ``quality.md``.
+all of them run. Sections of tasks that are not run stay as they are in ``quality.md``; the table of
+targets at its top is read off all sections (``quality_targets.py``).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import time
 from pathlib import Path
 
 from quality_report import pictures_of, to_markdown, write_section
+from quality_targets import write_targets
 
 TASKS = (
     "words", "order", "example", "absent", "interval", "segmentation", "analogy", "generation",
@@ -49,6 +51,9 @@ def main() -> None:
         for picture in pictures_of(report):
             (args.output / "pictures" / picture.name).write_bytes(picture.png)
         print(text, flush=True)
+    page = args.output / "quality.md"
+    if all(f"<!-- task {name} -->" in page.read_text(encoding="utf-8") for name in TASKS):
+        write_targets(page)
 
 
 if __name__ == "__main__":

@@ -99,10 +99,10 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         "is judged on its own frames, one class out of eight (chance "
         f"{1 / len(CLASSES):.3f}): by motiondb (likeliest word; it listens to what it makes and "
         "makes anew, up to four times, what it does not hear, so this column is its own goal), and "
-        "by an outside judge, trained on real captures of performers other than those whose motion went into the action "
-        "(Monte-Carlo and trajectory go by no single performer: all take part). Last row: real "
-        "captures of performers whom the judge has not seen, every class as often as the sentences "
-        "ask for it. Medians over sentences; *within "
+        "by an outside judge, trained on real captures of performers other than those whose motion "
+        "went into the action (Monte-Carlo and trajectory go by no single performer: all take "
+        "part). Last row: real captures of performers whom the judge has not seen, every class as "
+        "often as the sentences ask for it. Medians over sentences; *within "
         "95 %*: share of sentences at most at the real captures' 95th percentile in foot slip and "
         "jerk.",
         (

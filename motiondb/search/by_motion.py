@@ -245,13 +245,13 @@ def resemblance(
     n_bearing : how many of the last columns are posture and travel.
     """
     if words is None:
-        alike: FloatArray = vectors @ vector
-        return alike
+        return np.asarray(vectors @ vector)
     meanings = word_meanings(words, vectors) if meanings is None else meanings
-    n_moving = len(vector) - n_bearing
-    cosine = unit(vectors[:, :n_moving]) @ unit(vector[:n_moving])
-    share = MEANING_SHARE
-    return share * (meanings @ word_meanings(words, vector)) + (1.0 - share) * cosine
+    borne, own = vectors[:, len(vector) - n_bearing :], vector[len(vector) - n_bearing :]
+    left = (1.0 - np.einsum("ij,ij->i", borne, borne)) * (1.0 - own @ own)
+    cosine = (vectors @ vector - borne @ own) / np.sqrt(np.maximum(left, 1e-12))
+    alike = MEANING_SHARE * (meanings @ word_meanings(words, vector))
+    return alike + (1.0 - MEANING_SHARE) * cosine
 
 
 def same_motion(chance: float, warp: float) -> float:
