@@ -1,91 +1,78 @@
 """Rules rewritten as long as the description length falls.
 
-Alignment-based learning proposes; description length disposes. From a rule set, the moves are
+Alignment-based learning proposes; description length disposes. The plain sentences are annealed
+many times over (``annealing``), each time with other random numbers. Then again, each time with
+some of the nonterminals planted into them that one of the best rule sets so far has, or that
+alignment-based learning has found (``planting``). What takes the fewest bits is returned.
 
-* *exchange*: two right sides of one nonterminal are aligned and become one; each pair of unequal
-  parts becomes the alternatives of a nonterminal (an existing one where its rules allow);
-* *chunk*: a string that occurs repeatedly in right sides becomes a nonterminal of its own;
-* *fold*: an alternative of a nonterminal is replaced by it wherever else it occurs;
-* *class*: two strings that stand between the same neighbours become alternatives wherever they are;
-* *unite*: two nonterminals that share a right side become one;
-* *unfold*: a nonterminal with one rule, or used once, is written out again.
-
-A beam keeps the rule sets of fewest bits and tries the most promising moves on each. No move may
-break the laws of the rule set, so nothing becomes cyclic. The order in which moves are looked at
-depends on the rules alone, never on the order in which sentences came.
-
-Sources: M. van Zaanen, "ABL: Alignment-Based Learning", COLING 2000, for exchange; P. Langley and
-S. Stromsten, "Learning Context-Free Grammars with a Simplicity Bias", ECML 2000, for moves that
-are judged by description length.
+The random numbers are the same each time, so the result depends on the sentences alone. The more
+symbols there are, the longer and the fewer are the searches.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.grammar.moves import (
-    chunk_saves,
-    chunks,
-    classes,
-    exchanges,
-    foldings,
-    unfoldings,
-    unions,
-)
+from motiondb.grammar.annealing import anneal
+from motiondb.grammar.planting import plant
 from motiondb.grammar.rule_set import Right, RuleSet
 
-_TRIED = 10
-"""Moves of each kind that are counted exactly in a step, the most promising by symbols saved."""
+_ELITE = 16
+"""Rule sets, those of fewest bits, whose nonterminals are planted."""
 
-_NOISE = 3.0
-"""Bits by which a randomised search may misjudge a rule set."""
 
-_LEAST_GAIN = 1e-9
+@dataclass(frozen=True)
+class Effort:
+    """Searches from the plain sentences, rounds of searches from planted ones, searches a round;
+    and tries of each search."""
+
+    begun: int
+    rounds: int
+    planted: int
+    tries: int
+
+
+def effort_for(flat: RuleSet) -> Effort:
+    """What is spent on so many symbols: a second or two at most, where the machine is idle."""
+    size = sum(len(right) + 2 for _, right in flat.uses())
+    for most, begun, rounds, planted in _EFFORTS:
+        if size <= most:
+            return Effort(begun, rounds, planted, max(200, _TRIES_A_SYMBOL * size))
+    return Effort(2, 1, 2, 40_000)
+
+
+_TRIES_A_SYMBOL = 60
+_EFFORTS = ((20, 10, 2, 10), (50, 60, 4, 40), (150, 80, 8, 60), (300, 20, 3, 20), (600, 4, 2, 4))
 
 
 def compact(
-    rule_set: RuleSet,
-    *,
-    width: int = 4,
-    patience: int = 3,
-    rng: np.random.Generator | None = None,
+    flat: RuleSet, donors: Sequence[RuleSet] = (), *, effort: Effort | None = None
 ) -> RuleSet:
-    """The rule set of fewest bits that a beam of moves finds.
+    """The rule set of fewest bits that annealing from the plain sentences finds.
 
-    The ``width`` best rule sets are kept and all moves tried on each; a step may lose bits, since
-    some structures pay only once they are complete. It ends when ``patience`` steps in a row have
-    found nothing better than the best.
+    donors : further rule sets, of the same terminals, whose nonterminals may be planted.
     """
-    best = rule_set
-    best_bits = rule_set.bits()
-    beam = [(best_bits, best)]
-    seen: set[tuple[float, int]] = set()
-    idle = 0
-    while beam and idle < patience:
-        found: list[tuple[float, RuleSet]] = []
-        for _, current in beam:
-            for changed in _neighbours(current):
-                bits = changed.bits()
-                key = round(bits, 6), sum(map(len, changed.rules.values()))
-                if key not in seen:
-                    seen.add(key)
-                    found.append((bits, changed))
-        noise = np.zeros(len(found)) if rng is None else rng.normal(0.0, _NOISE, len(found))
-        order = sorted(range(len(found)), key=lambda k: found[k][0] + noise[k])
-        beam = []
-        for bits, changed in (found[k] for k in order):
-            if changed.lawful():
-                beam.append((bits, changed))
-                if len(beam) == width:
-                    break
-        idle += 1
-        least = min(beam, key=lambda pair: pair[0], default=(best_bits, best))
-        if least[0] < best_bits - _LEAST_GAIN:
-            best_bits, best = least
-            idle = 0
-    return best
+    effort = effort or effort_for(flat)
+    rng = np.random.default_rng(0)
+    pool: dict[float, RuleSet] = {round(flat.bits(), 6): flat}
+
+    def search(begin: RuleSet | None) -> None:
+        if begin is not None:
+            found = anneal(begin, tries=effort.tries, seed=int(rng.integers(1 << 30)))
+            pool.setdefault(round(found.bits(), 6), found)
+
+    for _ in range(effort.begun):
+        search(flat)
+    for donor in donors:
+        search(plant(flat, donor, rng))
+    for _ in range(effort.rounds):
+        elite = [pool[bits] for bits in sorted(pool)[:_ELITE]]
+        for _ in range(effort.planted):
+            search(plant(flat, elite[int(rng.integers(len(elite)))], rng))
+    return pool[min(pool)]
 
 
 def trim(rule_set: RuleSet) -> RuleSet:
@@ -98,7 +85,7 @@ def trim(rule_set: RuleSet) -> RuleSet:
             for left, rights in current.rules.items()
             if left != current.start
             and len(rights) == 1
-            and chunk_saves(len(next(iter(rights))), references[left]) <= 0
+            and _saved(len(next(iter(rights))), references[left]) <= 0
         ]
         if not idle:
             return current
@@ -109,16 +96,12 @@ def trim(rule_set: RuleSet) -> RuleSet:
                 current.add(left, _spelled_out(right, spelled), count)
 
 
+def _saved(length: int, number: int) -> int:
+    """Symbols saved by a nonterminal that stands for so many occurrences of a string."""
+    return number * (length - 1) - length - 2
+
+
 def _spelled_out(right: Right, spelled: Mapping[int, Right]) -> Right:
     while any(symbol in spelled for symbol in right):
         right = tuple(s for old in right for s in spelled.get(old, (old,)))
     return right
-
-
-def _neighbours(current: RuleSet) -> Iterator[RuleSet]:
-    for kind in (exchanges, chunks, classes, unions, foldings, unfoldings):
-        promising = sorted(kind(current), key=lambda scored: -scored[0])[:_TRIED]
-        for _, move in promising:
-            changed = move(current)
-            if changed is not None:
-                yield changed

@@ -14,6 +14,8 @@ import numpy.typing as npt
 from numba import njit
 
 IntArray = npt.NDArray[np.int64]
+_SHARED = 16
+"""Lengths of beginnings and ends below which it is kept which were counted."""
 
 
 @njit(cache=True)
@@ -86,12 +88,18 @@ def _best_group(
     """A right, and the beginning and end by which its group saves most; -1 where none saves."""
     now, more = np.log2(alphabet), np.log2(alphabet + 1)
     best, best_i, best_p, best_q = 1e-9, -1, 0, 0
+    # many others share the same beginning and end with i: their group is the same, counted once
+    seen = np.full((_SHARED, _SHARED), -1, dtype=np.int64)
     for i in range(n_rights):
         h = alternatives[slot[i]]
         for j in range(i + 1, n_rights):
             p, q = begins[i, j], closes[i, j]
             if slot[i] != slot[j] or p + q == 0:
                 continue
+            if p < _SHARED and q < _SHARED:
+                if seen[p, q] == i:
+                    continue
+                seen[p, q] = i
             g, inner = 0, 0
             for r in range(n_rights):
                 if r == i or _in_group(table, begins, closes, slot, i, r, p, q):

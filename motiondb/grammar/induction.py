@@ -3,7 +3,7 @@
 Every pair of sentences is aligned (*family*), unequal parts become hypotheses of one type
 (*clustering*), those that do not cross are believed (*selection*), and the trees are read off as
 rules. Which family and selection suit the sentences, the description length says; and from what
-each of them gives, and from the flat rules, moves that save bits lead on to fewer rules (see
+each of them gives, and from the plain sentences, a search goes on to fewer bits (see
 ``compaction``). What is returned derives every example.
 
 Two types are only made one where no nonterminal then derives itself and every terminal that
@@ -19,17 +19,16 @@ section 5.
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal, get_args
 
 from motiondb.errors import suggestion
 from motiondb.grammar.alignment import Slot, align
 from motiondb.grammar.cfg import Grammar, GrammarError, choices_of
-from motiondb.grammar.compaction import compact, trim
+from motiondb.grammar.compaction import Effort, compact, trim
 from motiondb.grammar.description import (
     DescriptionLength,
     Sentence,
@@ -76,6 +75,7 @@ def induce(
     family: str = AUTO,
     selection: str = AUTO,
     compacted: bool = True,
+    effort: Effort | None = None,
 ) -> Grammar:
     """The grammar of fewest bits that alignment-based learning and compaction find.
 
@@ -85,6 +85,7 @@ def induce(
     family : "edit", "biased", "suffix", or "auto" for the one of fewest bits.
     selection : "first", "leaf", "branch", or "auto".
     compacted : False stops at what alignment-based learning itself gives.
+    effort : of the search; what suits so many symbols unless given.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def induce(
     A -> x [0.6667] | y [0.3333]
     """
     return induce_with_bits(
-        sentences, family=family, selection=selection, compacted=compacted
+        sentences, family=family, selection=selection, compacted=compacted, effort=effort
     ).grammar
 
 
@@ -106,6 +107,7 @@ def induce_with_bits(
     family: str = AUTO,
     selection: str = AUTO,
     compacted: bool = True,
+    effort: Effort | None = None,
 ) -> Induction:
     """What :func:`induce` finds, with the family, the selection and the bits; same faults."""
     names, counted = _numbered(sentences)
@@ -117,11 +119,10 @@ def induce_with_bits(
     ]
     candidates = aligned_ones
     if compacted:
-        effort = effort_for(counted)
-        candidates = [
-            *_compacted_flat(counted, len(names)),
-            *_compacted_aligned(aligned_ones, flat_rules(counted, len(names)).bits(), effort),
-        ]
+        flat = flat_rules(counted, len(names))
+        donors = [one.rule_set for one in aligned_ones if one.bits < _WORTH_PLANTING * flat.bits()]
+        found = compact(flat, donors, effort=effort)
+        candidates = [*aligned_ones, Candidate(found.bits(), FLAT, FLAT, found)]
     best = min(candidates, key=lambda candidate: round(candidate.bits, 6))
     return _finished(best, names, sentences)
 
@@ -136,55 +137,11 @@ class Candidate:
     rule_set: RuleSet
 
 
-def effort_for(counted: Mapping[Right, int]) -> tuple[tuple[int, int], ...]:
-    """Widths and patiences of the beams that are tried: more of them where there is less to read.
+_MOST_NODES = 10_000
+"""Unions tried one by one, times nodes: a bound on time, those seen most come first."""
 
-    Beams of different width end in different valleys, not always the widest in the deepest.
-    """
-    size = sum(map(len, counted))
-    return _EFFORTS[bisect_right(_SIZES, size)]
-
-
-_SIZES = (200, 450, 1500)
-_EFFORTS = (((4, 3), (8, 4), (16, 5)), ((4, 3), (8, 4)), ((2, 2),), ((1, 1),))
-_MOST_NODES = 1_500
-"""Unions of words tried one by one, times nodes: a bound on time, those seen most come first."""
-
-_WORTH_COMPACTING = 2.0
+_WORTH_PLANTING = 4.0
 """Where alignment-based learning takes this many times the bits of flat rules, it goes astray."""
-
-_LOOKED_AT = 3
-"""Results of alignment-based learning, those of fewest bits, from which compaction begins."""
-
-
-def _compacted_flat(counted: Mapping[Right, int], n_terminals: int) -> Iterator[Candidate]:
-    """From one rule a sentence; also first without empty right sides, then with them."""
-    for empties in (True, False):
-        flat = flat_rules(counted, n_terminals, empties=empties)
-        for width, patience in effort_for(counted):
-            found = compact(flat, width=width, patience=patience)
-            if not empties:
-                found = compact(replace(found, empties=True), width=width, patience=patience)
-            yield Candidate(found.bits(), FLAT, FLAT, found)
-
-
-def _compacted_aligned(
-    candidates: Sequence[Candidate], flat_bits: float, effort: Sequence[tuple[int, int]]
-) -> Iterator[Candidate]:
-    """A quick look at where each leads, then all effort on the best."""
-    promising = [one for one in candidates if one.bits < _WORTH_COMPACTING * flat_bits]
-    if not promising:
-        return
-    first = sorted(promising, key=lambda candidate: round(candidate.bits, 6))[:_LOOKED_AT]
-    quick = []
-    for candidate in first:
-        rule_set = compact(candidate.rule_set, width=1, patience=1)
-        quick.append(replace(candidate, bits=rule_set.bits(), rule_set=rule_set))
-    yield from quick
-    best = min(quick, key=lambda candidate: round(candidate.bits, 6))
-    for width, patience in effort:
-        rule_set = compact(best.rule_set, width=width, patience=patience)
-        yield replace(best, bits=rule_set.bits(), rule_set=rule_set)
 
 
 def aligned_rules(
@@ -302,7 +259,8 @@ def _united_where_lawful(
         spoken.setdefault((hypotheses.types[place], hypotheses.words(place)), []).append(symbol)
     current = finest
     tries = max(5, _MOST_NODES // len(symbols))
-    for kind in sorted(of_type, key=lambda kind: -len(of_type[kind])):
+    most_types = max(20, _MOST_NODES // len(symbols))
+    for kind in sorted(of_type, key=lambda kind: -len(of_type[kind]))[:most_types]:
         group = of_type[kind]
         together = _renamed(current, dict.fromkeys(group, group[0]))
         if together.lawful():

@@ -32,8 +32,8 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from motiondb.grammar.annealing import anneal
 from motiondb.grammar.cfg import Grammar, GrammarError
-from motiondb.grammar.compaction import compact
 from motiondb.grammar.context_bits import CoveredString, context_bits, cover_string
 from motiondb.grammar.description import DescriptionLength, Sentence
 from motiondb.grammar.induction import Induction, induce_with_bits
@@ -58,8 +58,14 @@ _SYMBOLS_COMPARED, _FEWEST_COMPARED = 6000, 5
 """Splits whose sentences are compacted, those of fewest bits, no split at all among them: so many
 symbols of strings in all, but not fewer splits than six."""
 
-_SMALL, _LARGE = 200, 450
-"""Symbols of strings up to which all finalists are learned from; beyond which they are two."""
+_QUICK_TRIES, _TRIES = 5_000, 20_000
+"""Tries of the annealing by which splits are compared, first all, then the finalists."""
+
+_FULLY_SEARCHED = 400
+"""Symbols of strings up to which as many evaluations are spent as are wished; then fewer."""
+
+_FINALISTS, _SMALL = 3, 40
+"""Symbols of strings up to which each finalist is learned from in full."""
 
 _WARMTH = 0.0015
 """First temperature, as a share of the bits of the best candidate drawn."""
@@ -130,6 +136,7 @@ def find_sentences(
     splits = [tuple(() for _ in strings), *recurring_splits(strings, shortest, longest)]
     found: list[tuple[float, int, Cuts]] = []
     total = sum(map(len, strings))
+    evaluations = max(1, round(evaluations * min(1.0, _FULLY_SEARCHED / total) ** 2))
     compared = max(_FEWEST_COMPARED, _SYMBOLS_COMPARED // total)
     steps = len(splits) + compared + 1
     for number, split in enumerate(splits):
@@ -141,15 +148,14 @@ def find_sentences(
     judged = []
     promising = [found[0], *sorted(found[1:])[: compared - 1]]
     for number, (_, place, cuts) in enumerate(promising):
-        judged.append((_compacted_bits(strings, cuts, 1, 1), place, cuts))
+        judged.append((_compacted_bits(strings, cuts, _QUICK_TRIES), place, cuts))
         if progress is not None:
             progress(len(splits) + number + 1, steps)
-    beam = (2, 2) if total > _LARGE else (4, 3)
-    finalists = sorted(judged)[: 2 if total > _LARGE else 4]
+    finalists = sorted(judged)[:_FINALISTS]
     if total <= _SMALL:
         learned = [sentences_between(strings, cuts) for *_, cuts in finalists]
     else:
-        best = min((_compacted_bits(strings, cuts, *beam), k, cuts) for _, k, cuts in finalists)
+        best = min((_compacted_bits(strings, cuts, _TRIES), k, cuts) for _, k, cuts in finalists)
         learned = [sentences_between(strings, best[2])]
     if progress is not None:
         progress(steps, steps)
@@ -212,15 +218,15 @@ def _cuts_within(
     return tuple(tuple(sorted(inner)) for inner in made), bits
 
 
-def _compacted_bits(strings: Sequence[Sentence], cuts: Cuts, width: int, patience: int) -> float:
-    """Bits after a quick compaction of one rule a sentence."""
+def _compacted_bits(strings: Sequence[Sentence], cuts: Cuts, tries: int) -> float:
+    """Bits after a quick annealing of one rule a sentence."""
     names = sorted({name for string in strings for name in string})
     number = {name: place for place, name in enumerate(names)}
     counted: Counter[tuple[int, ...]] = Counter()
     for string, inner in zip(strings, cuts, strict=True):
         for a, b in pairwise((0, *inner, len(string))):
             counted[tuple(number[name] for name in string[a:b])] += 1
-    return compact(flat_rules(counted, len(names)), width=width, patience=patience).bits()
+    return anneal(flat_rules(counted, len(names)), tries=tries).bits()
 
 
 def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]) -> Sentences:

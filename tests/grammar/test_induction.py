@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from motiondb.grammar.alignment import align
 from motiondb.grammar.cfg import GrammarError, check_grammar, format_grammar
-from motiondb.grammar.compaction import compact
+from motiondb.grammar.compaction import Effort, compact
 from motiondb.grammar.description import (
     decode,
     description_length,
@@ -30,6 +30,7 @@ TOY_LANGUAGE = {
     for z in ("", "f")
     for w in "ps"
 }
+LITTLE = Effort(begun=6, rounds=1, planted=6, tries=800)
 SENTENCES = st.lists(
     st.lists(st.sampled_from("abcd"), min_size=1, max_size=6).map(tuple), min_size=1, max_size=5
 )
@@ -146,13 +147,13 @@ def test_the_order_of_sentences_changes_nothing():
         for order in permutations(TOY)
     }
     assert len(grammars) == 1
-    assert len({induce(order) for order in list(permutations(TOY))[::360]}) == 1
+    assert len({induce(order, effort=LITTLE) for order in list(permutations(TOY))[::360]}) == 1
 
 
 @settings(max_examples=25, deadline=None)
 @given(SENTENCES)
 def test_grammar_and_codes_give_back_every_sentence(sentences):
-    found = induce_with_bits(sentences)
+    found = induce_with_bits(sentences, effort=LITTLE)
     trees = [most_economical_tree(found.grammar, sentence) for sentence in sentences]
     assert list(decode(found.grammar, encode(found.grammar, trees))) == sentences
     assert found.bits == description_length(found.grammar, sentences)
@@ -167,7 +168,7 @@ def test_nodes_of_a_compacted_rule_set_agree_with_its_references(sentences):
         right = tuple("abcd".index(name) for name in sentence)
         counted[right] = counted.get(right, 0) + 1
     flat = flat_rules(counted, 4)
-    found = compact(flat)
+    found = compact(flat, effort=LITTLE)
     assert found.bits() <= flat.bits()
     for left, rights in found.rules.items():
         used = sum(
@@ -196,7 +197,7 @@ BASKETBALL = [
 @pytest.mark.parametrize("compacted", [True, False])
 @pytest.mark.parametrize("family", ["auto", "edit", "biased", "suffix"])
 def test_one_shot_in_each_example_means_one_shot_in_each_derived_sentence(compacted, family):
-    grammar = induce(BASKETBALL, family=family, compacted=compacted)
+    grammar = induce(BASKETBALL, family=family, compacted=compacted, effort=LITTLE)
     strings = language(grammar)
     assert {string.count("shoot") for string in strings} == {1}
     assert {string.count("catch") for string in strings} == {1}

@@ -93,7 +93,7 @@ def test_the_search_finds_fewer_bits_than_as_many_random_candidates():
 
 
 def test_the_same_seed_finds_the_same_sentences_and_they_make_up_the_strings():
-    strings = [markov_string(40, 6, 4), markov_string(24, 6, 5)]
+    strings = [markov_string(20, 5, 4), markov_string(13, 5, 5)]
     one = find_sentences(strings, np.random.default_rng(7), evaluations=60)
     assert one == find_sentences(strings, np.random.default_rng(7), evaluations=60)
     assert sum(one.sentences, ()) == strings[0] + strings[1]
