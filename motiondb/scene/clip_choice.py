@@ -10,8 +10,14 @@ the ratio q(old) / q(new) that Metropolis-Hastings asks for:
               neighbours stay, so both directions have the same normaliser: the ratio is that of the
               two exponentials, and what is left of the acceptance is everything but the seams
 
-Source: proposals from a part of the target, W. K. Hastings, "Monte Carlo sampling methods using
-Markov chains and their applications", Biometrika 57 (1970).
+A whole stretch of actions is drawn by its seams at once (:func:`smooth_string`): backwards the sums
+over all strings of clips between its neighbours, then forwards one group after the other. A clip
+string's probability is exp(-its seams / T) over that sum.
+
+Source: forward filtering and backward sampling, S. L. Scott, "Bayesian methods for hidden Markov
+models", Journal of the American Statistical Association 97 (2002); proposals from a part of the
+target, W. K. Hastings, "Monte Carlo sampling methods using Markov chains and their applications",
+Biometrika 57 (1970).
 """
 
 from __future__ import annotations
@@ -128,3 +134,59 @@ def smooth_entry(
     new = groups.members[first + min(int(share * size), size - 1)]
     old_weight = _seam_weight(groups, groups.group[entry], before, after)
     return int(new), np.log(old_weight / _seam_weight(groups, chosen, before, after))
+
+
+def smooth_string(
+    groups: ClipGroups,
+    ranges: IntArray,
+    before: int,
+    after: int,
+    rng: np.random.Generator | None,
+    entries: IntArray | None = None,
+) -> tuple[IntArray, float]:
+    """A clip for every action of a stretch by the seams, and the logarithm of its probability.
+
+    Parameters
+    ----------
+    ranges : array (actions, 2), the entries of each action's terminal.
+    before, after : seam classes of the neighbours, -1 where there is none.
+    entries : array (actions,), where given nothing is drawn: their probability is told.
+    """
+    n = len(ranges)
+    if n == 0:
+        return np.zeros(0, np.int64), 0.0
+    spans = [groups.near[first] for first in ranges[:, 0]]
+    classes = [groups.seam[a:b] for a, b in spans]
+    sizes = [np.diff(groups.first[a : b + 1]).astype(float) for a, b in spans]
+    rest = _ends(groups.precede, after, classes[-1])
+    rests = [rest]
+    for k in range(n - 2, -1, -1):
+        steps = groups.follow[classes[k][:, None], classes[k + 1]]
+        rest = steps @ (sizes[k + 1] * rest)
+        rest = rest / rest.max()
+        rests.append(rest)
+    rests.reverse()
+    found, log_probability = np.zeros(n, np.int64), 0.0
+    ahead = _ends(groups.follow, before, classes[0])
+    for k in range(n):
+        weights = ahead * rests[k]  # of one entry of each group
+        sums = np.cumsum(sizes[k] * weights)
+        if entries is not None:
+            found[k] = entries[k]
+            g = int(groups.group[entries[k]]) - int(spans[k][0])
+        elif rng is not None:
+            u = rng.random() * sums[-1]
+            g = min(int(np.searchsorted(sums, u, "right")), len(sums) - 1)
+            first = int(groups.first[spans[k][0] + g])
+            found[k] = groups.members[first + int(rng.integers(int(sizes[k][g])))]
+        log_probability += float(np.log(weights[g] / sums[-1]))
+        if k + 1 < n:
+            ahead = _ends(groups.follow, int(classes[k][g]), classes[k + 1])
+    return found, log_probability
+
+
+def _ends(table: FloatArray, neighbour: int, classes: IntArray) -> FloatArray:
+    """exp(-seam / T) of a neighbour and every group; 1 where there is no neighbour."""
+    if neighbour < 0:
+        return np.ones(len(classes))
+    return np.maximum(table[neighbour, classes], 1e-200)

@@ -7,14 +7,15 @@ every longer string that fits weighs the same.
 
 A jump chooses a nonterminal node v of one of the trees by its error, s(v) = E(v) / sum E; derives
 it anew with what stands behind still possible (:mod:`.derivations`); draws the new actions' clips
-uniformly; lets what stands before, or, as often, what stands behind stay where and when it was; and
-walks M steps of the inner loop. It is taken with probability
+by their seams; lets what stands before, or, as often, what stands behind stay where and when it
+was; and walks M steps of the inner loop. It is taken with probability
 
     min(1, exp((E_old - E_new) / T) * [s'(v) q(old subtree)] / [s(v) q(new subtree)])
 
-q being products of rule probabilities. The reverse jump is the one at the same v, so for each v by
-itself detailed balance holds, and exactly so for M = 0; with M > 0 the chain is, as the paper's,
-a good optimiser, but no exact sampler.
+q being products of rule probabilities and, for M = 0, those of the clips relative to uniform draws.
+The reverse jump is the one at the same v, so for each v by itself detailed balance holds, and
+exactly so for M = 0. With M > 0, where other clips are at the end than were drawn and the ratio is
+the paper's, of the trees alone, the chain is a good optimiser but no exact sampler; nor is print's.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 5, algorithm 1.
@@ -33,7 +34,7 @@ import numpy as np
 from motiondb.grammar.cfg import Tree, choices_of, derive_by
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.binding import Binder
-from motiondb.scene.clip_choice import ClipGroups
+from motiondb.scene.clip_choice import ClipGroups, smooth_string
 from motiondb.scene.derivations import Derivations
 from motiondb.scene.energy import scene_arrays, token_errors
 from motiondb.scene.expressions import ONLY_ASKED
@@ -213,7 +214,7 @@ class Chain:
         while number >= len(errors[player]):
             number -= len(errors[player])
             player += 1
-        offer = self._offer(player, number)
+        offer = self._offer(player, number, groups, steps == 0)
         if offer is None:
             self.jumps.refused += 1
             return False
@@ -242,7 +243,7 @@ class Chain:
         return found
 
     def _offer(
-        self, player: int, node: int
+        self, player: int, node: int, groups: ClipGroups, exact: bool
     ) -> tuple[TreeShape, SceneArrays, list[Tree], RuleTable, float] | None:
         """A node derived anew, not yet accepted, with log q(old) / q(new); None: not allowed."""
         play, shape = self.play, self.shapes[player]
@@ -259,7 +260,8 @@ class Chain:
         ratio = derivations.log_probability(shape.rules[node:end])
         ratio -= derivations.log_probability(new.rules)
         state = self.state
-        entries = play.entries(new.actions, self.rng)
+        entries, log_ratio = self._clips(player, (first, last), new.actions, groups)
+        ratio += log_ratio if exact else 0.0
         tree = play.derive(player, after.rules)
         one = self._respelled(player, tree, (first, last), entries)
         if one is None:
@@ -268,6 +270,24 @@ class Chain:
         trees = [*self.trees[:player], tree, *self.trees[player + 1 :]]
         table = play.binder.bind(trees)
         return after, play.arrays(SceneState(players), table), trees, table, ratio
+
+    def _clips(
+        self, player: int, span: tuple[int, int], actions: Sequence[str], groups: ClipGroups
+    ) -> tuple[IntArray, float]:
+        """Clips for new actions in a span, and log(q(old) / q(new)) relative to uniform draws."""
+        play, n = self.play, int(self.scene.n_clips[player])
+        own, seams = self.scene.entry[player, :n], play.library.clips["seam"]
+        before = int(seams[own[span[0] - 1]]) if span[0] > 0 else -1
+        after = int(seams[own[span[1]]]) if span[1] < n else -1
+        ratio, found = 0.0, own[:0]
+        gone = self.shapes[player].actions[span[0] : span[1]]
+        for sign, names, old in ((1, gone, own[span[0] : span[1]]), (-1, actions, None)):
+            ranges = np.array([play.first[name] for name in names], np.int64).reshape(-1, 2)
+            rng = self.rng if old is None else None
+            found, log_probability = smooth_string(groups, ranges, before, after, rng, old)
+            uniform = -float(np.log(ranges[:, 1] - ranges[:, 0]).sum())
+            ratio += sign * (log_probability - uniform)
+        return found, ratio
 
     def _respelled(
         self, player: int, tree: Tree, span: tuple[int, int], entries: IntArray

@@ -64,7 +64,7 @@ class SamplerSettings:
     """
 
     temperatures: tuple[float, ...] = (0.15, 0.2, 0.27, 0.36)
-    heat: float = 6.0
+    heat: float = 15.0
     rounds: int = 60
     jumps: int = 20
     inner: int = 400
