@@ -80,9 +80,9 @@ def _shortest(
     n = len(right)
     fewest = [0.0] * (n + 1)
     chosen: list[Right | None] = [None] * n
-    best: Right | None
     for i in range(n - 1, -1, -1):
-        least, best = 1.0 + fewest[i + 1], None
+        least = 1.0 + fewest[i + 1]
+        best: Right | None = None
         for part in parts:
             if right[i] == part[0] and right[i : i + len(part)] == part:
                 # a hair less than a symbol left as it is; equals part by chance
