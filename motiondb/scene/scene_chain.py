@@ -26,6 +26,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -102,6 +103,10 @@ class Play:
         return scene_arrays(state, self.library, table, weights, self.every)
 
 
+arrays_of = lru_cache(maxsize=2)(clip_arrays)
+"""A library's arrays, kept for the last libraries: making them takes longer than a warm start."""
+
+
 def make_play(
     diagram: Diagram,
     grammar: MotionGrammar,
@@ -123,7 +128,7 @@ def make_play(
     )
     ends = [int(end) for end in library.first]
     first = dict(zip(library.terminals, pairwise(ends), strict=True))
-    return Play(binder, derivations, clip_arrays(library), first, most_actions, haste)
+    return Play(binder, derivations, arrays_of(library), first, most_actions, haste)
 
 
 @dataclass
