@@ -141,7 +141,7 @@ def material(base: motiondb.MotionDB, diagram: str) -> tuple[SceneText, Any]:
 
 
 def baseline(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
-    """The paper's own procedure for a time, beside ours."""
+    """The paper's own procedure for so many processor seconds, beside ours."""
     compiled(base)
     for seed in asked.seeds:
         for diagram in asked.diagrams:

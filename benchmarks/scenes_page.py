@@ -139,14 +139,14 @@ def baseline_part(rows: Rows, ours: Rows) -> list[str]:
         " evaluated from nothing at every step (`benchmarks/scenes_baseline.py`). The error is the"
         " lowest -log P(Z) that was come by, before polish; ours that of the same seed.",
         "",
-        "| diagram | seed | seconds, paper's way | its error | our seconds | our error |",
+        "| diagram | seed | processor s, paper's way | its error | our processor s | our error |",
         "|---|---|---|---|---|---|",
     ]
     mine = {(row["diagram"], row["seed"]): row for row in ours}
     for diagram, found in grouped(rows):
         for row in found:
             own = mine.get((diagram, row["seed"]))
-            told = f"{own['seconds']:.1f} | {own['error']:.1f}" if own else " | "
+            told = f"{own['processor']:.1f} | {own['error']:.1f}" if own else " | "
             lines.append(
                 f"| {TITLES[diagram]} | {row['seed']} | {row['seconds']:.0f} | {row['error']:.1f} |"
                 f" {told} |"
