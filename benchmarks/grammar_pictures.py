@@ -16,11 +16,13 @@ from quality_captures import Capture, load_cmu
 
 import motiondb
 from motiondb.database.grammar_learning import GrammarSettings
+from motiondb.database.grammar_sequences import GrammarSequence
 from motiondb.database.motion_db import MotionDB
 from motiondb.database.reading import AddSettings
+from motiondb.grammar.derive import derive
 
 N_TERMINALS = 20
-LENGTH, N_SEQUENCES = 12, 8
+LENGTH, N_SEQUENCES, SEEDS = 12, 8, 100
 TREES = ("break-dance", "basketball")
 
 
@@ -59,8 +61,17 @@ def _drawn(
     if style in TREES:
         base.grammars.draw_trees(style, f"{path}-trees.png")
     made = [base.grammars.generate(style, seed, LENGTH) for seed in range(N_SEQUENCES)]
-    base.grammars.draw_sequence(made[0], f"{path}-sequence.png")
+    base.grammars.draw_sequence(_new_one(base, style) or made[0], f"{path}-sequence.png")
     means = np.mean(
         [(s.choice.cost, s.greedy, s.made.slip, s.made.source_slip) for s in made], axis=0
     )
     return [f"{value:.2f}" for value in means]
+
+
+def _new_one(base: MotionDB, style: str) -> GrammarSequence | None:
+    """The first sequence that is none of the sentences that the grammar was learned from."""
+    learned = base.grammars.load(style)
+    for seed in range(SEEDS):
+        if derive(learned.grammar, np.random.default_rng(seed)).leaves() not in learned.strings:
+            return base.grammars.generate(style, seed)
+    return None
