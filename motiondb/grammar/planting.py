@@ -94,14 +94,14 @@ def _shortest(
     pieces: list[Right] = []
     i = 0
     while i < n:
-        part = chosen[i]
-        if part is None:
+        taken = chosen[i]
+        if taken is None:
             written.append(right[i])
             i += 1
         else:
             written.append(left)
-            pieces.append(part)
-            i += len(part)
+            pieces.append(taken)
+            i += len(taken)
     return tuple(written), pieces
 
 
