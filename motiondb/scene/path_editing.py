@@ -8,8 +8,9 @@ adds to the headings, the edited way p' minimises
 
 and phi the same with e_t = phi_(t+1) - phi_t. a_t is great where the player stands, so that change
 is taken up by steps and not by sliding; b lets it set in smoothly; c keeps it from going on and on.
-Rows of great weight hold single frames at places and headings. With displacements from the turned
-way as unknowns the normal equations have five diagonals, and are solved at once.
+Rows of greater weight hold single frames at places and headings, and pull farther while a rule
+still fails, so that ways stay smooth where they are held. With displacements from the turned way as
+unknowns the normal equations have five diagonals, and are solved at once.
 
 The rules themselves are no equations: each is projected. Where a rule fails, the nearest place (or
 heading) that fulfils it is held, the ways are solved anew, and so on until all hold. A distance
@@ -45,7 +46,7 @@ SLACK = 0.03
 MOST_ROUNDS = 60
 OWN_SHARE = 0.8
 """Share of a correction between two players that falls to whose rule it is."""
-_BEND, _RETURN, _HOLD = 60.0, 1.0 / 60.0**2, 1e4
+_BEND, _RETURN, _HOLD = 60.0, 1.0 / 60.0**2, 50.0
 _STANDING, _WALKING = 8.0, 0.6
 """How much stiffer standing is than moving, and the metres a second that count as moving."""
 
@@ -87,7 +88,9 @@ class _Held:
     def settle(self, now: FloatArray) -> bool:
         """Hold the corrected frames, from where they are ``now``; whether there were any."""
         some = self._count > 0.0
-        self.value[some] = now[some] + self._moved[some] / self._count[some, None]
+        known = (self.weight > 0.0)[:, None]
+        since = np.where(known, self.value, now)  # held already: pull farther
+        self.value[some] = since[some] + self._moved[some] / self._count[some, None]
         self.weight[some] = _HOLD
         self._moved[:], self._count[:] = 0.0, 0.0
         return bool(some.any())

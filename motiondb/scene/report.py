@@ -78,6 +78,15 @@ class FeetReport:
 
 
 @dataclass(frozen=True)
+class PaceReport:
+    """Fastest that a player's pelvis goes on the ground, metres a second, before and after."""
+
+    player: str
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
 class SourceRun:
     """Frames [start, end) of a player, the capture's frames that they show, edit and licence."""
 
@@ -106,9 +115,9 @@ class SceneReport:
     """A scene's report.
 
     ``n_instances`` clips were put together. ``collisions_before`` polishing and ``collisions``
-    after it. ``bone_error`` : metres by which any bone is ever longer or shorter than the body's.
-    ``ball_gap`` : metres from the ball's middle to the nearest palm while it is held, at most; NaN
-    without a ball.
+    after it. ``paces`` : rules that were made true by inhuman speed show there. ``bone_error`` :
+    metres by which any bone is ever longer or shorter than the body's. ``ball_gap`` : metres from
+    the ball's middle to the nearest palm while it is held, at most; NaN without a ball.
     """
 
     n_characters: int
@@ -118,6 +127,7 @@ class SceneReport:
     collisions_before: tuple[Collision, ...]
     collisions: tuple[Collision, ...]
     feet: tuple[FeetReport, ...]
+    paces: tuple[PaceReport, ...]
     bone_error: float
     ball_gap: float
     sources: tuple[SourceRun, ...]
@@ -154,6 +164,7 @@ def report_scene(
         _collisions(table, overlaps(table, before)),
         _collisions(table, overlaps(table, after)),
         _feet(polished.players, motions),
+        _paces(table, before, after),
         max(_bone_error(positions) for positions in joints),
         gap,
         tuple(run for placed in polished.players for run in _runs(placed)),
@@ -255,6 +266,17 @@ def _feet(players: tuple[Placed, ...], motions: Mapping[str, Motion]) -> tuple[F
         slips = _mean(contact_speeds(placed.motion).ravel()), _mean(np.concatenate(there))
         found.append(FeetReport(placed.player, *slips))
     return tuple(found)
+
+
+def _paces(table: RuleTable, before: Timeline, after: Timeline) -> tuple[PaceReport, ...]:
+    peaks = [
+        np.linalg.norm(np.diff(timeline.places[:, :, :2], axis=1), axis=2).max(axis=1) * MOTION_FPS
+        for timeline in (before, after)
+    ]
+    return tuple(
+        PaceReport(name, float(was), float(now))
+        for name, was, now in zip(table.players, *peaks, strict=True)
+    )
 
 
 def _mean(speeds: FloatArray) -> float:

@@ -115,6 +115,12 @@ def test_every_rule_holds_that_did_not(told) -> None:
     assert told.n_instances == 5
 
 
+def test_nobody_is_hurried_beyond_reason(told) -> None:
+    assert [pace.player for pace in told.paces] == ["A1", "A2"]
+    assert told.paces[1].before == pytest.approx(2.0, abs=0.05)  # gliding
+    assert max(pace.after for pace in told.paces) < 4.0
+
+
 def test_bones_keep_their_lengths(told) -> None:
     assert told.bone_error < 1e-5
 
