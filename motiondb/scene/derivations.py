@@ -64,7 +64,7 @@ class Derivations:
 
     >>> from motiondb.grammar.cfg import read_grammar
     >>> toy = Derivations(read_grammar("S -> a | b S"), [Item(("a",))])
-    >>> toy.inside("S")[0, 1], toy.run(["b", "a"])
+    >>> round(float(toy.inside("S")[0, 1]), 9), toy.run(["b", "a"])
     (1.0, [0, 0, 1])
     """
 
