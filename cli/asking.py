@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -65,6 +66,13 @@ def search(
     """
     from motiondb.cli import explaining
 
+    if explain and by_symbols:
+        from motiondb.errors import QueryError
+
+        raise QueryError(
+            "search: expected --explain or --by-symbols, found both. An answer by symbols is found "
+            "by aligning sequences: its symbols are its reason."
+        )
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols)
         note_unlearned(base)
@@ -75,7 +83,8 @@ def search(
             _draw(base, answer.matches, png, words)
     note_unknown(answer.unknown)
     why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
-    _print_answer(answer, json, reasons=True, why=why)
+    decoded = {"decoding": asdict(answer.decoding)} if answer.decoding else {}
+    _print_answer(answer, json, reasons=True, why=why, more=decoded)
     if explain and not json:
         explaining.print_reasons(answer, vocabulary)
 
@@ -101,8 +110,8 @@ def like(
 ) -> None:
     """Find the intervals that move like an example.
 
-    Where people wrote about the captures, every answer carries the probability that it shows the
-    same action, and it is said when none is good enough; without words there is no probability.
+    Where people wrote about captures of two performers or more, every answer carries the
+    probability that it shows the same action, and it is said when none is good enough.
     """
     with database(db) as base:
         answer = base.like(example, start, end, where, limit, meaning)
@@ -118,6 +127,7 @@ def _print_answer(
     json: bool,
     reasons: bool = False,
     why: Sequence[dict[str, Any]] = (),
+    more: Mapping[str, Any] | None = None,
 ) -> None:
     """The matches, and whether they are worth the name; in JSON one object."""
     matches, found = answer.matches, answer.matches_anything
@@ -137,6 +147,7 @@ def _print_answer(
                 "strength": answer.strength,
                 "threshold": answer.threshold,
                 "matches": rows,
+                **(more or {}),
             }
         )
         return

@@ -244,6 +244,19 @@ def test_nothing_matches_is_said_above_the_nearest(command: Any, learned_file: P
     assert (ended.code, ended.out) == (0, "nothing in this database matches\n")
 
 
+def test_answers_by_symbols_carry_their_certificate(command: Any, learned_file: Path) -> None:
+    asked = ("search", "walk", "--by-symbols", "--limit", 1, "--db", learned_file)
+    told = answer(command(*asked, "--json"))["decoding"]
+    assert list(told) == [
+        "symbols", "log_probability", "nodes_expanded", "certificate", "bound",
+    ]  # fmt: skip
+    assert told["certificate"] == "optimal"
+    assert told["log_probability"] == pytest.approx(told["bound"])
+    ended = command(*asked, "--explain")
+    assert ended.code == 2
+    assert ended.err.startswith("error: search: expected --explain or --by-symbols, found both.")
+
+
 def test_like_by_words_and_by_motion_alone(command: Any, learned_file: Path) -> None:
     asked = ("like", "boris/kick_1", "--limit", 5, "--json", "--db", learned_file)
     plain, words, motion = (
