@@ -104,6 +104,9 @@ def _feet_lines(record: store.StoredScene) -> list[str]:
     feet = record.report.get("feet", {})
     lines = ["feet on the ground slide (in the captures), m/s:"]
     lines += [f"  {name:6} {own:.3f} ({there:.3f})" for name, (own, there) in feet.items()]
+    paces = record.report.get("paces", [])
+    lines += ["fastest on the ground, as sampled and after polish, m/s:"] * bool(paces)
+    lines += [f"  {p['player']:6} {p['before']:.1f} {p['after']:.1f}" for p in paces]
     gap = record.report.get("ball_gap")
     return lines + ([] if gap is None else [f"ball to palm while held: {gap:.2f} m at most"])
 

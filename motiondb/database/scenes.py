@@ -251,11 +251,16 @@ def _report_rest(made: MadeScene) -> dict[str, Any]:
         "collisions": [_rounded(asdict(touch)) for touch in report.collisions],
         "collisions_before": len(report.collisions_before),
         "feet": {f.player: [round(f.slip, 4), round(f.source_slip, 4)] for f in report.feet},
+        "paces": [_paced(asdict(pace)) for pace in report.paces],
         "bone_error": round(report.bone_error, 6),
         "ball_gap": None if np.isnan(report.ball_gap) else round(report.ball_gap, 4),
         "settled": bool(made.polished.settled),
         "tries": made.tries,
     }
+
+
+def _paced(facts: dict[str, Any]) -> dict[str, Any]:
+    return {k: round(v, 3) if isinstance(v, float) else v for k, v in facts.items()}
 
 
 def _rounded(facts: dict[str, Any]) -> dict[str, Any]:
