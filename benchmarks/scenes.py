@@ -120,6 +120,8 @@ def table(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
                 "feet": float(np.mean([f.slip for f in report.feet])),
                 "feet of captures": float(np.mean([f.source_slip for f in report.feet])),
                 "ball gap": report.ball_gap,
+                "too fast": list(scene.made.too_fast),
+                "pace": max(pace.after for pace in report.paces),
                 "tries": scene.made.tries,
                 "rounds": len(scene.made.trace.best) - 1,
                 "seconds": wall,

@@ -102,8 +102,8 @@ def table_part(rows: Rows) -> list[str]:
         " way 1 m), a synchronisation by more than two frames, a distance at all.",
         "",
         "| diagram | seeds | rules a scene | broken before polish | broken | worst synchronisation,"
-        " frames | collisions before | collisions | error | begun again |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        " frames | collisions before | collisions | fastest, m/s | error | begun again |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for diagram, found in grouped(rows):
         lines.append(
@@ -111,7 +111,8 @@ def table_part(rows: Rows) -> list[str]:
             f" {sum(r['broken before'] for r in found)} | {sum(len(r['broken']) for r in found)} |"
             f" {max(r['synchronisation'] for r in found):.2f} |"
             f" {sum(r['collisions before'] for r in found)} |"
-            f" {sum(r['collisions'] for r in found)} | {_span([r['error'] for r in found], 1)} |"
+            f" {sum(r['collisions'] for r in found)} | {max(r['pace'] for r in found):.1f} |"
+            f" {_span([r['error'] for r in found], 1)} |"
             f" {sum(r['tries'] - 1 for r in found)} |"
         )
     broken = [

@@ -132,6 +132,8 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
         f"rules kept: {facts['rules'] - facts['broken']} of {facts['rules']};"
         f" collisions: {touching or 'none'}"
     )
+    if facts["too_fast"]:
+        typer.echo(f"  faster than people go: {', '.join(facts['too_fast'])}")
     for rule in scene.broken:
         typer.echo(
             f"  broken: {rule.kind} of {rule.player} at {rule.action} ({rule.clip + 1}),"

@@ -1,8 +1,9 @@
 """Making a scene: clips from the database, sampling, polishing, and what the rules say of it.
 
 Sampling and polishing are pure; what is here brings captures to them, has an eye on the clock, and
-tries again, from other random numbers, where a rule is still broken after polishing. The best of
-all tries is kept: the fewest broken rules, then the lowest error.
+tries again, from other random numbers, where a rule is still broken after polishing, somebody
+touches somebody, or goes faster than people do. The best of all tries is kept: the fewest such
+faults, then the lowest error.
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ SceneProgress = Callable[[str, float, float], None]
 """Told what is being done, the share of it that is done, and the error (NaN: not known)."""
 
 _MOST_CHAINS = 64
+FASTEST = 8.0
+"""Metres a second: who is polished into going faster than that goes as nobody does on a court."""
 
 
 Start = tuple[Diagram, SceneState]
@@ -121,6 +124,16 @@ class MadeScene:
     seconds: dict[str, float]
 
     @property
+    def too_fast(self) -> tuple[str, ...]:
+        """The players who had to go faster than people do, so that the rules hold."""
+        return tuple(pace.player for pace in self.report.paces if pace.after > FASTEST)
+
+    @property
+    def clean(self) -> bool:
+        """Whether every rule is kept, nobody touches anybody, and nobody goes too fast."""
+        return self.report.clean and not self.too_fast
+
+    @property
     def n_frames(self) -> int:
         """Frames of the scene."""
         return self.polished.timeline.n_frames
@@ -159,7 +172,7 @@ def make(
         made = _attempt(text, clips, settings, progress, (start, rng, until, number, seconds))
         if best is None or _badness(made) < _badness(best):
             best = made
-        if made.report.clean or time.monotonic() > until:
+        if made.clean or time.monotonic() > until:
             break
     assert best is not None
     return best
@@ -217,5 +230,5 @@ def _warm(
 
 
 def _badness(made: MadeScene) -> tuple[int, float]:
-    wrong = len(made.report.broken) + len(made.report.collisions)
+    wrong = len(made.report.broken) + len(made.report.collisions) + len(made.too_fast)
     return wrong, made.error

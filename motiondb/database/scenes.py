@@ -254,6 +254,7 @@ def _report_rest(made: MadeScene) -> dict[str, Any]:
         "paces": [_paced(asdict(pace)) for pace in report.paces],
         "bone_error": round(report.bone_error, 6),
         "ball_gap": None if np.isnan(report.ball_gap) else round(report.ball_gap, 4),
+        "too_fast": list(made.too_fast),
         "settled": bool(made.polished.settled),
         "tries": made.tries,
     }
