@@ -18,10 +18,14 @@ import numpy as np
 
 from motiondb.grammar.annealing import anneal
 from motiondb.grammar.planting import plant
+from motiondb.grammar.proposals import draw
 from motiondb.grammar.rule_set import Right, RuleSet
 
 _ELITE = 16
 """Rule sets, those of fewest bits, whose nonterminals are planted."""
+
+_SEED = 1
+"""Of the random numbers, which are the same for all sentences (``proposals.next_bits``)."""
 
 
 @dataclass(frozen=True)
@@ -56,22 +60,22 @@ def compact(
     donors : further rule sets, of the same terminals, whose nonterminals may be planted.
     """
     effort = effort or effort_for(flat)
-    rng = np.random.default_rng(0)
+    state = np.array([_SEED], dtype=np.uint64)
     pool: dict[float, RuleSet] = {round(flat.bits(), 6): flat}
 
     def search(begin: RuleSet | None) -> None:
         if begin is not None:
-            found = anneal(begin, tries=effort.tries, seed=int(rng.integers(1 << 30)))
+            found = anneal(begin, tries=effort.tries, seed=int(draw(state, 1 << 30)))
             pool.setdefault(round(found.bits(), 6), found)
 
     for _ in range(effort.begun):
         search(flat)
     for donor in donors:
-        search(plant(flat, donor, rng))
+        search(plant(flat, donor, state))
     for _ in range(effort.rounds):
         elite = [pool[bits] for bits in sorted(pool)[:_ELITE]]
         for _ in range(effort.planted):
-            search(plant(flat, elite[int(rng.integers(len(elite)))], rng))
+            search(plant(flat, elite[draw(state, len(elite))], state))
     return pool[min(pool)]
 
 

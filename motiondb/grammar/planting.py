@@ -15,14 +15,19 @@ from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
+import numpy.typing as npt
 
+from motiondb.grammar.proposals import chance
 from motiondb.grammar.rule_set import Right, RuleSet
 
+SeedArray = npt.NDArray[np.uint64]
 _CHANCE = 0.5
 
 
-def plant(flat: RuleSet, donor: RuleSet, rng: np.random.Generator) -> RuleSet | None:
+def plant(flat: RuleSet, donor: RuleSet, state: SeedArray) -> RuleSet | None:
     """The flat rules with some of the donor's nonterminals, drawn at random, in place of strings.
+
+    state : array (1,), of the random numbers (``proposals.next_bits``); it goes on.
 
     None where the donor has no nonterminals, or what results breaks the laws.
     """
@@ -32,14 +37,14 @@ def plant(flat: RuleSet, donor: RuleSet, rng: np.random.Generator) -> RuleSet | 
         return None
     chosen: set[int] = set()
     for left in lefts:
-        if rng.random() < _CHANCE:
+        if chance(state) < _CHANCE:
             chosen.update(_below(donor, left))
     rights = flat.rules[flat.start]
     planted = flat.copy()
     for left in reversed(order):
         if left not in chosen:
             continue
-        rights, used = _read(rights, left, donor.rules[left], rng)
+        rights, used = _read(rights, left, donor.rules[left], state)
         if used:
             planted.rules[left] = dict(used)
     planted.rules[planted.start] = dict(rights)
@@ -59,14 +64,14 @@ def _read(
     rights: Mapping[Right, int],
     left: int,
     alternatives: Mapping[Right, int],
-    rng: np.random.Generator,
+    state: SeedArray,
 ) -> tuple[Counter[Right], Counter[Right]]:
     """Right sides with ``left`` for its alternatives, and how often each alternative was read."""
     found: Counter[Right] = Counter()
     used: Counter[Right] = Counter()
     parts = [part for part in alternatives if part]
     for right, count in rights.items():
-        written, pieces = _shortest(right, left, parts, rng)
+        written, pieces = _shortest(right, left, parts, state)
         found[written] += count
         for part in pieces:
             used[part] += count
@@ -74,7 +79,7 @@ def _read(
 
 
 def _shortest(
-    right: Right, left: int, parts: list[Right], rng: np.random.Generator
+    right: Right, left: int, parts: list[Right], state: SeedArray
 ) -> tuple[Right, list[Right]]:
     """The right side in the fewest symbols, and the parts for which ``left`` stands."""
     n = len(right)
@@ -86,7 +91,7 @@ def _shortest(
         for part in parts:
             if right[i] == part[0] and right[i : i + len(part)] == part:
                 # a hair less than a symbol left as it is; equals part by chance
-                cost = 1.0 - 1e-6 * rng.random() + fewest[i + len(part)]
+                cost = 1.0 - 1e-6 * chance(state) + fewest[i + len(part)]
                 if cost < least:
                     least, best = cost, part
         fewest[i], chosen[i] = least, best
