@@ -224,12 +224,7 @@ def window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArr
 
 
 def resemblance(
-    vector: FloatArray,
-    vectors: FloatArray,
-    words: WordMap | None = None,
-    meanings: FloatArray | None = None,
-    *,
-    n_bearing: int = 0,
+    vector: FloatArray, vectors: FloatArray, words: WordMap | None = None, *, n_bearing: int = 0
 ) -> FloatArray:
     """How alike intervals are to one: array (n,), 1 for the same.
 
@@ -241,17 +236,25 @@ def resemblance(
     Parameters
     ----------
     vector : array (columns,), of length 1. vectors : array (n, columns), rows of length 1.
-    meanings : ``word_meanings`` of the vectors, where they are there already.
     n_bearing : how many of the last columns are posture and travel.
     """
     if words is None:
         return np.asarray(vectors @ vector)
-    meanings = word_meanings(words, vectors) if meanings is None else meanings
-    borne, own = vectors[:, len(vector) - n_bearing :], vector[len(vector) - n_bearing :]
-    left = (1.0 - np.einsum("ij,ij->i", borne, borne)) * (1.0 - own @ own)
-    cosine = (vectors @ vector - borne @ own) / np.sqrt(np.maximum(left, 1e-12))
-    alike = MEANING_SHARE * (meanings @ word_meanings(words, vector))
-    return alike + (1.0 - MEANING_SHARE) * cosine
+    rows = meaning_rows(words, vectors, n_bearing)
+    return np.asarray(rows @ meaning_rows(words, vector, n_bearing))
+
+
+def meaning_rows(words: WordMap, vectors: FloatArray, n_bearing: int = 0) -> FloatArray:
+    """Rows whose products are the resemblances of :func:`resemblance`: (..., columns + words).
+
+    For many questions to the same intervals: what they say to all words and how they move, each
+    scaled to length 1, side by side.
+    """
+    said = unit(words.evidence(vectors))
+    moving = unit(vectors[..., : vectors.shape[-1] - n_bearing])
+    return np.concatenate(
+        [np.sqrt(MEANING_SHARE) * said, np.sqrt(1.0 - MEANING_SHARE) * moving], axis=-1
+    )
 
 
 def same_motion(chance: float, warp: float) -> float:
@@ -261,11 +264,6 @@ def same_motion(chance: float, warp: float) -> float:
     (1.0, 0.75, 0.5)
     """
     return 1.0 - (1.0 - chance) * min(1.0, warp / NEAR)
-
-
-def word_meanings(words: WordMap, vectors: FloatArray) -> FloatArray:
-    """What vectors (..., columns) say to all words, scaled to length 1: array (..., words)."""
-    return unit(words.evidence(vectors))
 
 
 def _separate_peaks(rough: FloatArray, low: IntArray, high: IntArray, n_peaks: int) -> list[int]:

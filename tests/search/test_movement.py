@@ -78,8 +78,7 @@ def test_likeness_is_the_cosine_or_four_parts_meaning() -> None:
     deaf_to_second = WordMap(np.array([[2.0], [0.0]]), *np.zeros((3, 1)), np.array([1.0, 1, 0]))
     found = by_motion.resemblance(vectors[0], vectors, deaf_to_second)
     np.testing.assert_allclose(found, [1.0, (4 + 0.5**0.5) / 5, 0.0], atol=1e-12)
-    ready = by_motion.word_meanings(deaf_to_second, vectors)
-    again = by_motion.resemblance(vectors[0], vectors, deaf_to_second, ready)
-    np.testing.assert_array_equal(found, again)
+    rows = by_motion.meaning_rows(deaf_to_second, vectors)
+    np.testing.assert_allclose(rows @ rows[0], found, atol=1e-12)
     moving = by_motion.resemblance(vectors[0], vectors, deaf_to_second, n_bearing=1)
     np.testing.assert_allclose(moving, [1.0, 1.0, 0.0], atol=1e-12)  # (1, 0), (1, 1): alike in x
