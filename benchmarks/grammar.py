@@ -17,7 +17,7 @@ from grammar_pictures import pictures
 from grammar_real import STYLES, real
 from grammar_speed import speed
 from grammar_tables import sections, write_sections
-from grammar_truth import truth
+from grammar_truth import PARTS, truth
 
 NOTES = Path(__file__).with_name("grammar_notes.md")
 TASKS = ("speed", "truth", "real", "pictures")
@@ -37,8 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     jobs: dict[str, tuple[str, Callable[[], str]]] = {}
     if "speed" in chosen.task:
         jobs["Speed"] = f"{COMMAND} --task speed", lambda: speed(chosen.data)
-    if "truth" in chosen.task:
-        jobs["Known truth"] = "python benchmarks/grammar.py --task truth", truth
+    for part in PARTS if "truth" in chosen.task else ():
+        command = "python benchmarks/grammar.py --task truth"
+        jobs[f"Known truth: {part}"] = command, lambda part=part: truth(part)
     for style in chosen.style if "real" in chosen.task else ():
         command = f"{COMMAND} --task real --style {style}"
         jobs[_title(style)] = command, lambda style=style: real(chosen.data, style)
@@ -58,7 +59,8 @@ def _title(style: str) -> str:
 def _write(page: Path, title: str, body: str) -> None:
     """Write a section at once, so that a run that is stopped keeps what it has."""
     notes = sections(NOTES.read_text(encoding="utf-8"))
-    order = ["Speed", "Known truth", *(_title(style) for style in STYLES), "Pictures"]
+    known = [f"Known truth: {part}" for part in PARTS]
+    order = ["Speed", *known, *(_title(style) for style in STYLES), "Pictures"]
     parts = [body, notes.get(title, "")]
     write_sections(page, notes[""], order, {title: "\n\n".join(part for part in parts if part)})
 

@@ -38,6 +38,8 @@ SAMPLES = Path(__file__).resolve().parent.parent / "sample_data"
 SEEDS = 3
 TOLERANCE = 5
 GIVEN = (10, 20, 40)
+ORDERS = 24
+PARTS = ("boundaries", "languages of takes", "languages of sentences", "the toy grammar")
 TOY = ("rfdpm", "rfdsm", "rdfsm", "rdpm", "rdsm", "rpm")
 KINDS: dict[str, Callable[[Sequence[tuple[str, ...]]], Grammar]] = {
     "motiondb": induce,
@@ -66,11 +68,14 @@ class Found:
     labels: IntArray
 
 
-def truth() -> str:
-    """The section's tables."""
+def truth(part: str) -> str:
+    """The section of a part."""
     grammars, takes = load_truth()
-    parts = [boundary_rows(takes), language_rows(grammars, takes), given_rows(grammars), toy_rows()]
-    return "\n\n".join(parts)
+    if part == "boundaries":
+        return boundary_rows(takes)
+    if part == "languages of takes":
+        return language_rows(grammars, takes)
+    return given_rows(grammars) if part == "languages of sentences" else toy_rows()
 
 
 def load_truth() -> tuple[dict[str, Grammar], dict[str, list[TrueTake]]]:
@@ -108,7 +113,7 @@ def boundary_rows(takes: dict[str, list[TrueTake]]) -> str:
     for place, what in ((0, "takes the price was chosen on"), (1, "held-out takes")):
         chosen = [[own[place]] for own in takes.values()]
         ours = np.array([_judged(t, _ours(t, s)) for t in chosen for s in range(SEEDS)])
-        theirs = np.array([_judged(t, _papers(t, s)) for t in chosen for s in range(SEEDS)])
+        theirs = np.array([_judged(t, _papers(t, 0)) for t in chosen])
         for name, scores in (("motiondb", ours), ("the paper's procedure", theirs)):
             rows.append([f"{what}, {name}", *(f"{score:.2f}" for score in scores.mean(axis=0))])
     pairs = np.array([_judged(t, _ours(t, s)) for t in takes.values() for s in range(SEEDS)])
@@ -116,7 +121,7 @@ def boundary_rows(takes: dict[str, list[TrueTake]]) -> str:
         ["both takes together, motiondb", *(f"{score:.2f}" for score in pairs.mean(axis=0))]
     )
     heads = ["takes", "boundary F1", "adjusted Rand index", "segments / true"]
-    said = f"Means over the three grammars and {SEEDS} seeds."
+    said = f"Means over the three grammars and {SEEDS} seeds, of the paper's procedure one."
     return f"{table(heads, rows)}\n\n{said}"
 
 
@@ -280,7 +285,8 @@ def toy_rows() -> str:
         "S -> r X1 X2 m\nX1 -> X3 X4 X3\nX2 -> p | s\nX3 -> f | empty\nX4 -> d | empty"
     )
     started = time.process_time()
-    learned = {induce([tuple(s) for s in order]) for order in permutations(TOY)}
+    orders = list(permutations(TOY))[:: 720 // ORDERS]
+    learned = {induce([tuple(s) for s in order]) for order in orders}
     spent = time.process_time() - started
     rows = []
     for kind, learn in KINDS.items():
@@ -289,8 +295,8 @@ def toy_rows() -> str:
         rows.append([kind, *size, *_match([grammar], truth)])
     said = (
         f"From the six strings {', '.join(TOY)} (the language has 14). "
-        f"All 720 orders of them give {len(learned)} grammar{'s' * (len(learned) > 1)} "
-        f"({spent / 720 * 1e3:.0f} ms each)."
+        f"{ORDERS} of their 720 orders give {len(learned)} grammar{'s' * (len(learned) > 1)} "
+        f"({spent / ORDERS * 1e3:.0f} ms each); a test asks all of them."
     )
     heads = ["grammar", "nonterminals", "rules", "precision", "recall", "F1"]
     return f"{table(heads, rows)}\n\n{said}"
