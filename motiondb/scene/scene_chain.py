@@ -13,7 +13,10 @@ was; and walks M steps of the inner loop. It is taken with probability
     min(1, exp((E_old - E_new) / T) * [s'(v) q(old subtree)] / [s(v) q(new subtree)])
 
 q being products of rule probabilities and, for M = 0, those of the clips relative to uniform draws.
-The reverse jump is the one at the same v, so for each v by itself detailed balance holds, and
+A growth puts one link into a chain A -> B A of a tree, or takes one away, and keeps all other
+actions and clips (:mod:`.tree_growth`); it is taken likewise, with s one over the number of nodes
+where it could have been.
+The reverse move is the one at the same v, so for each v by itself detailed balance holds, and
 exactly so for M = 0. With M > 0, where other clips are at the end than were drawn and the ratio is
 the paper's, of the trees alone, the chain is a good optimiser but no exact sampler; nor is print's.
 
@@ -26,7 +29,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -47,6 +50,7 @@ from motiondb.scene.rule_table import RuleTable
 from motiondb.scene.scene_arrays import EVERY, SceneArrays, scene_state
 from motiondb.scene.scene_state import PlayerState, SceneState
 from motiondb.scene.tactics import Diagram
+from motiondb.scene.tree_growth import Chains, chains
 from motiondb.scene.tree_shapes import TreeShape, exchanged, subtree_errors, tree_shape
 
 if TYPE_CHECKING:
@@ -62,7 +66,7 @@ class Play:
 
     Attributes
     ----------
-    derivations : for every player, in the order of the diagram.
+    derivations, chains : for every player, in the order of the diagram.
     first : for every terminal, its entries [first, last) of the library.
     most_actions : of a player.
     haste : what a frame of delay costs. tails : share of the changes that let stand what stands
@@ -82,6 +86,11 @@ class Play:
     def grammar(self) -> MotionGrammar:
         """The motion grammar."""
         return self.binder.grammar
+
+    @cached_property
+    def chains(self) -> tuple[Chains, ...]:
+        """Where every player's trees can grow."""
+        return tuple(chains(one) for one in self.derivations)
 
     def derive(self, player: int, rules: Sequence[int]) -> Tree:
         """The tree of a player with these rules in preorder."""
@@ -139,6 +148,17 @@ class Jumps:
     refused: int
     taken: int
     steps: IntArray
+
+
+def _places(
+    known: Sequence[Chains], shapes: Sequence[TreeShape], growing: bool
+) -> list[tuple[int, int]]:
+    """Players and nodes where a link can be put in, or taken away."""
+    return [
+        (player, node)
+        for player, (one, shape) in enumerate(zip(known, shapes, strict=True))
+        for node in one.places(shape, growing)
+    ]
 
 
 class Chain:
@@ -229,12 +249,56 @@ class Chain:
         after = self._subtree_errors(scene, shapes)
         log_ratio += math.log(after[player][number] / sum(e.sum() for e in after))
         log_ratio -= math.log(errors[player][number] / sums[-1])
+        return self._taken(shapes, scene, trees, table, temperature, log_ratio)
+
+    def _taken(
+        self,
+        shapes: list[TreeShape],
+        scene: SceneArrays,
+        trees: list[Tree],
+        table: RuleTable,
+        temperature: float,
+        log_ratio: float,
+    ) -> bool:
+        """Go to another structure, or stay."""
         gain = (self.energy - self._energy(scene)) / temperature + log_ratio
         if gain < 0.0 and self.rng.random() >= math.exp(gain):
             return False
         self.shapes, self.scene, self.trees, self.table = shapes, scene, trees, table
         self.jumps.taken += 1
         return True
+
+    def grow(
+        self,
+        steps: int,
+        groups: ClipGroups,
+        temperature: float,
+        shares: FloatArray,
+        attention: float,
+    ) -> bool:
+        """Put a link into a chain of one of the trees, or take one away; whether it was done."""
+        self.jumps.tried += 1
+        growing = bool(self.rng.random() < 0.5)
+        places = _places(self.play.chains, self.shapes, growing)
+        offer = linked = None
+        if places:
+            player, node = places[int(self.rng.integers(len(places)))]
+            old, known = self.shapes[player], self.play.chains[player]
+            room = self.play.most_actions - len(old.actions)
+            linked = known.grown(old, node, room, self.rng) if growing else known.shrunk(old, node)
+        if linked is not None:
+            shape = tree_shape(self.play.derivations[player].grammar, linked.rules)
+            span, actions = linked.span, linked.actions
+            offer = self._respelled_scene(player, shape, span, actions, groups, steps == 0)
+        if offer is None or linked is None:
+            self.jumps.refused += 1
+            return False
+        scene, trees, table, clip_ratio = offer
+        shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
+        log_ratio = linked.log_ratio + clip_ratio + math.log(len(places))
+        log_ratio -= math.log(len(_places(self.play.chains, shapes, not growing)))
+        self._walk(scene, steps, groups, temperature, shares, (player, attention))
+        return self._taken(shapes, scene, trees, table, temperature, log_ratio)
 
     def _subtree_errors(self, scene: SceneArrays, shapes: Sequence[TreeShape]) -> list[FloatArray]:
         """E of all nodes of all players' trees."""
@@ -264,17 +328,33 @@ class Chain:
         after = exchanged(derivations.grammar, shape, node, new.rules)
         ratio = derivations.log_probability(shape.rules[node:end])
         ratio -= derivations.log_probability(new.rules)
-        state = self.state
-        entries, log_ratio = self._clips(player, (first, last), new.actions, groups)
-        ratio += log_ratio if exact else 0.0
-        tree = play.derive(player, after.rules)
-        one = self._respelled(player, tree, (first, last), entries)
+        offer = self._respelled_scene(player, after, (first, last), new.actions, groups, exact)
+        if offer is None:
+            return None
+        scene, trees, table, clip_ratio = offer
+        return after, scene, trees, table, ratio + clip_ratio
+
+    def _respelled_scene(
+        self,
+        player: int,
+        shape: TreeShape,
+        span: tuple[int, int],
+        actions: Sequence[str],
+        groups: ClipGroups,
+        exact: bool,
+    ) -> tuple[SceneArrays, list[Tree], RuleTable, float] | None:
+        """The scene with other actions in ``span`` of a player, and the ratio of their clips."""
+        play, state = self.play, self.state
+        entries, log_ratio = self._clips(player, span, actions, groups)
+        tree = play.derive(player, shape.rules)
+        one = self._respelled(player, tree, span, entries)
         if one is None:
             return None
         players = (*state.players[:player], one, *state.players[player + 1 :])
         trees = [*self.trees[:player], tree, *self.trees[player + 1 :]]
         table = play.binder.bind(trees)
-        return after, play.arrays(SceneState(players), table), trees, table, ratio
+        scene = play.arrays(SceneState(players), table)
+        return scene, trees, table, log_ratio if exact else 0.0
 
     def _clips(
         self, player: int, span: tuple[int, int], actions: Sequence[str], groups: ClipGroups

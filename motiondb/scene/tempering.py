@@ -55,6 +55,7 @@ class SamplerSettings:
     rounds : blocks between exchanges.
     jumps : structural jumps in a block; ``inner`` : M, steps of the inner loop after each;
         ``steps`` : steps with the structure fixed after each jump, taken or not.
+    growth : share of the jumps that only put one link into a chain, or take one away.
     attention : share of a jump's inner steps that look at the player who jumped.
     shares : of the kinds of inner steps, see :data:`.metropolis.KINDS`; need not sum to 1.
     patience : rounds without a better scene (by 1 %) after which to stop, when all is cold.
@@ -69,6 +70,7 @@ class SamplerSettings:
     jumps: int = 20
     inner: int = 400
     steps: int = 400
+    growth: float = 0.5
     attention: float = 0.7
     shares: tuple[float, ...] = (0.1, 0.35, 0.25, 0.18, 0.06, 0.06)
     patience: int = 15
@@ -196,7 +198,10 @@ def _block(ladder: _Ladder, settings: SamplerSettings, n: int) -> None:
     chain, groups = ladder.chains[ladder.order[n]], ladder.groups[n]
     temperature, sums = ladder.temperatures[n], settings.sums
     for _ in range(settings.jumps):
-        chain.jump(settings.inner, groups, temperature, sums, settings.attention)
+        grows = chain.rng.random() < settings.growth
+        (chain.grow if grows else chain.jump)(
+            settings.inner, groups, temperature, sums, settings.attention
+        )
         chain.note_best()
         chain.walk(settings.steps, groups, temperature, sums)
         chain.note_best()

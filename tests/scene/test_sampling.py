@@ -2,7 +2,9 @@
 
 Frequencies are compared by chi-square at fixed seeds, on samples thinned so far that their
 autocorrelation is spent. The tolerance, p > 0.001, is what a right sampler misses at one seed in a
-thousand. Tried on wrong ratios: without q, p is below 1e-100 at every seed; without s, about 1e-4.
+thousand. Tried on wrong ratios of jumps: without q, p is below 1e-100 at every seed; without s it
+is .24, 1e-4 and 7e-4 at the three seeds, so that one of them alone would not notice; the worked
+ratio below is what holds s.
 """
 
 from __future__ import annotations
@@ -111,6 +113,56 @@ def test_frequencies_of_the_outer_loop_are_exact_without_the_inner(wandering, se
         chain.jump(0, groups, 1.0, EXCHANGES, 0.0)
         chain.walk(2, groups, 1.0, EXCHANGES)
         if step % 3 == 2:  # by then a jump at the root was tried about once
+            entries = tuple(chain.scene.entry[0, : chain.scene.n_clips[0]].tolist())
+            seen[chain.shapes[0].rules, entries] += 1
+    assert p_value(seen, exact) > 0.001
+
+
+LINKS = read_motion_grammar(
+    """
+    grammar links
+    start S
+    place goal
+    S -> A c
+    A -> B A [0.3] | d A [0.2] | B [0.5]
+    B -> a [0.7] | b [0.3]
+    a := "a"
+    b := "b"
+    c := "c"
+    d := "d"
+    a, b, d: position(goal) at end weight 1.5 m
+    c: direction(goal) at end weight 60 deg
+    """,
+    "links.grammar",
+)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_frequencies_of_growths_alone_are_exact(wandering, seed: int) -> None:
+    library = wandering(["a", "b", "c", "d"], each=2, seed=3)
+    play = make_play(ALONE, LINKS, library, 4)
+    play = play.__class__(**{**vars(play), "tails": 0.0})
+    exact = {}
+    for before in [(), (4,), (2,), *product((4, 2), repeat=2)]:
+        for parts in product((4, 5), repeat=before.count(4)):
+            links = iter(parts)
+            rules = [0, *(r for x in before for r in ((1, next(links)) if x == 4 else (2,)))]
+            spelled = (*rules, 3, 4)  # the end of a chain stays
+            tree = derive_by(play.derivations[0].grammar, spelled)
+            table = bind(ALONE, LINKS, [tree])
+            for entries in product(*(library.of(action) for action in tree.leaves())):
+                state = toy_state(play, spelled, entries)
+                error = energy(state, play.library, table, LINKS.weights, play.every).total
+                exact[spelled, entries] = math.exp(-error) * 0.5 ** len(entries)
+    exact = {key: value / sum(exact.values()) for key, value in exact.items()}
+    assert len(exact) == 4 + 3 * 8 + 9 * 16
+    groups = clip_groups(play.library, LINKS.weights.smooth, 1.0)
+    chain = Chain(play, toy_state(play, (0, 3, 4), (0, 4)), np.random.default_rng(seed))
+    seen: Counter = Counter()
+    for step in range(4000):
+        chain.grow(0, groups, 1.0, EXCHANGES, 0.0)
+        chain.walk(4, groups, 1.0, EXCHANGES)
+        if step % 4 == 3:  # links that are put in are taken away, and others come
             entries = tuple(chain.scene.entry[0, : chain.scene.n_clips[0]].tolist())
             seen[chain.shapes[0].rules, entries] += 1
     assert p_value(seen, exact) > 0.001
