@@ -91,25 +91,6 @@ def narrower(tree: Tree, region: Region, levels: int = 1) -> Region:
     return _region(tree, path[: len(region.path) + levels], region.position)
 
 
-def region_covering(tree: Tree, start: int, end: int) -> Region:
-    """The smallest region that holds the symbols ``start`` to before ``end``.
-
-    Raises
-    ------
-    GrammarError where the string has no such symbols.
-    """
-    n = len(tree.leaves())
-    if not 0 <= start < end <= n:
-        raise GrammarError(
-            f"region {start}..{end}: expected a stretch within 0..{n}, the symbols of the sentence."
-            " Give its first symbol and the one after its last."
-        )
-    region = region_at(tree, start)
-    while region.end < end:
-        region = wider(tree, region)
-    return region
-
-
 def alternatives(
     grammar: AnyGrammar,
     tree: Tree,

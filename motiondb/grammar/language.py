@@ -117,13 +117,6 @@ def derived_strings(
     return [derive(compiled, rng, most=most).leaves() for _ in range(n)]
 
 
-def share_outside(
-    grammar: AnyGrammar, truth: AnyGrammar, rng: np.random.Generator, *, n: int = 1000
-) -> float:
-    """Over-generation: share of derived strings that the true grammar does not derive."""
-    return 1.0 - coverage(truth, derived_strings(grammar, rng, n))
-
-
 def share_with_unseen_pairs(strings: Sentences, observed: Sentences) -> float:
     """Share of strings with two neighbours (or a first or last symbol) never seen so.
 

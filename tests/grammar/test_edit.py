@@ -14,7 +14,6 @@ from motiondb.grammar.edit import (
     alternatives,
     narrower,
     region_at,
-    region_covering,
     replace_region,
     wider,
 )
@@ -38,9 +37,6 @@ def test_the_generating_nonterminal_and_its_ancestors() -> None:
     assert wider(tree, region, 2) == Region((), "S", 0, 5, 2)
     assert narrower(tree, wider(tree, region, 2), 2) == region
     assert region_at(tree, 0).symbol == "S"
-    assert region_covering(tree, 1, 3).symbol == "X1"
-    assert region_covering(tree, 3, 4).symbol == "X2"
-    assert region_covering(tree, 2, 4).symbol == "S"
 
 
 def test_all_other_strings_of_a_small_region_are_offered() -> None:
@@ -122,8 +118,6 @@ def test_wrong_places_are_refused() -> None:
         region_at(tree, -1)
     with pytest.raises(GrammarError, match="expected a symbol to pick, found an empty sentence"):
         region_at(parse(read_grammar("S -> empty"), ()), 0)
-    with pytest.raises(GrammarError, match=r"region 2\.\.9: expected a stretch within 0\.\.3"):
-        region_covering(tree, 2, 9)
     region = region_at(tree, 1)
     with pytest.raises(GrammarError, match="expected 0 to 1 levels up from 'X2'"):
         wider(tree, region, 2)

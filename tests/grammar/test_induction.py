@@ -147,7 +147,7 @@ def test_the_order_of_sentences_changes_nothing():
         for order in permutations(TOY)
     }
     assert len(grammars) == 1
-    assert len({induce(order, effort=LITTLE) for order in list(permutations(TOY))[::360]}) == 1
+    assert len({induce(order, effort=LITTLE) for order in list(permutations(TOY))[::24]}) == 1
 
 
 @settings(max_examples=25, deadline=None)
