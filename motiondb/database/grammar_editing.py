@@ -99,9 +99,23 @@ def offer(
 
 
 def play_alternative(material: Material, edited: Edit, number: int, seed: int) -> GrammarSequence:
-    """The whole sequence with an alternative (from 0) in its region, as motion."""
-    tree = edited.tree(number)
-    return play(material, tree, np.random.default_rng(seed), edited.pinned(number))
+    """The whole sequence with an alternative (from 0) in its region, as motion.
+
+    Raises
+    ------
+    QueryError : there is no such alternative, or a capture is gone that plays what lies outside
+        the region.
+    """
+    tree, pinned = edited.tree(number), edited.pinned(number)
+    takes = {int(material.learned.terminals.takes[clip]) for clip in pinned.values()}
+    gone = sorted(material.learned.sources[t].name for t in takes if t not in material.numbers)
+    if gone:
+        raise QueryError(
+            f"{' '.join(edited.before.leaves())}: expected the captures that play what is not"
+            f" edited, found {', '.join(gone)} removed. Add them again, or edit the string instead"
+            " of the sequence: then all of it is played anew."
+        )
+    return play(material, tree, np.random.default_rng(seed), pinned)
 
 
 def _before(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from motiondb.database import MotionDB, grammar_facts, grammar_sequences
 from motiondb.database.grammar_learning import GrammarSettings
 from motiondb.database.showing import describe_capture
 from motiondb.errors import MotionDBError, NotLearnedError, QueryError
+from motiondb.grammar import cfg
 from motiondb.grammar.cfg import derive_by, read_grammar
 from motiondb.grammar.edit import region_at
 from motiondb.grammar.parse import ParseError, accepts
@@ -43,6 +45,7 @@ def learned_dance(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path
     with motiondb.open(path) as db:
         db.add(folder / "captures", words=sheet)
         db.grammars.learn(TAKES, "dance", SETTINGS)
+        keep_nested_grammar(db)
     return path
 
 
@@ -51,6 +54,27 @@ def db(tmp_path: Path, learned_dance: Path) -> Iterator[MotionDB]:
     path = shutil.copy(learned_dance, tmp_path / "motions.duckdb")
     with motiondb.open(path) as opened:
         yield opened
+
+
+def keep_nested_grammar(db: MotionDB) -> None:
+    """The grammar "nested": each take of "dance" one sentence of three parts, to be exchanged."""
+    learned = db.grammars.load("dance")
+    edges = [np.flatnonzero(learned.terminals.takes == take)[[0, -1]] + [0, 1] for take in (0, 1)]
+    strings = [learned.string(int(first), int(end)) for first, end in edges]
+    thirds = [(s[: 6 + n], s[6 + n : -3 - n], s[-3 - n :]) for n, s in enumerate(strings)]
+    rules = [cfg.Rule("S", ("A", "B")), cfg.Rule("B", ("C", "D"))]
+    rules += [cfg.Rule(left, t[k], 0.5) for k, left in enumerate("ACD") for t in thirds]
+    nested = replace(
+        learned,
+        name="nested",
+        grammar=cfg.Grammar("S", tuple(rules), learned.terminals.names),
+        sentences=np.array(edges),
+        parses=tuple((0, 2 + take, 1, 4 + take, 6 + take) for take in (0, 1)),
+    )
+    with store.transaction(db.store):
+        run_id = store.start_run(db.store, "grammar", {"name": "nested"})
+        store.save_grammar(db.store, nested, run_id)
+        store.finish_run(db.store, run_id)
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +107,7 @@ def test_same_seed_learns_the_same(db: MotionDB) -> None:
     assert again.parses == before.parses
     np.testing.assert_array_equal(again.terminals.ends, before.terminals.ends)
     np.testing.assert_array_equal(again.terminals.labels, before.terminals.labels)
-    assert db.grammars.names() == ["again", "dance"]
+    assert db.grammars.names() == ["again", "dance", "nested"]
 
 
 def test_show_tells_terminals_rules_and_bits(asked: MotionDB) -> None:
@@ -155,52 +179,52 @@ def test_generated_sequences_obey_the_grammar_and_know_their_frames(asked: Motio
 
 
 def test_a_kept_sequence_is_a_capture_that_can_be_edited(db: MotionDB, tmp_path: Path) -> None:
-    made = db.grammars.generate("dance", 4)
+    made = db.grammars.generate("nested", 4)
     info = db.grammars.save("new/dance", made, 4)
     assert info.kind == "generated"
     assert store.load_derivation(db.store, info.capture_id) is not None
     assert db.check() == []
     assert db.export("new/dance", tmp_path / "a.bvh").stat().st_size > 1000
     facts = describe_capture(db, "new/dance")
-    assert (facts["grammar"], facts["string"]) == ("dance", " ".join(made.string))
-    edited = db.grammars.edit("dance", "new/dance", 1, n=3, seed=2)
+    assert (facts["grammar"], facts["string"]) == ("nested", " ".join(made.string))
+    at = len(made.tree.children[0].children)  # the first position of the middle part, C
+    edited = db.grammars.edit("nested", "new/dance", at, n=3, seed=2)
     assert edited.before == made.tree
-    assert edited.region == region_at(made.tree, 1)
+    assert edited.region == region_at(made.tree, at)
+    assert (edited.region.symbol, edited.region.path) == ("C", (1, 0))
     assert edited.clips == made.choice.clips
-    assert edited.alternatives
+    (alternative,) = edited.alternatives
     start, end = edited.region.start, edited.region.end
-    for number, alternative in enumerate(edited.alternatives):
-        new = db.grammars.play("dance", edited, number)
-        assert accepts(db.grammars.load("dance").grammar, new.string)
-        tail = len(made.string) - end
-        assert new.string == (
-            made.string[:start] + alternative.string + made.string[len(made.string) - tail :]
-        )
-        assert new.choice.clips[:start] == made.choice.clips[:start]
-        assert new.choice.clips[len(new.string) - tail :] == made.choice.clips[end:]
-    db.grammars.save("new/edited", new, 2, {"edited": "new/dance", "at": 1})
-    twice = db.grammars.edit("dance", "new/edited", 0)
+    assert 0 < start < end < len(made.string)
+    new = db.grammars.play("nested", edited, 0)
+    assert accepts(db.grammars.load("nested").grammar, new.string)
+    assert new.string == made.string[:start] + alternative.string + made.string[end:]
+    assert new.choice.clips[:start] == made.choice.clips[:start]
+    assert new.choice.clips[start + len(alternative.string) :] == made.choice.clips[end:]
+    db.grammars.save("new/edited", new, 2, {"edited": "new/dance", "at": at})
+    twice = db.grammars.edit("nested", "new/edited", 0)
     assert twice.before == new.tree
     assert db.check() == []
+    gone = {int(db.grammars.load("nested").terminals.takes[c]) for c in edited.pinned(0).values()}
+    db.remove([TAKES[min(gone)]])  # what lies outside the region is never played by something else
+    with pytest.raises(QueryError, match=f"found {TAKES[min(gone)]} removed. Add them again"):
+        db.grammars.play("nested", edited, 0)
 
 
 def test_a_region_grows_to_the_whole_sentence_and_shrinks_again(asked: MotionDB) -> None:
-    learned = asked.grammars.load("dance")
-    deepest = max(
-        (derive_by(learned.grammar, rules) for rules in learned.parses),
-        key=lambda tree: max(len(region_at(tree, n).path) for n in range(len(tree.leaves()))),
-    )
-    string = deepest.leaves()
-    at = max(range(len(string)), key=lambda n: len(region_at(deepest, n).path))
-    first = asked.grammars.edit("dance", string, at)
-    levels = len(first.region.path)
-    whole = asked.grammars.edit("dance", string, at, (levels, 0))
-    assert (whole.region.start, whole.region.end) == (0, len(string))
-    assert whole.region.symbol == learned.grammar.start
-    assert asked.grammars.edit("dance", string, at, (levels, levels)).region == first.region
+    string = asked.grammars.load("nested").strings[0]
+    at = len(string) - 1
+    first = asked.grammars.edit("nested", string, at)
+    assert (first.region.symbol, first.region.end - first.region.start) == ("D", 3)
+    wider = asked.grammars.edit("nested", string, at, (1, 0))
+    assert (wider.region.symbol, wider.region.end) == ("B", len(string))
+    whole = asked.grammars.edit("nested", string, at, (2, 0))
+    assert (whole.region.symbol, whole.region.start, whole.region.end) == ("S", 0, len(string))
+    assert asked.grammars.edit("nested", string, at, (2, 1)).region == wider.region
+    assert asked.grammars.edit("nested", string, at, (2, 2)).region == first.region
     assert first.clips == ()  # a string has no clips yet
     with pytest.raises(MotionDBError, match="levels up from"):
-        asked.grammars.edit("dance", string, at, (levels + 1, 0))
+        asked.grammars.edit("nested", string, at, (3, 0))
 
 
 def test_replacing_or_removing_a_grammar_says_what_cannot_be_edited_any_more(
@@ -215,7 +239,7 @@ def test_replacing_or_removing_a_grammar_says_what_cannot_be_edited_any_more(
     drawn = (db.grammars.generate("dance", seed) for seed in range(5, 50))
     db.grammars.save("new/other", next(s for s in drawn if s.string != first), 5)
     assert db.grammars.remove("dance") == ["new/other"]
-    assert db.grammars.names() == []
+    assert db.grammars.names() == ["nested"]
     assert [i.name for i in db.captures("kind=generated")] == ["new/dance", "new/other"]
     assert db.check() == []
 
@@ -310,6 +334,11 @@ def test_files_and_pictures(asked: MotionDB, tmp_path: Path) -> None:
             ["fatou/dance_1"],
             GrammarSettings(2, search=QUICK, sentences="captions"),
             "with timed words",
+        ),
+        (
+            ["ana/long_dance_2"],
+            GrammarSettings(8, search=QUICK, shortest=9, longest=3),
+            "shortest <= longest, found 9 and 3",
         ),
     ],
 )
