@@ -44,8 +44,9 @@ def learn(
         list[str], typer.Argument(metavar="CAPTURE...", help="Captures, long ones best.")
     ],
     terminals: Annotated[
-        str, typer.Option("--terminals", help="How many kinds of action, or auto: the data's.")
-    ] = "20",
+        str | None,
+        typer.Option("--terminals", help="How many kinds of action (20), or auto: the data's."),
+    ] = None,
     name: Annotated[
         str | None, typer.Option("--name", help="The grammar's name; default: the first capture's.")
     ] = None,
@@ -73,13 +74,13 @@ def learn(
     from motiondb.database.grammar_learning import GrammarSettings
     from motiondb.errors import QueryError
 
-    if terminals != "auto" and not (terminals.isdecimal() and int(terminals) > 0):
+    if from_symbols and terminals is not None:
         raise QueryError(
-            f"--terminals: expected a number of 1 or more, or auto, found {terminals!r}."
+            "--terminals: expected no number beside --from-symbols, where every motion symbol is"
+            f" a terminal, found {terminals!r}. Leave one of them out."
         )
-    number = None if terminals == "auto" else int(terminals)
     settings = GrammarSettings(
-        number, from_symbols, sentences, seed, shortest=shortest, longest=longest
+        _number(terminals), from_symbols, sentences, seed, shortest=shortest, longest=longest
     )
     with database(db, writing=True) as base, progress(not json) as tell:
         learned, lost = base.grammars.learn(captures, name, settings, tell)
@@ -91,6 +92,21 @@ def learn(
     _say_lost(lost)
 
 
+def _number(terminals: str | None) -> int | None:
+    """How many terminals are asked for; None lets the data choose."""
+    from motiondb.database.grammar_learning import N_TERMINALS
+    from motiondb.errors import QueryError
+
+    if terminals is None or terminals == "auto":
+        return N_TERMINALS if terminals is None else None
+    if not (terminals.isdecimal() and int(terminals) > 0):
+        raise QueryError(
+            f"--terminals: expected a number of 1 or more, or auto, found {terminals!r}."
+            " Take 20, or as many kinds of action as the captures hold."
+        )
+    return int(terminals)
+
+
 def summary(facts: dict[str, Any]) -> str:
     """A grammar in a line."""
     seconds = sum(c["seconds"] for c in facts["captures"])
@@ -100,7 +116,7 @@ def summary(facts: dict[str, Any]) -> str:
         f"{facts['segments']} segments of {len(facts['terminals'])} terminals, "
         f"{facts['sentences']} sentence{'s' * (facts['sentences'] > 1)}, "
         f"{facts['nonterminals']} nonterminal{'s' * (facts['nonterminals'] > 1)}, "
-        f"{facts['rules']} rules, {facts['bits']['sum']:.1f} bits."
+        f"{facts['rules']} rule{'s' * (facts['rules'] > 1)}, {facts['bits']['sum']:.1f} bits."
     )
 
 

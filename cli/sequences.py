@@ -103,7 +103,7 @@ def suggest(
     rows = [
         ["the end" if t is None else t, f"{p:.3f}", words.get(t, "") if t else ""] for t, p in found
     ]
-    columns = ["next", "score", "words"] if any(row[2] for row in rows) else ["next", "score"]
+    columns = ["next", "probability", "words"][: 3 if any(row[2] for row in rows) else 2]
     print_table("", columns, [row[: len(columns)] for row in rows])
 
 
@@ -125,11 +125,16 @@ def generate(
         if save:
             base.check_name_free(save)
         made = base.grammars.generate(name, seed, length)
-        facts = _hand_out(base, made, seed, output, save, png)
+        facts = _hand_out(base, made, seed, output, save, png, {"length": length})
     if json:
         print_json(facts)
     else:
         _say_made(facts, output)
+        if length is not None and length != len(made.string):
+            typer.echo(
+                f"note: no sentence has {length} terminals; the nearest has {len(made.string)}",
+                err=True,
+            )
 
 
 def edit(
@@ -181,7 +186,10 @@ def edit(
             base.grammars.draw_edit(name, edited, png)
         if choose is not None:
             made = base.grammars.play(name, edited, choose - 1, seed)
-            how = {"edited": sequence, "at": at}
+            how = {
+                "edited": sequence, "at": at, "wider": wider, "narrower": narrower,
+                "number": number, "choose": choose,
+            }  # fmt: skip
             facts = _hand_out(base, made, seed, output, save, None, how)
         else:
             facts = _offer(base, name, edited, seed, output)
@@ -200,7 +208,7 @@ def _hand_out(
     output: Path | None,
     save: str | None,
     png: Path | None,
-    how: dict[str, object] | None = None,
+    how: dict[str, object],
 ) -> dict[str, Any]:
     """Keep, draw and write what was made; the facts."""
     from motiondb.database import grammar_facts
@@ -248,7 +256,8 @@ def _say_offer(facts: dict[str, Any]) -> None:
     marked = [*string[:start], "[", *string[start:end], "]", *string[end:]]
     typer.echo(f"{' '.join(marked)}   {region['symbol']} derives {start} to {end - 1}")
     if not facts["alternatives"]:
-        typer.echo("nothing else can stand there: try --wider 1")
+        more = ": try a wider region (--wider)" if region["path"] else ""
+        typer.echo(f"nothing else can stand there{more}")
         return
     rows = [
         [str(number), " ".join(row["region"]) or "nothing", f"{row['log probability']:.2f}",

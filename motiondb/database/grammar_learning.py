@@ -146,6 +146,11 @@ def _check(name: str, settings: GrammarSettings) -> None:
         raise QueryError(
             f"sentences: expected one of {', '.join(SENTENCES)}, found {settings.sentences!r}."
         )
+    if not 1 <= settings.shortest <= settings.longest:
+        raise QueryError(
+            "sentence lengths: expected 1 <= shortest <= longest, found"
+            f" {settings.shortest} and {settings.longest}. Give both in terminals."
+        )
 
 
 def _search(
@@ -159,6 +164,11 @@ def _search(
     """Terminals, then sentences; for a number that is not given, both for each that is tried."""
     captions = store.load_captions(database) if settings.sentences == "captions" else {}
     own = [captions.get(info.capture_id, ()) for info in infos]
+    if settings.sentences == "captions" and not any(c.start for timed in own for c in timed):
+        raise QueryError(
+            "sentences: expected captures with timed words, found none. Write some down"
+            " (motiondb words set --from --to), or let sentences be found (--sentences auto)."
+        )
 
     def learn(terminals: Terminals, rng: np.random.Generator) -> partition.Sentences:
         return _sentences(terminals, own, settings, rng, tell)
@@ -204,11 +214,6 @@ def _sentences(
         caption_cuts(timed, terminals.starts[terminals.takes == take])
         for take, timed in enumerate(captions)
     ]
-    if not any(cuts):
-        raise QueryError(
-            "sentences: expected captures with timed words, found none. Write some down"
-            " (motiondb words set --from --to), or let sentences be found (--sentences auto)."
-        )
     return partition.sentences_between(strings, cuts)
 
 

@@ -140,6 +140,13 @@ def test_generate_edit_and_choose(command: Any, copy: Path) -> None:
     assert ended.err.startswith("note: new/edited, new/fight can no longer be edited")
 
 
+def test_a_wish_that_no_sentence_fulfils_is_told(command: Any, copy: Path) -> None:
+    ended = command("grammar", "generate", "fight", "-o", "x.bvh", "--length", 1, "--db", copy)
+    n = len(next(x for x in ended.out.splitlines() if x.startswith("string: ")).split()) - 1
+    assert (ended.code, n > 1) == (0, True)
+    assert ended.err.endswith(f"note: no sentence has 1 terminals; the nearest has {n}\n")
+
+
 def test_a_string_may_be_edited_too(command: Any, taught: Path) -> None:
     string = " ".join(string_of(command, taught))
     ended = command("grammar", "edit", "fight", string, "--at", 1, "--db", taught)
@@ -168,6 +175,12 @@ def test_compare_shows_the_baselines(command: Any, taught: Path) -> None:
         (("learn", "boris/punch_1", "--terminals", "0"), 2, "expected a number of 1 or more"),
         (("learn", "boris/punch_1", "--terminals", "200"), 1, "long enough for 200 terminals"),
         (("learn", "boris/punch_1", "--from-symbols"), 2, "motiondb learn"),
+        (
+            ("learn", "boris/punch_1", "--from-symbols", "--terminals", "9"),
+            2,
+            "Leave one of them out",
+        ),
+        (("learn", "boris/punch_1", "--shortest", "9", "--longest", "3"), 2, "found 9 and 3"),
         (("learn", "boris/punch_1", "--sentences", "some"), 2, "expected one of auto"),
         (("learn", "boris/pnch_1"), 2, "Did you mean"),
         (("suggest", "fight", "a zz"), 2, "'zz': expected terminals of the grammar"),
