@@ -82,6 +82,8 @@ class _String:
     actions: tuple[str, ...]
     spans: tuple[tuple[int, int], ...]
     stretches: tuple[_Stretch, ...]
+    rows: tuple[tuple[float, ...], ...]
+    """Of synchronisations, which need others' strings, ()."""
 
 
 _Resolved = tuple[int, float, float]
@@ -139,9 +141,8 @@ class Binder:
         strings = [self._string(number, tree) for number, tree in enumerate(trees)]
         rows, partners, contacts, used = [], list[int](), set[tuple[int, int, int, int]](), []
         for string in strings:
-            for stretch in string.stretches:
-                row = self._row(stretch, strings, partners, contacts)
-                rows.append(row)
+            for stretch, known in zip(string.stretches, string.rows, strict=True):
+                rows.append(known or self._row(stretch, strings, partners, contacts))
                 used.append(stretch)
         return RuleTable(
             self.names,
@@ -190,7 +191,11 @@ class Binder:
         for said in self._auxiliary[player]:
             first, last = parts[said.item] if said.item >= 0 else (0, len(actions))
             found.append(_Stretch(player, first, last, said.item, said.rule, said.partner_item))
-        return _String(actions, parts, tuple(found))
+        rows = tuple(
+            () if isinstance(one.rule, SynchronisationRule) else self._row(one, [], [], set())
+            for one in found
+        )
+        return _String(actions, parts, tuple(found), rows)
 
     def _row(
         self,

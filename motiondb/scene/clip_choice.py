@@ -25,6 +25,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.compilation import compiled
@@ -155,38 +156,63 @@ def smooth_string(
     n = len(ranges)
     if n == 0:
         return np.zeros(0, np.int64), 0.0
-    spans = [groups.near[first] for first in ranges[:, 0]]
-    classes = [groups.seam[a:b] for a, b in spans]
-    sizes = [np.diff(groups.first[a : b + 1]).astype(float) for a, b in spans]
-    rest = _ends(groups.precede, after, classes[-1])
-    rests = [rest]
-    for k in range(n - 2, -1, -1):
-        steps = groups.follow[classes[k][:, None], classes[k + 1]]
-        rest = steps @ (sizes[k + 1] * rest)
-        rest = rest / rest.max()
-        rests.append(rest)
-    rests.reverse()
-    found, log_probability = np.zeros(n, np.int64), 0.0
-    ahead = _ends(groups.follow, before, classes[0])
+    found = np.zeros(n, np.int64) if entries is None else np.array(entries, np.int64)
+    draws = np.zeros((0, 2)) if entries is not None or rng is None else rng.random((n, 2))
+    firsts = np.ascontiguousarray(ranges[:, 0])
+    return found, float(_string(groups, firsts, before, after, draws, found))
+
+
+@njit(cache=True, nogil=True)
+def _string(
+    groups: ClipGroups,
+    firsts: IntArray,
+    before: int,
+    after: int,
+    draws: FloatArray,
+    found: IntArray,
+) -> float:
+    """Fill ``found`` by ``draws`` (actions, 2), or take it as it is; log of its probability."""
+    n = len(firsts)
+    near = groups.near[firsts]
+    rests = np.zeros((n, np.max(near[:, 1] - near[:, 0])))
+    for k in range(n - 1, -1, -1):
+        since, until = near[k]
+        for i in range(until - since):
+            c = groups.seam[since + i]
+            if k == n - 1:
+                rests[k, i] = _end_weight(groups.precede, after, c)
+                continue
+            for j in range(near[k + 1, 1] - near[k + 1, 0]):
+                g = near[k + 1, 0] + j
+                size = groups.first[g + 1] - groups.first[g]
+                rests[k, i] += groups.follow[c, groups.seam[g]] * size * rests[k + 1, j]
+        if k < n - 1:
+            rests[k] /= np.max(rests[k])
+    log_probability = 0.0
     for k in range(n):
-        weights = ahead * rests[k]  # of one entry of each group
-        sums = np.cumsum(sizes[k] * weights)
-        if entries is not None:
-            found[k] = entries[k]
-            g = int(groups.group[entries[k]]) - int(spans[k][0])
-        elif rng is not None:
-            u = rng.random() * sums[-1]
-            g = min(int(np.searchsorted(sums, u, "right")), len(sums) - 1)
-            first = int(groups.first[spans[k][0] + g])
-            found[k] = groups.members[first + int(rng.integers(int(sizes[k][g])))]
-        log_probability += float(np.log(weights[g] / sums[-1]))
-        if k + 1 < n:
-            ahead = _ends(groups.follow, int(classes[k][g]), classes[k + 1])
-    return found, log_probability
+        since, until = near[k]
+        weights = np.zeros(until - since)  # of one entry of each group
+        total = 0.0
+        for i in range(until - since):
+            weights[i] = _end_weight(groups.follow, before, groups.seam[since + i]) * rests[k, i]
+            total += weights[i] * (groups.first[since + i + 1] - groups.first[since + i])
+        if len(draws) > 0:
+            left = draws[k, 0] * total
+            g = until - 1
+            for i in range(until - since):
+                left -= weights[i] * (groups.first[since + i + 1] - groups.first[since + i])
+                if left < 0.0:
+                    g = since + i
+                    break
+            size = groups.first[g + 1] - groups.first[g]
+            found[k] = groups.members[groups.first[g] + min(int(draws[k, 1] * size), size - 1)]
+        g = groups.group[found[k]]
+        log_probability += np.log(weights[g - since] / total)
+        before = groups.seam[g]
+    return log_probability
 
 
-def _ends(table: FloatArray, neighbour: int, classes: IntArray) -> FloatArray:
-    """exp(-seam / T) of a neighbour and every group; 1 where there is no neighbour."""
-    if neighbour < 0:
-        return np.ones(len(classes))
-    return np.maximum(table[neighbour, classes], 1e-200)
+@compiled
+def _end_weight(table: FloatArray, neighbour: int, c: int) -> float:
+    """exp(-seam / T) of a neighbour and class ``c``; 1 where there is no neighbour."""
+    return max(table[neighbour, c], 1e-200) if neighbour >= 0 else 1.0

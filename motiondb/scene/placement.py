@@ -28,12 +28,15 @@ if TYPE_CHECKING:
     from motiondb.scene.clips import ClipLibrary
 
 CLIP = np.dtype(
-    [(name, np.int64) for name in ("n_frames", "event", "path_start", "seam", "first", "last")]
+    [
+        (name, np.int64)
+        for name in ("n_frames", "event", "path_start", "seam", "first", "last", "most")
+    ]
     + [(name, np.float64) for name in ("x", "z", "theta", "cos", "sin", "length")]
 )
 """What compiled code knows of a clip: frames, frame of its event (the middle where it has none),
-where its path begins, its class of seams, the clips [first, last) of its action, its step, and the
-metres that it travels."""
+where its path begins, its class of seams, the clips [first, last) of its action, the frames of the
+longest of them, its step, and the metres that it travels."""
 
 
 class ClipArrays(NamedTuple):
@@ -66,6 +69,7 @@ def clip_arrays(library: ClipLibrary) -> ClipArrays:
     clips["seam"] = library.seam_class
     clips["first"] = np.asarray(library.first)[library.terminal]
     clips["last"] = np.asarray(library.first)[np.asarray(library.terminal) + 1]
+    clips["most"] = _longest(library)[library.terminal]
     clips["x"], clips["z"], clips["theta"] = step.T
     clips["cos"], clips["sin"] = np.cos(step[:, 2]), np.sin(step[:, 2])
     path = np.ascontiguousarray(library.path, dtype=float)
@@ -77,6 +81,13 @@ def clip_arrays(library: ClipLibrary) -> ClipArrays:
         way[start + 1 : start + n], clips["length"][number] = metres[:-1], metres[-1]
     seams = np.ascontiguousarray(library.seam, dtype=float)
     return ClipArrays(clips, path, way, seams, np.array([fastest]))
+
+
+def _longest(library: ClipLibrary) -> NDArray[np.int64]:
+    """Frames of every terminal's longest clip: array (terminals,)."""
+    longest = np.zeros(len(library.terminals), np.int64)
+    np.maximum.at(longest, np.asarray(library.terminal), np.asarray(library.n_frames))
+    return longest
 
 
 @compiled

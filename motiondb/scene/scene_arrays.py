@@ -147,12 +147,8 @@ def scene_state(scene: SceneArrays, trees: Sequence[Tree]) -> SceneState:
 
 def _longest(state: SceneState, library: ClipArrays) -> int:
     """Frames of the longest string, each clip exchanged for the longest of its action."""
-    frames, longest = library.clips["n_frames"], 0
-    for player in state.players:
-        own = library.clips[np.asarray(player.entries)]
-        parts = [int(frames[a:b].max()) for a, b in zip(own["first"], own["last"], strict=True)]
-        longest = max(longest, sum(parts))
-    return longest
+    most = library.clips["most"]
+    return max(int(most[np.asarray(player.entries)].sum()) for player in state.players)
 
 
 def _near(table: RuleTable, n: int) -> IntArray:
