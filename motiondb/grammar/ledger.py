@@ -4,40 +4,67 @@ More terminals show the motion more exactly, and make the string harder to descr
 counted in bits: *motion*, to send every frame once its terminal is known; *string*, the sentences
 given the rules; *grammar*, the rules. The number of terminals of fewest bits is chosen.
 
-The motion is sent with a stated precision. Poses x_t lie on principal axes, so each axis is coded
-for itself: at a mean square error delta^2, a Gaussian axis of variance v takes
+The motion is sent as exactly as it is worth telling: to delta metres, root mean square, in the
+distance of poses. Delta is measured in the motion itself (``performance_noise``): half of all half
+seconds have a like one elsewhere that is no farther off. What tells two performances of one action
+apart is below delta and costs next to nothing; what tells two actions apart is above.
 
-    max(0, 1/2 log2(v / delta^2))
+Poses x_t lie on principal axes. Gaussian axes of variances v_a are sent at mean square error
+delta^2 in
 
-bits a sample. The frames of a medoid are sent as poses, v being the variance of poses; all other
-frames as what is left when the medoid, uniformly warped, is taken from them, v being the mean
-square of that. Motion is smooth, and a frame nearly told by the one before: with correlation rho
-from frame to frame there are (1 - rho) / (1 + rho) independent samples a frame. Each segment also
-costs log2 of the longest length, for its own.
+    R(v) = sum_a max(0, 1/2 log2(v_a / theta)),    theta such that sum_a min(theta, v_a) = delta^2
+
+bits a sample, and nothing where sum_a v_a <= delta^2. It is a code in two parts:
+
+* the frames of the K medoids are sent as poses, v being the variances of poses;
+* the frames of a terminal's other segments are sent as what is left when its medoid, uniformly
+  warped, is taken from them. The left-overs of all terminals share the shares of their axes; each
+  terminal has its own, most likely, size c_k. A size takes 1/2 log2 of the samples it is told from.
+
+Motion is smooth, and a frame nearly told by the one before: with correlation rho from frame to
+frame there are (1 - rho) / (1 + rho) independent samples a frame. Each segment also costs log2 of
+the longest length, for its own.
+
+A terminal more pays where the segments that it takes over are then better told by more bits than
+its medoid, its name and the longer rules cost. So there is a smallest sum between K = 1 and a
+terminal for every segment.
 
 Sources: J. Rissanen, "Modeling by shortest data description", Automatica 14 (1978), for one ledger
-of all parts; T. M. Cover and J. A. Thomas, "Elements of Information Theory" (2006), theorem
-10.3.3, for the bits of Gaussian axes.
+of all parts and the price of a parameter; T. M. Cover and J. A. Thomas, "Elements of Information
+Theory" (2006), theorem 10.3.3, for the bits of Gaussian axes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from motiondb.grammar.cfg import GrammarError
 from motiondb.grammar.partition import Sentences, find_sentences
-from motiondb.grammar.poses import make_poses
+from motiondb.grammar.poses import Poses, make_poses
 from motiondb.grammar.terminals import Terminals, TerminalSettings, find_terminals, strings_of
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 
-PRECISION = 0.05
-"""delta as a share of the root mean square distance of poses from the mean pose."""
+COARSEST, FINEST = 0.2, 0.02
+"""Bounds of delta, as shares of the root mean square distance of poses from the mean pose: above,
+unlike actions would seem alike; below is the noise of capture itself."""
 
-CANDIDATES = (6, 8, 12, 16, 20, 30, 40, 60)
-"""Numbers of terminals that are tried."""
+CANDIDATES = (4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 30, 36, 44, 52, 60)
+"""Numbers of terminals, about a fifth apart: every fourth is tried, then those between around the
+best."""
+
+_WINDOW, _COMPARED = 15, 3
+"""Frames of the half seconds that are compared, and from one to the next that is looked at."""
+
+_STEPS, _FIRST = (4, 2, 1), 2
+_TRIED = 10
+"""How many of the candidates are tried, about, for the progress bar."""
+
+_MOST_WINDOWS = 1500
+"""Windows whose like is looked for, evenly spaced."""
 
 Progress = Callable[[int, int, str], None]
 
@@ -58,11 +85,12 @@ class Ledger:
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What was learned for the number of terminals of fewest bits; the ledger of each number."""
+    """What was learned for the number of terminals of fewest bits; each number's ledger; delta."""
 
     terminals: Terminals
     sentences: Sentences
     ledgers: dict[int, Ledger]
+    precision: float
 
 
 def motion_bits(
@@ -71,7 +99,7 @@ def motion_bits(
     ends: IntArray,
     labels: IntArray,
     medoids: IntArray,
-    precision: float = PRECISION,
+    precision: float,
 ) -> float:
     """Bits of all frames given the string.
 
@@ -80,7 +108,7 @@ def motion_bits(
     values : array (frames of all takes, axes), poses on axes of their own.
     starts, ends : array (segments,), rows of ``values``, half-open.
     labels : array (segments,), terminals. medoids : array (K,), segments.
-    precision : delta, as a share of the spread of poses.
+    precision : delta, in the unit of ``values``.
 
     Raises
     ------
@@ -88,21 +116,73 @@ def motion_bits(
     """
     if not precision > 0.0:
         raise GrammarError(
-            f"precision: expected a share above 0, found {precision}. The default is {PRECISION}."
+            f"precision: expected metres above 0, found {precision}."
+            " Measure it (performance_noise), or give some, such as 0.02."
         )
     poses = np.asarray(values, dtype=np.float64)
-    variances = poses.var(axis=0)
-    least = precision**2 * variances.sum()
-    if least == 0.0:
-        return 0.0
-    residuals = _residuals(poses, starts, ends, labels, medoids)
     lengths = ends - starts
-    shown = int(lengths[medoids].sum())
-    rest = int(lengths.sum()) - shown
-    bits = shown * _bits_a_sample(variances, least)
-    if rest:
-        bits += rest * _bits_a_sample((residuals**2).sum(axis=0) / rest, least)
-    return bits * samples_a_frame(poses) + len(lengths) * float(np.log2(max(2, lengths.max())))
+    bits = len(lengths) * float(np.log2(max(2, lengths.max())))
+    samples = samples_a_frame(poses)
+    if samples == 0.0:
+        return bits
+    squares = np.add.reduceat(_residuals(poses, starts, ends, labels, medoids) ** 2, starts)
+    copied = np.ones(len(starts), dtype=np.bool_)
+    copied[medoids] = False
+    bits += samples * lengths[medoids].sum() * rate(poses.var(axis=0), precision)
+    shape = squares[copied].sum(axis=0)
+    shape /= shape.sum() or 1.0
+    for label in np.unique(labels[copied]):
+        own = copied & (labels == label)
+        n_frames = int(lengths[own].sum())
+        size = squares[own].sum() / n_frames
+        bits += samples * n_frames * rate(size * shape, precision)
+        bits += 0.5 * float(np.log2(max(1.0, samples * n_frames * len(shape))))
+    return bits
+
+
+def rate(variances: FloatArray, precision: float) -> float:
+    """R(v): bits of a sample of Gaussian axes at a root mean square error of ``precision``.
+
+    >>> rate(np.array([16.0, 0.0]), 1.0), rate(np.array([0.5, 0.25]), 1.0)
+    (2.0, 0.0)
+    """
+    falling = np.sort(variances)[::-1]
+    left = precision**2 - (falling.sum() - np.cumsum(falling))
+    # told axes 0..m: theta is what the untold leave of delta^2, shared; the right m tells v > theta
+    levels = left / np.arange(1, len(falling) + 1)
+    told = np.flatnonzero((levels > 0.0) & (levels < falling))
+    if not len(told):
+        return 0.0
+    level = levels[told[-1]]
+    return float(0.5 * np.log2(np.maximum(falling / level, 1.0)).sum())
+
+
+def performance_noise(values: Float32Array | FloatArray, bounds: IntArray) -> float:
+    """Delta in metres: how far the likes of half seconds are from them, root mean square; median.
+
+    Parameters
+    ----------
+    values : array (frames of all takes, axes). bounds : array (takes + 1,), as in ``Poses``.
+
+    A like one begins a second or more away, or in another take. Delta is kept within ``FINEST`` and
+    ``COARSEST``; 0 where nothing moves, and ``COARSEST`` where the takes are too short to tell.
+    """
+    poses = np.asarray(values, dtype=np.float64)
+    spread = float(np.sqrt(poses.var(axis=0).sum()))
+    begins = np.concatenate([np.arange(a, b - _WINDOW + 1, _COMPARED) for a, b in pairwise(bounds)])
+    takes = np.searchsorted(bounds, begins, side="right")
+    rows = begins[:, None] + np.arange(0, _WINDOW, _COMPARED)
+    windows = poses[rows].reshape(len(begins), rows.shape[1] * poses.shape[1])
+    norms = (windows**2).sum(axis=1)
+    nearest = []
+    for asked in range(0, len(begins), max(1, len(begins) // _MOST_WINDOWS)):
+        squares = norms + norms[asked] - 2.0 * windows @ windows[asked]
+        near = np.abs(begins - begins[asked]) < 2 * _WINDOW
+        squares = squares[~(near & (takes == takes[asked]))]
+        if len(squares):
+            nearest.append(max(0.0, squares.min()) / rows.shape[1])
+    found = float(np.sqrt(np.median(nearest))) if nearest else COARSEST * spread
+    return min(max(found, FINEST * spread), COARSEST * spread)
 
 
 def samples_a_frame(poses: FloatArray) -> float:
@@ -117,10 +197,6 @@ def samples_a_frame(poses: FloatArray) -> float:
     steps = float((np.diff(poses, axis=0) ** 2).sum(axis=1).mean())
     rho = max(0.0, 1.0 - steps / (2.0 * spread))
     return (1.0 - rho) / (1.0 + rho)
-
-
-def _bits_a_sample(variances: FloatArray, least: float) -> float:
-    return float(0.5 * np.log2(np.maximum(variances / least, 1.0)).sum())
 
 
 def _residuals(
@@ -139,10 +215,21 @@ def make_ledger(
     takes: Sequence[Motion],
     terminals: Terminals,
     sentences: Sentences,
-    precision: float = PRECISION,
+    precision: float | None = None,
 ) -> Ledger:
-    """The ledger of terminals of takes and of what was learned from their strings."""
+    """The ledger of terminals of takes and of what was learned from their strings.
+
+    precision : delta in metres; measured unless given.
+    """
     poses = make_poses(takes)
+    if precision is None:
+        precision = performance_noise(poses.values, poses.bounds)
+    return _ledger(poses, terminals, sentences, precision)
+
+
+def _ledger(poses: Poses, terminals: Terminals, sentences: Sentences, precision: float) -> Ledger:
+    if precision == 0.0:  # nothing moves
+        return Ledger(0.0, sentences.bits.sentences, sentences.bits.grammar)
     offsets = poses.bounds[terminals.takes]
     motion = motion_bits(
         poses.values,
@@ -159,41 +246,69 @@ def choose_terminals(
     takes: Sequence[Motion],
     rng: np.random.Generator,
     *,
-    candidates: Sequence[int] = CANDIDATES,
+    candidates: Sequence[int] | None = None,
     settings: TerminalSettings | None = None,
     learn: Callable[[Terminals, np.random.Generator], Sentences] | None = None,
     progress: Progress | None = None,
 ) -> Choice:
     """Terminals, sentences and rules for the number of terminals of fewest bits.
 
-    Candidates for which the takes are too short are left out. ``learn`` makes the sentences of
-    terminals; :func:`partition.find_sentences` unless given.
+    Parameters
+    ----------
+    candidates : numbers that are all tried. Unless given, some of ``CANDIDATES`` are, from coarse
+        to fine: about ten. Numbers for which the takes are too short are left out.
+    learn : makes the sentences of terminals; :func:`partition.find_sentences` unless given.
+    progress : told how many numbers were tried, of how many at most.
 
     Raises
     ------
     GrammarError where no candidate is given, or the takes are too short for each.
     """
     learn = learn or _learn
+    poses = make_poses(takes)
+    precision = performance_noise(poses.values, poses.bounds)
     ledgers: dict[int, Ledger] = {}
     best: tuple[Terminals, Sentences] | None = None
     fault: GrammarError | None = None
-    for place, number in enumerate(sorted(set(candidates))):
-        if progress is not None:
-            progress(place, len(set(candidates)), f"try {number} terminals")
-        try:
-            terminals = find_terminals(takes, number, rng, settings=settings)
-        except GrammarError as error:
-            fault = fault or error
-            continue
-        sentences = learn(terminals, rng)
-        ledgers[number] = make_ledger(takes, terminals, sentences)
-        if ledgers[number].total == min(ledger.total for ledger in ledgers.values()):
-            best = terminals, sentences
+    tried: set[int] = set()
+    grid = CANDIDATES if candidates is None else sorted(set(candidates))
+    while waiting := _next_numbers(grid, tried, ledgers, candidates is None):
+        for number in waiting:
+            if progress is not None:
+                progress(len(tried), max(_TRIED, len(tried) + 1), f"try {number} terminals")
+            tried.add(number)
+            try:
+                terminals = find_terminals(takes, number, rng, settings=settings)
+            except GrammarError as error:
+                fault = fault or error
+                continue
+            sentences = learn(terminals, rng)
+            ledgers[number] = _ledger(poses, terminals, sentences, precision)
+            if ledgers[number].total == min(ledger.total for ledger in ledgers.values()):
+                best = terminals, sentences
     if best is None:
         raise fault or GrammarError(
             "terminals: expected numbers to choose from, found none. Give some, such as 12 20 40."
         )
-    return Choice(*best, ledgers)
+    return Choice(*best, dict(sorted(ledgers.items())), precision)
+
+
+def _next_numbers(
+    grid: Sequence[int], tried: Set[int], ledgers: Mapping[int, Ledger], coarse_to_fine: bool
+) -> list[int]:
+    """What is to be tried next: all, or every fourth, then what is two and one from the best."""
+    if not coarse_to_fine:
+        return [number for number in grid if number not in tried]
+    if not tried:
+        return list(grid[_FIRST :: _STEPS[0]])
+    if not ledgers:  # too many for these takes: fewer, if there are
+        return [number for number in reversed(grid) if number < min(tried)][:1]
+    place = grid.index(min(ledgers, key=lambda number: ledgers[number].total))
+    for step in _STEPS:
+        around = [p for p in (place - step, place + step) if 0 <= p < len(grid)]
+        if new := [grid[p] for p in around if grid[p] not in tried]:
+            return new
+    return []
 
 
 def _learn(terminals: Terminals, rng: np.random.Generator) -> Sentences:
