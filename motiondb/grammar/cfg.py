@@ -221,21 +221,17 @@ def _share_out(alternatives: list[tuple[str, tuple[str, ...], float | None]]) ->
 
 def nullable_symbols(grammar: Grammar) -> frozenset[str]:
     """The nonterminals that derive the empty string."""
-    found: set[str] = set()
-    while True:
-        more = {
-            rule.left
-            for rule in grammar.rules
-            if rule.left not in found and all(symbol in found for symbol in rule.right)
-        }
-        if not more:
-            return frozenset(found)
-        found |= more
+    return _deriving(grammar, ())
 
 
 def productive_symbols(grammar: Grammar) -> frozenset[str]:
     """The symbols that derive a string of terminals: all terminals among them."""
-    found = set(grammar.terminals)
+    return _deriving(grammar, grammar.terminals)
+
+
+def _deriving(grammar: Grammar, leaves: Iterable[str]) -> frozenset[str]:
+    """These leaves, and the nonterminals that derive a string of nothing else."""
+    found = set(leaves)
     while True:
         more = {
             rule.left
