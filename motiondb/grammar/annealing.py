@@ -60,21 +60,24 @@ def anneal(
     state = np.array([seed + 1], dtype=np.uint64)
     for terminal in rule_set.constants:
         weights[terminal] = next_bits(state) >> np.uint64(16)
+    marks = np.zeros(rule_set.n_terminals, dtype=np.int64)
+    for place, terminal in enumerate(sorted(rule_set.singles)):
+        marks[terminal] = 1 << place
+    laws = weights, marks
     total = int(sum(int(weights[c]) * number for c, number in rule_set.constants.items()))
     schedule = tries, warmest, coldest
     limits = rule_set.n_terminals, n_lefts, rule_set.empties
-    filled, bits = _anneal(table, text, filled, end, limits, weights, total, logs, schedule, state)
+    filled, bits = _anneal(table, text, filled, end, limits, laws, total, logs, schedule, state)
     if bits >= rule_set.bits() - 1e-9:
         return rule_set
-    found = rules_of(table, text, filled, rule_set.n_terminals, rule_set.constants)
-    found.empties = rule_set.empties
-    return found
+    return rules_of(table, text, filled, rule_set.n_terminals, rule_set)
 
 
 @njit(cache=True)
-def _anneal(table, text, filled, end, limits, weights, total, logs, schedule, state):  # type: ignore[no-untyped-def]
+def _anneal(table, text, filled, end, limits, laws, total, logs, schedule, state):  # type: ignore[no-untyped-def]
     """Anneal in place; the rows of the best, which the table then holds, and its bits."""
     n_terminals, n_lefts, empties = limits
+    weights, marks = laws
     tries, warmest, coldest = schedule
     nodes = np.zeros(n_lefts, dtype=np.int64)
     alternatives = np.zeros(n_lefts, dtype=np.int64)
@@ -104,7 +107,7 @@ def _anneal(table, text, filled, end, limits, weights, total, logs, schedule, st
         changed = bits_of(goal, found, n_terminals, nodes, alternatives, logs)
         if changed > bits and chance(state) >= np.exp((bits - changed) / temperature):
             continue
-        if not lawful(goal, text, found, n_terminals, alternatives, weights, total, empties):
+        if not lawful(goal, text, found, n_terminals, alternatives, weights, marks, total, empties):
             continue
         current[:found] = goal[:found]
         filled, end, bits = found, new_end, changed

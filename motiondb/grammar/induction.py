@@ -50,6 +50,7 @@ from motiondb.grammar.rule_set import (
     as_grammar,
     constant_terminals,
     flat_rules,
+    single_terminals,
 )
 from motiondb.grammar.suffix_alignment import align_all
 
@@ -197,8 +198,9 @@ def read_rules(
             else:
                 rules[symbols[node]] = {right: weights[i]}
     rules = {n_terminals: start, **rules}
-    constants = constant_terminals(dict(zip(hypotheses.sentences, weights, strict=True)))
-    finest = RuleSet(n_terminals, rules, constants)
+    sentences = dict(zip(hypotheses.sentences, weights, strict=True))
+    constants, singles = constant_terminals(sentences), single_terminals(sentences)
+    finest = RuleSet(n_terminals, rules, constants, singles=singles)
     of_type: dict[int, list[int]] = {}
     for place, symbol in symbols.items():
         of_type.setdefault(hypotheses.types[place], []).append(symbol)

@@ -11,8 +11,6 @@ Symbols are numbered as in ``rule_set``: terminals 0..T-1, the start symbol T, n
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import numpy.typing as npt
 from numba import njit
@@ -40,13 +38,13 @@ def table_of(rule_set: RuleSet, n_rows: int, n_text: int) -> tuple[IntArray, Int
 
 
 def rules_of(
-    table: IntArray, text: IntArray, filled: int, n_terminals: int, constants: Mapping[int, int]
+    table: IntArray, text: IntArray, filled: int, n_terminals: int, like: RuleSet
 ) -> RuleSet:
-    """The rule set of a table."""
+    """The rule set of a table, with the laws of ``like``."""
     rules: Rules = {n_terminals: {}}
     for left, offset, length, count, _ in table[:filled].tolist():
         rules.setdefault(left, {})[tuple(text[offset : offset + length].tolist())] = count
-    return RuleSet(n_terminals, rules, constants)
+    return RuleSet(n_terminals, rules, like.constants, like.empties, like.singles)
 
 
 @njit(cache=True)
@@ -99,17 +97,19 @@ def bits_of(table, filled, n_terminals, nodes, alternatives, logs):  # type: ign
 
 @njit(cache=True)
 def lawful(  # type: ignore[no-untyped-def]
-    table, text, filled, n_terminals, alternatives, weights, total, empties
+    table, text, filled, n_terminals, alternatives, weights, marks, total, empties
 ):
-    """The laws of ``rule_set``: acyclic, constants kept, nothing nullable beside itself.
+    """The laws of ``rule_set``: acyclic, constants and singles kept, no nullable beside itself.
 
     weights : array (T,), a random number for each constant terminal and 0 for others, so that
-    sums are equal only where numbers are; total : the sum of a sentence.
+    sums are equal only where numbers are; total : the sum of a sentence. marks : array (T,), a bit
+    of its own for each single terminal, 0 for others.
     """
     n = alternatives.size
     known = np.zeros(n, dtype=np.bool_)
     nullable = np.zeros(n, dtype=np.bool_)
     sums = np.zeros(n, dtype=np.int64)
+    held = np.zeros(n, dtype=np.int64)
     resolved = np.zeros(filled, dtype=np.bool_)
     left_over = alternatives.copy()
     seen = np.zeros(n, dtype=np.bool_)
@@ -119,12 +119,14 @@ def lawful(  # type: ignore[no-untyped-def]
         for r in range(filled):
             if resolved[r]:
                 continue
-            ready, empty, value = True, True, 0
+            ready, empty, value, bits, twice = True, True, 0, 0, 0
             offset = table[r, OFFSET]
             for k in range(offset, offset + table[r, LENGTH]):
                 symbol = text[k]
                 if symbol < n_terminals:
                     value += weights[symbol]
+                    twice |= bits & marks[symbol]
+                    bits |= marks[symbol]
                     empty = False
                     continue
                 symbol -= n_terminals
@@ -132,14 +134,17 @@ def lawful(  # type: ignore[no-untyped-def]
                     ready = False
                     break
                 value += sums[symbol]
+                twice |= bits & held[symbol]
+                bits |= held[symbol]
                 empty = empty and nullable[symbol]
             if not ready:
                 continue
             left = table[r, LEFT] - n_terminals
-            if (seen[left] and sums[left] != value) or (empty and not empties):
+            if (seen[left] and sums[left] != value) or (empty and not empties) or twice:
                 return False
             seen[left] = True
             sums[left] = value
+            held[left] |= bits
             nullable[left] = nullable[left] or empty
             left_over[left] -= 1
             known[left] = left_over[left] == 0

@@ -5,11 +5,12 @@ the trees of the sentences. Everything that the description length asks for can 
 node of a nonterminal with h rules costs log2 h bits, so the sentences cost the sum over
 nonterminals of nodes times log2 h. Trees themselves need not be kept.
 
-Three laws keep the language sensible where there are few examples:
+Four laws keep the language sensible where there are few examples:
 
 * no nonterminal derives itself (*acyclic*), so that no part is repeated without end;
 * a terminal that stands equally often in every sentence keeps that number (*constant*): one shot
   in each basketball sentence means one shot in each derived one;
+* a terminal of most sentences that never stands twice in one stays at that (*single*);
 * a nonterminal that may be empty does not stand beside itself, for one sentence would then be
   derived in several ways, and bits spent on saying in which. A search may also go without empty
   right sides altogether.
@@ -39,13 +40,15 @@ Rules = dict[int, dict[Right, int]]
 class RuleSet:
     """``rules[left][right]`` is the number of nodes; ``constants`` terminal -> its fixed number.
 
-    ``empties`` : whether right sides may be empty.
+    ``empties`` : whether right sides may be empty; ``singles`` : the terminals that no string may
+    hold twice.
     """
 
     n_terminals: int
     rules: Rules
     constants: Mapping[int, int] = field(default_factory=dict)
     empties: bool = True
+    singles: frozenset[int] = frozenset()
 
     @property
     def start(self) -> int:
@@ -55,7 +58,7 @@ class RuleSet:
     def copy(self) -> RuleSet:
         """A rule set of its own, the laws shared."""
         rules = {left: dict(rights) for left, rights in self.rules.items()}
-        return RuleSet(self.n_terminals, rules, self.constants, self.empties)
+        return RuleSet(self.n_terminals, rules, self.constants, self.empties, self.singles)
 
     def bits(self) -> float:
         """The description length of grammar and sentences."""
@@ -120,12 +123,14 @@ class RuleSet:
         return found if len(found) == len(self.rules) else None
 
     def lawful(self) -> bool:
-        """Whether the rules are acyclic, keep the constants and have no empty neighbours alike."""
+        """Whether the rules keep all laws."""
         order = self.order()
         if order is None or (not self.empties and any(not right for _, right in self.uses())):
             return False
         order.reverse()
-        return not self._empty_beside_itself(order) and self._keeps_constants(order)
+        if self._empty_beside_itself(order) or not self._keeps_constants(order):
+            return False
+        return self._keeps_singles(order)
 
     def _empty_beside_itself(self, order: list[int]) -> bool:
         nullable: set[int] = set()
@@ -156,6 +161,17 @@ class RuleSet:
             numbers[left] = found.pop()
         return numbers[self.start] == tuple(self.constants.values())
 
+    def _keeps_singles(self, order: list[int]) -> bool:
+        held = {symbol: {symbol} & self.singles for symbol in range(self.n_terminals)}
+        for left in order:
+            held[left] = set()
+            for right in self.rules[left]:
+                found = [terminal for symbol in right for terminal in held[symbol]]
+                if len(found) != len(set(found)):
+                    return False
+                held[left] |= set(found)
+        return True
+
 
 def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:
     """The terminals that stand equally often, at least once, in all of two or more sentences.
@@ -173,12 +189,32 @@ def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:
     }
 
 
+def single_terminals(sentences: Mapping[Right, int]) -> frozenset[int]:
+    """The terminals of more than half of the sentences, and of three, that none holds twice.
+
+    A compiled search keeps them as bits of one number, so there are at most 62, the commonest.
+
+    >>> sorted(single_terminals({(0, 1, 2): 1, (0, 1, 1): 3, (0, 2): 1, (0, 2, 3): 1}))
+    [0, 2]
+    """
+    most: Counter[int] = Counter()
+    standing: Counter[int] = Counter()
+    for sentence in sentences:
+        for terminal, number in Counter(sentence).items():
+            most[terminal] = max(most[terminal], number)
+            standing[terminal] += 1
+    enough = max(2, len(sentences) / 2)
+    found = [t for t in sorted(most) if most[t] == 1 and standing[t] > enough]
+    return frozenset(sorted(found, key=lambda terminal: -standing[terminal])[:62])
+
+
 def flat_rules(
     sentences: Mapping[Right, int], n_terminals: int, *, empties: bool = True
 ) -> RuleSet:
     """One rule for each different sentence, in their order."""
     rights = {sentence: sentences[sentence] for sentence in sorted(sentences)}
-    return RuleSet(n_terminals, {n_terminals: rights}, constant_terminals(sentences), empties)
+    constants, singles = constant_terminals(sentences), single_terminals(sentences)
+    return RuleSet(n_terminals, {n_terminals: rights}, constants, empties, singles)
 
 
 def as_grammar(rule_set: RuleSet, names: Sequence[str]) -> Grammar:
