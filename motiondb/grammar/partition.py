@@ -12,9 +12,11 @@ occurrence only. The cover is then that of the pieces. Which of these splits, or
 judged by the bits after a quick compaction of the rules.
 
 The paper draws candidates at random and keeps the best. Here a fourth of the evaluations is spent
-in that way; the rest moves, adds and takes out single cuts of the best so far. A change that costs
-bits is still accepted with a probability that falls with the cost and with time (simulated
-annealing), for the bits change by leaps. The best of all is returned.
+in that way, with the same draws. The rest goes on from the best: single cuts are moved, added and
+taken out, and stretches of the strings, or all, are cut anew where the grammar of the present
+sentences would gain most, its gains shaken at random (``recutting``). A change that costs bits is
+still accepted with a probability that falls with the cost and with time (simulated annealing), for
+the bits change by leaps. The best of all is returned: it is never worse than the fourth drawn.
 
 Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 5.2.
@@ -37,6 +39,7 @@ from motiondb.grammar.cfg import Grammar, GrammarError
 from motiondb.grammar.context_bits import CoveredString, context_bits, cover_string
 from motiondb.grammar.description import DescriptionLength, Sentence
 from motiondb.grammar.induction import Induction, induce_with_bits
+from motiondb.grammar.recutting import recut
 from motiondb.grammar.repeats import join_strings
 from motiondb.grammar.rule_set import flat_rules
 
@@ -64,10 +67,13 @@ _QUICK_TRIES, _TRIES = 5_000, 20_000
 _FULLY_SEARCHED = 400
 """Symbols of strings up to which as many evaluations are spent as are wished; then fewer."""
 
+_SINGLE = 0.3
+"""Share of changes that are of one cut."""
+
 _FINALISTS, _SMALL = 3, 40
 """Symbols of strings up to which each finalist is learned from in full."""
 
-_WARMTH = 0.0015
+_WARMTH = 0.004
 """First temperature, as a share of the bits of the best candidate drawn."""
 
 
@@ -290,7 +296,8 @@ def search_cuts(
     current, bits = best, best_bits
     for number in range(drawn, evaluations):
         warmth = _WARMTH * best_bits * (1.0 - number / evaluations)
-        changed = _changed(room, current, rng)
+        change = _changed if rng.random() < _SINGLE else _recut
+        changed = change(room, current, rng)
         changed_bits = room.bits(changed)
         if changed_bits <= bits or rng.random() < math.exp((bits - changed_bits) / warmth):
             current, bits = changed, changed_bits
@@ -356,6 +363,11 @@ def _changed(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tup
     if edges[around + 1] - edges[around - 1] > room.longest + 1:
         return cuts
     return tuple(cut for cut in cuts if cut != place)
+
+
+def _recut(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tuple[int, ...]:
+    lengths = room.shortest, room.longest
+    return recut(room.covered.symbols, room.allowed, room.bounds, lengths, cuts, rng)
 
 
 def _placed(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise, product
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -18,6 +20,7 @@ from motiondb.grammar.partition import (
     search_cuts,
     sentences_between,
 )
+from motiondb.grammar.recutting import cheapest_cuts, recut, shared_symbols
 
 PAPER = tuple("abxcdabycdabxcd")
 
@@ -92,8 +95,79 @@ def test_the_search_finds_fewer_bits_than_as_many_random_candidates():
     assert min(searched) < min(drawn)
 
 
+def test_the_search_is_never_worse_than_what_it_drew_at_first():
+    room = cutting_room([markov_string(200, 10, 6)])
+    for seed in range(4):
+        _, first = draw_best(room, np.random.default_rng(seed), 20)
+        assert search_cuts(room, np.random.default_rng(seed), 80)[1] <= first
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.sets(st.integers(1, 29), max_size=9), st.sets(st.integers(1, 29), max_size=2), st.data())
+def test_recuts_are_the_cheapest_of_all(free, pinned, data):
+    places = np.array(sorted({0, 30} | free | pinned))
+    fixed = np.isin(places, [0, 30, *pinned])
+    cost = st.floats(-5, 5).map(lambda x: round(x, 2))
+    costs = np.array(data.draw(st.lists(cost, min_size=len(places), max_size=len(places))))
+    found = cheapest_cuts(places, fixed, costs, 3, 12)
+    assert set(np.flatnonzero(fixed)) <= set(found.tolist())
+    best = min(path_cost(places, fixed, costs, path) for path in paths(fixed))
+    assert path_cost(places, fixed, costs, found.tolist()) == pytest.approx(best)
+
+
+def paths(fixed):
+    """All choices of places that hold the fixed ones."""
+    inner = np.flatnonzero(~fixed).tolist()
+    for chosen in product((False, True), repeat=len(inner)):
+        yield sorted([*np.flatnonzero(fixed).tolist(), *(i for i, c in zip(inner, chosen) if c)])
+
+
+def path_cost(places, fixed, costs, path):
+    """As the docstring says: too near is not allowed unless both are fixed, too long is dear."""
+    total = 0.0
+    for i, j in pairwise(path):
+        length = places[j] - places[i]
+        if length < 3 and not (fixed[i] and fixed[j]):
+            return np.inf
+        total += costs[j] + 1e3 * max(0, length - 12)
+    return total
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.integers(0, 2), min_size=2, max_size=14), st.data())
+def test_shared_symbols_are_those_before_and_after(symbols, data):
+    n = len(symbols)
+    cuts = data.draw(st.sets(st.integers(1, n - 1), max_size=3))
+    found = shared_symbols(np.array(symbols), np.arange(n + 1), np.array(sorted(cuts), dtype=int))
+    for place in range(n + 1):
+        others = [cut for cut in cuts if cut != place]
+        after = [common(symbols[place:], symbols[cut:]) for cut in others]
+        before = [common(symbols[:place][::-1], symbols[:cut][::-1]) for cut in others]
+        assert found[place] == max(after, default=0) + max(before, default=0)
+
+
+def common(one, other):
+    """Length of the common beginning, six at most."""
+    return next(
+        (i for i, (x, y) in enumerate(zip(one, other)) if x != y or i == 6),
+        min(len(one), len(other), 6),
+    )
+
+
+def test_a_recut_keeps_lengths_and_the_cover_and_the_ends_of_strings():
+    room = cutting_room([markov_string(90, 6, 1), markov_string(60, 6, 2)], 4, 15)
+    rng = np.random.default_rng(0)
+    cuts = draw_cuts(room, rng)
+    for _ in range(50):
+        cuts = recut(room.covered.symbols, room.allowed, room.bounds, (4, 15), cuts, rng)
+        starts, ends = room.spans(cuts)
+        assert set(cuts) <= set(room.allowed)
+        assert (ends - starts).min() >= 4
+        assert 90 in ends.tolist()
+
+
 def test_the_same_seed_finds_the_same_sentences_and_they_make_up_the_strings():
-    strings = [markov_string(20, 5, 4), markov_string(13, 5, 5)]
+    strings = [markov_string(14, 5, 4), markov_string(9, 5, 5)]
     one = find_sentences(strings, np.random.default_rng(7), evaluations=60)
     assert one == find_sentences(strings, np.random.default_rng(7), evaluations=60)
     assert sum(one.sentences, ()) == strings[0] + strings[1]
