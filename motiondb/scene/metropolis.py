@@ -53,6 +53,12 @@ TAIL = 2.0
 """Frames, the half width of a MEET step's Cauchy distribution."""
 
 
+Focus = tuple[int, int, int, float]
+"""A player, some of their clips [since, until), and the share of inner steps that is theirs."""
+EVERYBODY: Focus = (-1, 0, 0, 0.0)
+"""No focus."""
+
+
 class Walk(NamedTuple):
     """How to walk.
 
@@ -61,7 +67,7 @@ class Walk(NamedTuple):
     temperature : T.
     shares : array (6,), running sums of the probabilities of the kinds; the last is 1.
     focus : a player, or -1; ``attention`` : the probability of choosing them before drawing from
-        all actions alike.
+        all actions alike. since, until : which of their clips SMOOTH and VARIANT steps are about.
     haste : added to -log P for every frame of every player's delay.
     tails : share of SMOOTH and VARIANT steps that let stand what stands behind.
     errors, after : arrays (P, L), room for the clips' errors.
@@ -70,6 +76,8 @@ class Walk(NamedTuple):
     temperature: float
     shares: FloatArray
     focus: int
+    since: int
+    until: int
     attention: float
     haste: float
     tails: float
@@ -189,6 +197,8 @@ def _clip_step(
     player = _any_player(scene, u[1], how)
     n = scene.n_clips[player]
     k = int(u[2] * n)
+    if player == how.focus:
+        k = how.since + int(u[2] * (min(how.until, n) - how.since))
     old = scene.entry[player, k]
     ratio = 0.0
     if kind == SMOOTH:

@@ -43,14 +43,14 @@ from motiondb.scene.derivations import Derivations
 from motiondb.scene.energy import scene_arrays, token_errors
 from motiondb.scene.expressions import ONLY_ASKED
 from motiondb.scene.ground import compose, inverse
-from motiondb.scene.metropolis import DRAWS, KINDS, Walk, walk
+from motiondb.scene.metropolis import DRAWS, EVERYBODY, KINDS, Focus, Walk, walk
 from motiondb.scene.motion_grammar import MotionGrammar
 from motiondb.scene.placement import ClipArrays, clip_arrays
 from motiondb.scene.rule_table import RuleTable
 from motiondb.scene.scene_arrays import EVERY, SceneArrays, scene_state
 from motiondb.scene.scene_state import PlayerState, SceneState
 from motiondb.scene.tactics import Diagram
-from motiondb.scene.tree_growth import Chains, chains
+from motiondb.scene.tree_growth import Chains, chains, places
 from motiondb.scene.tree_shapes import TreeShape, exchanged, subtree_errors, tree_shape
 
 if TYPE_CHECKING:
@@ -58,6 +58,8 @@ if TYPE_CHECKING:
 
 MOST_ACTIONS = 40
 """Actions of a player at most."""
+AROUND = 3
+"""Clips before and behind a link that are looked at first when it comes or goes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,17 +152,6 @@ class Jumps:
     steps: IntArray
 
 
-def _places(
-    known: Sequence[Chains], shapes: Sequence[TreeShape], growing: bool
-) -> list[tuple[int, int]]:
-    """Players and nodes where a link can be put in, or taken away."""
-    return [
-        (player, node)
-        for player, (one, shape) in enumerate(zip(known, shapes, strict=True))
-        for node in one.places(shape, growing)
-    ]
-
-
 class Chain:
     """A chain: its state, its random numbers, the best scene it has come by."""
 
@@ -199,9 +190,9 @@ class Chain:
         groups: ClipGroups,
         temperature: float,
         shares: FloatArray,
-        focus: tuple[int, float] = (-1, 0.0),
+        focus: Focus = EVERYBODY,
     ) -> None:
-        """Inner steps with the structure fixed; ``focus``: a player and the attention to them."""
+        """Inner steps with the structure fixed; ``focus`` on a stretch of a player."""
         self._walk(self.scene, steps, groups, temperature, shares, focus)
 
     def _walk(
@@ -211,7 +202,7 @@ class Chain:
         groups: ClipGroups,
         temperature: float,
         shares: FloatArray,
-        focus: tuple[int, float],
+        focus: Focus,
     ) -> None:
         if steps == 0:
             return
@@ -244,7 +235,8 @@ class Chain:
             self.jumps.refused += 1
             return False
         shape, scene, trees, table, log_ratio = offer
-        self._walk(scene, steps, groups, temperature, shares, (player, attention))
+        focus = player, 0, self.play.most_actions, attention
+        self._walk(scene, steps, groups, temperature, shares, focus)
         shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
         after = self._subtree_errors(scene, shapes)
         log_ratio += math.log(after[player][number] / sum(e.sum() for e in after))
@@ -279,10 +271,10 @@ class Chain:
         """Put a link into a chain of one of the trees, or take one away; whether it was done."""
         self.jumps.tried += 1
         growing = bool(self.rng.random() < 0.5)
-        places = _places(self.play.chains, self.shapes, growing)
+        found = places(self.play.chains, self.shapes, growing)
         offer = linked = None
-        if places:
-            player, node = places[int(self.rng.integers(len(places)))]
+        if found:
+            player, node = found[int(self.rng.integers(len(found)))]
             old, known = self.shapes[player], self.play.chains[player]
             room = self.play.most_actions - len(old.actions)
             linked = known.grown(old, node, room, self.rng) if growing else known.shrunk(old, node)
@@ -295,9 +287,10 @@ class Chain:
             return False
         scene, trees, table, clip_ratio = offer
         shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
-        log_ratio = linked.log_ratio + clip_ratio + math.log(len(places))
-        log_ratio -= math.log(len(_places(self.play.chains, shapes, not growing)))
-        self._walk(scene, steps, groups, temperature, shares, (player, attention))
+        log_ratio = linked.log_ratio + clip_ratio + math.log(len(found))
+        log_ratio -= math.log(len(places(self.play.chains, shapes, not growing)))
+        near = max(span[0] - AROUND, 0), span[0] + len(actions) + AROUND
+        self._walk(scene, steps, groups, temperature, shares, (player, *near, attention))
         return self._taken(shapes, scene, trees, table, temperature, log_ratio)
 
     def _subtree_errors(self, scene: SceneArrays, shapes: Sequence[TreeShape]) -> list[FloatArray]:

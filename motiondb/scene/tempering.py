@@ -70,7 +70,7 @@ class SamplerSettings:
     jumps: int = 20
     inner: int = 400
     steps: int = 400
-    growth: float = 0.5
+    growth: float = 0.7
     attention: float = 0.7
     shares: tuple[float, ...] = (0.1, 0.35, 0.25, 0.18, 0.06, 0.06)
     patience: int = 15

@@ -128,3 +128,14 @@ def chains(derivations: Derivations) -> Chains:
         if linked and rule.probability > 0.0:
             links[rule.left] = (*links.get(rule.left, ()), number)
     return Chains(derivations, links, frozenset(n for found in links.values() for n in found))
+
+
+def places(
+    known: Sequence[Chains], shapes: Sequence[TreeShape], growing: bool
+) -> list[tuple[int, int]]:
+    """Players and nodes where a link can be put in, or taken away."""
+    return [
+        (player, node)
+        for player, (one, shape) in enumerate(zip(known, shapes, strict=True))
+        for node in one.places(shape, growing)
+    ]
