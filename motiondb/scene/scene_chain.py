@@ -3,7 +3,8 @@
 The target is P(Z)^(1/T) = P(X)^(1/T) P(Y)^(1/T) over scenes of g_user = 0 and at most so many
 actions a player, relative to drawing every action's clip uniformly (so that an action with many
 clips weighs no more than one with few). Without that limit P(X), as printed, is no distribution:
-every longer string that fits weighs the same.
+every longer string that fits weighs the same. A price of every action (``brevity``) and of every
+frame of delay (``haste``) may be added to -log P(Z), so that nothing is done without need.
 
 A jump chooses a nonterminal node v of one of the trees by its error, s(v) = E(v) / sum E; derives
 it anew with what stands behind still possible (:mod:`.derivations`); draws the new actions' clips
@@ -71,8 +72,8 @@ class Play:
     derivations, chains : for every player, in the order of the diagram.
     first : for every terminal, its entries [first, last) of the library.
     most_actions : of a player.
-    haste : what a frame of delay costs. tails : share of the changes that let stand what stands
-        behind, not what stands before. every : frames from one look to the next.
+    haste, brevity : what a frame of delay costs, and an action. tails : share of the changes that
+        let stand what stands behind, not what stands before. every : frames from look to look.
     """
 
     binder: Binder
@@ -81,6 +82,7 @@ class Play:
     first: dict[str, tuple[int, int]]
     most_actions: int = MOST_ACTIONS
     haste: float = 0.0
+    brevity: float = 0.0
     tails: float = 0.5
     every: int = EVERY
 
@@ -168,11 +170,12 @@ class Chain:
 
     @property
     def energy(self) -> float:
-        """-log P(Z), as g_user = 0 that of P(Y), and the price of the delays."""
+        """-log P(Z), as g_user = 0 that of P(Y), and the price of delays and of actions."""
         return self._energy(self.scene)
 
     def _energy(self, scene: SceneArrays) -> float:
-        return float(scene.total[0]) + self.play.haste * int(scene.begin[:, 0].sum())
+        price = self.play.haste * int(scene.begin[:, 0].sum())
+        return float(scene.total[0]) + price + self.play.brevity * int(scene.n_clips.sum())
 
     @property
     def state(self) -> SceneState:

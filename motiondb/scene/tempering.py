@@ -23,7 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -61,15 +61,17 @@ class SamplerSettings:
     patience : rounds without a better scene (by 1 %) after which to stop, when all is cold.
     cooling : steps of the final cooling. most_actions : of a player.
     waiting : frames of a player's delay that cost 1, as much as a rule at its weight.
+    brevity : what every action costs, so that there is none without need: P(X), as printed, does
+        not care how long strings are.
     threads : chains that run at the same time; of no influence on the result.
     """
 
     temperatures: tuple[float, ...] = (0.15, 0.2, 0.27, 0.36)
     heat: float = 15.0
-    rounds: int = 60
-    jumps: int = 20
-    inner: int = 400
-    steps: int = 400
+    rounds: int = 50
+    jumps: int = 25
+    inner: int = 200
+    steps: int = 200
     growth: float = 0.7
     attention: float = 0.7
     shares: tuple[float, ...] = (0.1, 0.35, 0.25, 0.18, 0.06, 0.06)
@@ -77,6 +79,7 @@ class SamplerSettings:
     cooling: int = 40_000
     most_actions: int = MOST_ACTIONS
     waiting: float = 150.0
+    brevity: float = 0.25
     threads: int = 2
 
     def __post_init__(self) -> None:
@@ -112,7 +115,8 @@ class Trace:
     Attributes
     ----------
     energies : array (rounds + 1, chains), -log P(Z) by temperature; row 0 is the start.
-    best : array (rounds + 1,), the best so far. final : after cooling.
+    best : array (rounds + 1,), the best so far. final : after cooling, without the price of
+        actions.
     jumps : array (chains, 3), by chain: tried, refused as too long or too early, taken.
     steps : array (kinds, 2), inner steps of all chains, tried and taken.
     exchanges : array (chains - 1, 2), tried and taken, by temperature.
@@ -170,6 +174,7 @@ def sample(
     """
     haste = 1.0 / settings.waiting
     play = make_play(diagram, grammar, library, settings.most_actions, haste)
+    play = replace(play, brevity=settings.brevity)
     *own, exchanging, last = rng.spawn(len(settings.temperatures) + 2)
     chains = [Chain(play, state or bootstrap(play, one), one) for one in own]
     exchanges = np.zeros((len(chains) - 1, 2), np.int64)
@@ -252,7 +257,7 @@ def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], foun
     return Trace(
         np.array(energies),
         np.array(best),
-        found.best,
+        found.best - found.play.brevity * sum(len(p.entries) for p in found.best_state.players),
         np.array(jumps, dtype=np.int64),
         steps,
         ladder.exchanges,
