@@ -74,9 +74,17 @@ def clip_groups(library: ClipArrays, smooth: float, temperature: float) -> ClipG
         ],
         axis=1,
     ).astype(np.int64)
+    none = np.zeros((0, 0))
+    found = ClipGroups(members, first, group, groups[:, 1].astype(np.int64), near, none, none)
+    return tempered(found, library, smooth, temperature)
+
+
+def tempered(
+    groups: ClipGroups, library: ClipArrays, smooth: float, temperature: float
+) -> ClipGroups:
+    """The groups for a chain of another temperature; see :func:`clip_groups`."""
     follow = np.exp(-np.asarray(library.seams) / (smooth * temperature))
-    seam = groups[:, 1].astype(np.int64)
-    return ClipGroups(members, first, group, seam, near, follow, np.ascontiguousarray(follow.T))
+    return groups._replace(follow=follow, precede=np.ascontiguousarray(follow.T))
 
 
 @compiled

@@ -118,6 +118,8 @@ class Play:
 
 arrays_of = lru_cache(maxsize=2)(clip_arrays)
 """A library's arrays, kept for the last libraries: making them takes longer than a warm start."""
+derivations_of = lru_cache(maxsize=64)(Derivations)
+"""The derivations of players whose grammar and expression were asked for lately."""
 
 
 def make_play(
@@ -136,7 +138,7 @@ def make_play(
     """
     binder = Binder(diagram, grammar)
     derivations = tuple(
-        Derivations(grammar.started(grammar.start_of(player.team)), items, only_asked)
+        derivations_of(grammar.started(grammar.start_of(player.team)), items, tuple(only_asked))
         for player, items in zip(diagram.players, binder.items, strict=True)
     )
     ends = [int(end) for end in library.first]

@@ -31,7 +31,7 @@ import numpy as np
 from motiondb.errors import SceneError
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.bootstrap import bootstrap
-from motiondb.scene.clip_choice import ClipGroups, clip_groups
+from motiondb.scene.clip_choice import ClipGroups, clip_groups, tempered
 from motiondb.scene.clips import ClipLibrary
 from motiondb.scene.metropolis import KINDS
 from motiondb.scene.motion_grammar import MotionGrammar
@@ -144,7 +144,8 @@ class _Ladder:
         """Set the temperatures."""
         if temperatures != self.temperatures:
             smooth = play.grammar.weights.smooth
-            self.groups = [clip_groups(play.library, smooth, t) for t in temperatures]
+            one = self.groups[0] if self.groups else clip_groups(play.library, smooth, 1.0)
+            self.groups = [tempered(one, play.library, smooth, t) for t in temperatures]
             self.temperatures = temperatures
 
 
@@ -243,9 +244,10 @@ def _cooled(
 ) -> Chain:
     """A scene cooled down with its structure fixed."""
     chain = Chain(play, state, rng)
-    n = 8
+    n, smooth = 8, play.grammar.weights.smooth
+    groups = clip_groups(play.library, smooth, 1.0)
     for t in np.geomspace(settings.temperatures[0], 0.01, n):
-        groups = clip_groups(play.library, play.grammar.weights.smooth, float(t))
+        groups = tempered(groups, play.library, smooth, float(t))
         chain.walk(settings.cooling // n, groups, float(t), settings.sums)
         chain.note_best()
     return chain
