@@ -74,6 +74,8 @@ class Play:
     most_actions : of a player.
     haste, brevity : what a frame of delay costs, and an action. tails : share of the changes that
         let stand what stands behind, not what stands before. every : frames from look to look.
+    strictness : what jumps, and the choice of the best scene, add for every multiple of its weight
+        by which a rule fails beyond the first; inner steps know nothing of it.
     """
 
     binder: Binder
@@ -83,6 +85,7 @@ class Play:
     most_actions: int = MOST_ACTIONS
     haste: float = 0.0
     brevity: float = 0.0
+    strictness: float = 0.0
     tails: float = 0.5
     every: int = EVERY
 
@@ -119,7 +122,7 @@ class Play:
 arrays_of = lru_cache(maxsize=2)(clip_arrays)
 """A library's arrays, kept for the last libraries: making them takes longer than a warm start."""
 derivations_of = lru_cache(maxsize=64)(Derivations)
-"""The derivations of players whose grammar and expression were asked for lately."""
+"""The same of derivations."""
 
 
 def make_play(
@@ -177,7 +180,9 @@ class Chain:
 
     def _energy(self, scene: SceneArrays) -> float:
         price = self.play.haste * int(scene.begin[:, 0].sum())
-        return float(scene.total[0]) + price + self.play.brevity * int(scene.n_clips.sum())
+        price += self.play.brevity * int(scene.n_clips.sum())
+        price += self.play.strictness * float(np.maximum(scene.cost - 1.0, 0.0).sum())
+        return float(scene.total[0]) + price
 
     @property
     def state(self) -> SceneState:
@@ -211,8 +216,7 @@ class Chain:
     ) -> None:
         if steps == 0:
             return
-        errors = np.zeros(scene.entry.shape)
-        play = self.play
+        errors, play = np.zeros(scene.entry.shape), self.play
         how = Walk(temperature, shares, *focus, play.haste, play.tails, errors, errors.copy())
         draws = self.rng.random((steps, DRAWS))
         walk(scene, play.library, groups, draws, how, self.jumps.steps)
@@ -393,5 +397,4 @@ class Chain:
             origin = compose(compose(here, inverse(scene.placed[player, first, :3])), origin)
         if delay < 0:
             return None
-        x, z, theta = origin.tolist()
-        return PlayerState(tree, spelled, (x, z, theta), delay)
+        return PlayerState(tree, spelled, tuple(origin.tolist()), delay)

@@ -62,7 +62,8 @@ class SamplerSettings:
     cooling : steps of the final cooling. most_actions : of a player.
     waiting : frames of a player's delay that cost 1, as much as a rule at its weight.
     brevity : what every action costs, so that there is none without need: P(X), as printed, does
-        not care how long strings are.
+        not care how long strings are. strictness : what jumps add where a rule fails by more than
+        its weight, times that; what fails by more can often not be polished.
     threads : chains that run at the same time; of no influence on the result.
     """
 
@@ -80,6 +81,7 @@ class SamplerSettings:
     most_actions: int = MOST_ACTIONS
     waiting: float = 150.0
     brevity: float = 0.25
+    strictness: float = 2.0
     threads: int = 2
 
     def __post_init__(self) -> None:
@@ -115,8 +117,8 @@ class Trace:
     Attributes
     ----------
     energies : array (rounds + 1, chains), -log P(Z) by temperature; row 0 is the start.
-    best : array (rounds + 1,), the best so far. final : after cooling, without the price of
-        actions.
+    best : array (rounds + 1,), the best so far. final : after cooling, without the prices of
+        actions and of failing far.
     jumps : array (chains, 3), by chain: tried, refused as too long or too early, taken.
     steps : array (kinds, 2), inner steps of all chains, tried and taken.
     exchanges : array (chains - 1, 2), tried and taken, by temperature.
@@ -175,7 +177,7 @@ def sample(
     """
     haste = 1.0 / settings.waiting
     play = make_play(diagram, grammar, library, settings.most_actions, haste)
-    play = replace(play, brevity=settings.brevity)
+    play = replace(play, brevity=settings.brevity, strictness=settings.strictness)
     *own, exchanging, last = rng.spawn(len(settings.temperatures) + 2)
     chains = [Chain(play, state or bootstrap(play, one), one) for one in own]
     exchanges = np.zeros((len(chains) - 1, 2), np.int64)
@@ -259,7 +261,7 @@ def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], foun
     return Trace(
         np.array(energies),
         np.array(best),
-        found.best - found.play.brevity * sum(len(p.entries) for p in found.best_state.players),
+        Chain(replace(found.play, brevity=0.0, strictness=0.0), found.best_state, found.rng).energy,
         np.array(jumps, dtype=np.int64),
         steps,
         ladder.exchanges,
