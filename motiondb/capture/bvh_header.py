@@ -30,7 +30,6 @@ class _Node:
     is_end: bool = False
     offset: tuple[float, float, float] | None = None
     channels: tuple[str, ...] = ()
-    has_channels: bool = False
 
 
 @dataclass
@@ -159,7 +158,7 @@ def _read_channels(state: _State, tokens: list[tuple[int, str]], place: int) -> 
         state.faults.append((line, "expected CHANNELS inside a joint, found it outside."))
     else:
         node = state.nodes[state.stack[-1]]
-        node.channels, node.has_channels = tuple(known), True
+        node.channels = tuple(known)
     return end
 
 

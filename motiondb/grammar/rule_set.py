@@ -10,7 +10,7 @@ Four laws keep the language sensible where there are few examples:
 * no nonterminal derives itself (*acyclic*), so that no part is repeated without end;
 * a terminal that stands equally often in every sentence keeps that number (*constant*): one shot
   in each basketball sentence means one shot in each derived one;
-* a terminal of most sentences that never stands twice in one stays at that (*single*);
+* a terminal of ten sentences or more that never stands twice in one stays at that (*single*);
 * a nonterminal that may be empty does not stand beside itself, for one sentence would then be
   derived in several ways, and bits spent on saying in which. A search may also go without empty
   right sides altogether.
@@ -31,6 +31,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from motiondb.grammar.cfg import Grammar, Rule
+
+ENOUGH = 10
+"""Sentences that must hold a terminal, none of them twice, before it counts as single."""
 
 Right = tuple[int, ...]
 Rules = dict[int, dict[Right, int]]
@@ -77,10 +80,6 @@ class RuleSet:
         """Count more nodes of a rule, a new one perhaps."""
         rights = self.rules.setdefault(left, {})
         rights[right] = rights.get(right, 0) + count
-
-    def new_symbol(self) -> int:
-        """A nonterminal that is not yet used."""
-        return max(self.rules) + 1
 
     def uses(self) -> Iterator[tuple[int, Right]]:
         """All rules."""
@@ -190,21 +189,22 @@ def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:
 
 
 def single_terminals(sentences: Mapping[Right, int]) -> frozenset[int]:
-    """The terminals of more than half of the sentences, and of three, that none holds twice.
+    """The terminals that at least ten sentences hold, and none twice.
 
-    A compiled search keeps them as bits of one number, so there are at most 62, the commonest.
+    Where n sentences hold a terminal and none twice, at most some 3 / n of all such sentences do
+    (19 times in 20), so fewer say little. A compiled search keeps singles as bits of one number,
+    so there are at most 62, the commonest. Sentences that are told again count again.
 
-    >>> sorted(single_terminals({(0, 1, 2): 1, (0, 1, 1): 3, (0, 2): 1, (0, 2, 3): 1}))
-    [0, 2]
+    >>> sorted(single_terminals({(0, 1, 2): 4, (0, 1, 1): 6, (0, 2): 5}))
+    [0]
     """
     most: Counter[int] = Counter()
     standing: Counter[int] = Counter()
-    for sentence in sentences:
+    for sentence, told in sentences.items():
         for terminal, number in Counter(sentence).items():
             most[terminal] = max(most[terminal], number)
-            standing[terminal] += 1
-    enough = max(2, len(sentences) / 2)
-    found = [t for t in sorted(most) if most[t] == 1 and standing[t] > enough]
+            standing[terminal] += told
+    found = [t for t in sorted(most) if most[t] == 1 and standing[t] >= ENOUGH]
     return frozenset(sorted(found, key=lambda terminal: -standing[terminal])[:62])
 
 

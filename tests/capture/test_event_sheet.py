@@ -74,7 +74,8 @@ def test_all_faults_are_told_at_once_with_their_lines(tmp_path: Path) -> None:
         "5: expected a frame or a time, found neither. Give one of them.",
         "6: expected what happens in column event, found nothing. Fill it in or delete the row.",
         "7: expected a file name in column file, found nothing. Fill it in or delete the row.",
-        "8: expected a joint of the canonical body, found 'r_wirst'. Did you mean r_wrist or l_wrist?",
+        "8: expected a joint of the canonical body, found 'r_wirst'. Did you mean r_wrist or"
+        " l_wrist?",
         "9: expected a whole number of at least 0 in column frame, found 'nan'. Frames count 30 a"
         " second.",
         "10: expected 5 columns, found 6.",

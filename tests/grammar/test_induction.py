@@ -22,7 +22,12 @@ from motiondb.grammar.hypotheses import SELECTIONS, propose, select
 from motiondb.grammar.induction import FAMILIES, induce, induce_with_bits, read_rules
 from motiondb.grammar.language import finite_language
 from motiondb.grammar.rule_arrays import LEFT, lawful, table_of
-from motiondb.grammar.rule_set import RuleSet, constant_terminals, flat_rules
+from motiondb.grammar.rule_set import (
+    RuleSet,
+    constant_terminals,
+    flat_rules,
+    single_terminals,
+)
 from motiondb.grammar.suffix_alignment import align_all
 
 TOY = [tuple(word) for word in ["rfdpm", "rfdsm", "rdfsm", "rdpm", "rdsm", "rpm"]]
@@ -245,14 +250,32 @@ def test_bad_input_is_refused(sentences, options, message):
         induce(sentences, **options)
 
 
-def test_an_action_of_most_sentences_that_none_holds_twice_is_never_derived_twice():
-    # "s" stands in five of six sentences, before and after other actions: alignment would let it
-    # stand in both places
-    sentences = [tuple(text) for text in ("rsm", "rdsm", "rfsdm", "rdfm", "rsfm", "rdsdm")]
+def test_an_action_of_ten_sentences_that_none_holds_twice_is_never_derived_twice():
+    # "s" stands before and after other actions: rules that save bits would let it stand in both
+    words = [
+        "rsm",
+        "rdsm",
+        "rfsdm",
+        "rdfm",
+        "rsfm",
+        "rdsdm",
+        "rsddm",
+        "rdfsm",
+        "rffsm",
+        "rsffm",
+        "rfsm",
+        "rsdm",
+    ]
+    sentences = [tuple(word) for word in words]
     grammar = induce(sentences, effort=LITTLE)
     strings = finite_language(grammar, 10_000)
     assert set(sentences) <= set(strings)
     assert max(string.count("s") for string in strings) == 1
+
+
+def test_nine_sentences_are_too_few_to_forbid_that_an_action_comes_twice():
+    assert single_terminals({(0, 1): 9, (1, 1): 5}) == frozenset()
+    assert single_terminals({(0, 1): 10, (1, 1): 5}) == {0}
 
 
 def test_the_search_keeps_single_terminals_as_the_plain_check_does():
