@@ -185,9 +185,7 @@ def language_rows(grammars: dict[str, Grammar], takes: dict[str, list[TrueTake]]
         for what, strings, starts, meaning in (_true_strings(own), _found_strings(own)):
             for how in ("found", "given"):
                 if how == "given":
-                    pairs = zip(starts, begins)
-                    cuts = [_nearest_starts(own_starts, wanted) for own_starts, wanted in pairs]
-                    sentences = sentences_between(strings, cuts).sentences
+                    sentences = _given(strings, starts, begins)
                 else:
                     sentences = find_sentences(strings, np.random.default_rng(0)).sentences
                 for kind, learn in KINDS.items():
@@ -197,24 +195,32 @@ def language_rows(grammars: dict[str, Grammar], takes: dict[str, list[TrueTake]]
     return table(["learned from", "grammar", "precision", "recall", "F1"], rows)
 
 
+def _given(
+    strings: Sequence[tuple[str, ...]], starts: Sequence[IntArray], begins: Sequence[list[int]]
+) -> tuple[tuple[str, ...], ...]:
+    """The true sentences, as found segments tell them; what stands before the first is none."""
+    told, cuts = [], []
+    for string, own, wanted in zip(strings, starts, begins, strict=True):
+        first, *others = (int(np.argmin(np.abs(own - frame))) for frame in wanted)
+        told.append(string[first:])
+        cuts.append(sorted({place - first for place in others if place > first}))
+    return sentences_between(told, cuts).sentences
+
+
 Strings = tuple[str, list[tuple[str, ...]], list[IntArray], dict[str, str]]
 """What they are made of, the strings, their segments' starts, labels of terminals."""
 
 
 def _true_begins(name: str, takes: Sequence[TrueTake]) -> list[list[int]]:
-    """The frames at which sentences begin, but for the first of each take."""
+    """The frames at which the sentences of each take begin; before the first may be a rest."""
     said = json.loads((SAMPLES / "grammars.json").read_text(encoding="utf-8"))
     found = []
     for take, made in zip(takes, said[name]["takes"], strict=True):
-        firsts = np.cumsum([len(sentence["words"]) for sentence in made["sentences"]])[:-1]
+        lengths = [len(sentence["words"]) for sentence in made["sentences"]]
+        firsts = np.cumsum([0, *lengths])[:-1]
         idle = 1 if take.labels[0] == "idle" else 0
         found.append([int(take.cuts[idle + first]) for first in firsts])
     return found
-
-
-def _nearest_starts(starts: IntArray, frames: Sequence[int]) -> list[int]:
-    """The segments at which sentences begin that begin at some frames."""
-    return sorted({int(np.argmin(np.abs(starts - frame))) for frame in frames} - {0})
 
 
 def _true_strings(takes: Sequence[TrueTake]) -> Strings:
