@@ -12,10 +12,10 @@ import re
 import time
 import uuid
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, ClassVar
 
 import duckdb
 
@@ -36,8 +36,10 @@ class Store:
     Attributes
     ----------
     path : the file. connection : for the functions of ``motiondb.store``. read_only : whether
-        writing is refused.
+        writing is refused. changes_saved : transactions that this process has saved, in all stores.
     """
+
+    changes_saved: ClassVar[int] = 0
 
     def __init__(self, path: Path, connection: duckdb.DuckDBPyConnection, read_only: bool) -> None:
         self.path = path
@@ -128,9 +130,13 @@ def transaction(store: Store) -> Iterator[duckdb.DuckDBPyConnection]:
         for key in store.changed:
             write_meta(store, key, uuid.uuid4().hex)
         store.connection.execute("COMMIT")
+        Store.changes_saved += 1
     except BaseException as error:
-        with suppress(duckdb.Error):  # a failed COMMIT has already undone everything
+        try:
             store.connection.execute("ROLLBACK")
+        except duckdb.Error:  # no transaction any more: a failed COMMIT has undone everything,
+            if not isinstance(error, duckdb.Error):  # or an interrupt came just after it was saved
+                Store.changes_saved += 1
         if isinstance(error, duckdb.Error):
             raise StoreError(
                 f"{store.path}: expected to save the change, found: {first_sentence(error)} "

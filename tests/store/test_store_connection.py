@@ -6,7 +6,9 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+import duckdb
 import pytest
 
 from motiondb import store
@@ -166,3 +168,30 @@ def test_what_duckdb_refuses_becomes_a_sentence(database: store.Store) -> None:
         connection.execute("INSERT INTO capture_tag VALUES (1, 'a', NULL)")
     assert str(error.value).startswith(f"{database.path}: expected to save the change, found: ")
     assert str(error.value).endswith(". Nothing was changed.")
+
+
+class _InterruptedAfter:
+    """A connection whose statement ``words`` is done, and met by Ctrl-C right after."""
+
+    def __init__(self, connection: duckdb.DuckDBPyConnection, words: str) -> None:
+        self._connection, self._words = connection, words
+
+    def execute(self, *arguments: Any) -> duckdb.DuckDBPyConnection:
+        result = self._connection.execute(*arguments)
+        if arguments[0] == self._words:
+            raise KeyboardInterrupt
+        return result
+
+
+@pytest.mark.parametrize(("words", "saved"), [("COMMIT", 1), ("INSERT INTO meta VALUES (1, 2)", 0)])
+def test_an_interrupt_knows_whether_the_change_was_saved(
+    tmp_path: Path, words: str, saved: int
+) -> None:
+    with store.open_store(tmp_path / "m.duckdb") as opened:
+        before, connection = store.Store.changes_saved, opened.connection
+        opened.connection = _InterruptedAfter(connection, words)  # type: ignore[assignment]
+        with pytest.raises(KeyboardInterrupt), store.transaction(opened):
+            opened.connection.execute("INSERT INTO meta VALUES (1, 2)")
+        opened.connection = connection
+        assert store.Store.changes_saved - before == saved
+        assert len(connection.execute("FROM meta WHERE key = '1'").fetchall()) == saved
