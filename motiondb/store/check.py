@@ -14,6 +14,7 @@ from motiondb.store.columns import fetch, from_rows
 from motiondb.store.connection import Store, first_sentence
 from motiondb.store.grammar_check import broken_grammars
 from motiondb.store.learned import DERIVED_TABLES
+from motiondb.store.offenders import broken_rules, foreign_rows
 from motiondb.store.poses import POSE_SIZE, unflatten_motion
 from motiondb.store.scenes import broken_scenes
 from motiondb.store.sources import load_source
@@ -116,7 +117,7 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
     sources : also unpack every file and compare its digest (0.1 s for every 30 MB).
     """
     try:
-        faults = _broken_rules(store) + _unresolved(store) + _bad_provenance(store)
+        faults = broken_rules(store, _RULES) + _unresolved(store) + _bad_provenance(store)
         faults += _bad_runs(store) + _bad_poses(store)
         faults += broken_grammars(store) + broken_scenes(store)
         return faults + (_bad_sources(store) if sources else [])
@@ -125,14 +126,6 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
             f"{store.path}: expected tables that can be read, found: {first_sentence(error)} "
             "The file is damaged: restore a copy."
         ]
-
-
-def _broken_rules(store: Store) -> list[str]:
-    return [
-        f"{name}: {rule}, found others."
-        for rule, query in _RULES
-        for (name,) in store.connection.execute(query).fetchall()
-    ]
 
 
 def _unresolved(store: Store) -> list[str]:
@@ -165,17 +158,9 @@ def _bad_provenance(store: Store) -> list[str]:
 
 def _bad_runs(store: Store) -> list[str]:
     """Derived rows of another run than the learning's, or a learning that never finished."""
-    faults: list[str] = []
-    for table in DERIVED_TABLES:
-        row = store.connection.execute(
-            f"SELECT count(*) FROM {table} WHERE run_id NOT IN "
-            "(SELECT run_id FROM learning JOIN run USING (run_id) WHERE finished IS NOT NULL)"
-        ).fetchone()
-        if row and row[0]:
-            faults.append(
-                f"{table}: expected rows of the finished run of learn, found {row[0]} others."
-            )
-    return faults
+    run = "SELECT run_id FROM learning JOIN run USING (run_id) WHERE finished IS NOT NULL"
+    references = {"the finished run of learn": f"run_id NOT IN ({run})"}
+    return [fault for table in DERIVED_TABLES for fault in foreign_rows(store, table, references)]
 
 
 def _bad_poses(store: Store) -> list[str]:

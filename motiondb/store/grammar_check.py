@@ -10,6 +10,7 @@ from motiondb.errors import MotionDBError
 from motiondb.grammar.cfg import check_grammar, derive_by
 from motiondb.store.connection import Store
 from motiondb.store.grammars import TABLES, LearnedGrammar, load_grammar, load_grammar_names
+from motiondb.store.offenders import FINISHED_RUN, broken_rules, foreign_rows
 
 _RULES = (
     # rule, query for the offenders (one text column)
@@ -51,12 +52,7 @@ _RULES = (
 
 def broken_grammars(store: Store) -> list[str]:
     """Every fault in grammars and derivations, one sentence each."""
-    run = store.connection.execute
-    faults = [
-        f"grammar {name}: {rule}, found others."
-        for rule, query in _RULES
-        for (name,) in run(query).fetchall()
-    ]
+    faults = broken_rules(store, _RULES, "grammar ")
     faults += [fault for table in TABLES for fault in _unresolved(store, table)]
     if faults:
         return faults
@@ -68,10 +64,7 @@ def broken_grammars(store: Store) -> list[str]:
 
 def _unresolved(store: Store, table: str) -> list[str]:
     """Rows of no grammar, of another or an unfinished run, or of a capture that is gone."""
-    checks = {
-        "a grammar": "grammar_id NOT IN (SELECT grammar_id FROM grammar)",
-        "a finished run": "run_id NOT IN (SELECT run_id FROM run WHERE finished IS NOT NULL)",
-    }
+    checks = {"a grammar": "grammar_id NOT IN (SELECT grammar_id FROM grammar)"} | FINISHED_RUN
     if table == "derivation":
         checks["a generated capture"] = (
             "capture_id NOT IN (SELECT capture_id FROM capture WHERE kind = 'generated')"
@@ -80,12 +73,7 @@ def _unresolved(store: Store, table: str) -> list[str]:
         checks["the run of its grammar"] = (
             f"run_id <> (SELECT run_id FROM grammar g WHERE g.grammar_id = {table}.grammar_id)"
         )
-    faults = []
-    for wanted, condition in checks.items():
-        row = store.connection.execute(f"SELECT count(*) FROM {table} WHERE {condition}").fetchone()
-        if row and row[0]:
-            faults.append(f"{table}: expected rows of {wanted}, found {row[0]} others.")
-    return faults
+    return foreign_rows(store, table, checks)
 
 
 def _wrong_parses(learned: LearnedGrammar) -> list[str]:

@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.errors import QueryError, suggestion
+from motiondb.errors import QueryError
 from motiondb.grammar.cfg import Grammar, Rule
 from motiondb.records import IntArray
 from motiondb.store.columns import fetch, insert
 from motiondb.store.connection import Store, read_meta, transaction
+from motiondb.store.names import unknown_name
 
 if TYPE_CHECKING:
     from motiondb.grammar.terminals import Terminals
@@ -294,12 +295,8 @@ def _remove(store: Store, name: str) -> list[str]:
 
 
 def _unknown(store: Store, name: str) -> str:
-    known = load_grammar_names(store)
-    if not known:
-        more = " Learn one: motiondb grammar learn CAPTURE..."
-    else:
-        more = suggestion(name, known) or f" There are: {', '.join(known[:8])}."
-    return f"{name!r}: expected the name of a grammar, found none in {store.path}.{more}"
+    remedy = "Learn one: motiondb grammar learn CAPTURE..."
+    return unknown_name(store, name, "grammar", load_grammar_names(store), remedy)
 
 
 def save_derivation(

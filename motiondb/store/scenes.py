@@ -8,16 +8,18 @@ it stays when one of them is removed. The players' motions, where they are kept,
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from motiondb.errors import QueryError, suggestion
+from motiondb.errors import QueryError
 from motiondb.records import FloatArray
 from motiondb.store.columns import fetch, insert
 from motiondb.store.connection import Store, transaction
+from motiondb.store.names import unknown_name
+from motiondb.store.offenders import FINISHED_RUN, broken_rules, foreign_rows
 
 TABLES = ("scene", "scene_player", "scene_clip", "scene_rule", "scene_ball")
 
@@ -290,12 +292,8 @@ def _remove(store: Store, name: str) -> None:
 
 
 def _unknown(store: Store, name: str) -> str:
-    known = load_scene_names(store)
-    if not known:
-        more = " Make one: motiondb scene make DIAGRAM -o FOLDER --name NAME."
-    else:
-        more = suggestion(name, known) or f" There are: {', '.join(known[:8])}."
-    return f"{name!r}: expected the name of a scene, found none in {store.path}.{more}"
+    remedy = "Make one: motiondb scene make DIAGRAM -o FOLDER --name NAME."
+    return unknown_name(store, name, "scene", load_scene_names(store), remedy)
 
 
 _RULES = (
@@ -331,25 +329,12 @@ _RULES = (
 
 def broken_scenes(store: Store) -> list[str]:
     """Every fault in scenes, one sentence each."""
-    run = store.connection.execute
-    faults = [
-        f"scene {name}: {rule}, found others."
-        for rule, query in _RULES
-        for (name,) in run(query).fetchall()
-    ]
-    return faults + [fault for table in TABLES for fault in _unresolved(store, table)]
+    foreign = [fault for table in TABLES for fault in _unresolved(store, table)]
+    return broken_rules(store, _RULES, "scene ") + foreign
 
 
-def _unresolved(store: Store, table: str) -> Iterable[str]:
+def _unresolved(store: Store, table: str) -> list[str]:
     """Rows of no scene, or of another run than their scene's, or of one that did not finish."""
-    checks = {
-        "a scene": "scene_id NOT IN (SELECT scene_id FROM scene)",
-        "a finished run": "run_id NOT IN (SELECT run_id FROM run WHERE finished IS NOT NULL)",
-        "the run of its scene": (
-            f"run_id <> (SELECT run_id FROM scene s WHERE s.scene_id = {table}.scene_id)"
-        ),
-    }
-    for wanted, condition in checks.items():
-        row = store.connection.execute(f"SELECT count(*) FROM {table} WHERE {condition}").fetchone()
-        if row and row[0]:
-            yield f"{table}: expected rows of {wanted}, found {row[0]} others."
+    own_run = f"run_id <> (SELECT run_id FROM scene s WHERE s.scene_id = {table}.scene_id)"
+    no_scene = {"a scene": "scene_id NOT IN (SELECT scene_id FROM scene)"}
+    return foreign_rows(store, table, no_scene | FINISHED_RUN | {"the run of its scene": own_run})
