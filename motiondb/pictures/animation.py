@@ -49,25 +49,9 @@ def draw_animation(motion: Motion, path: str | Path, *, height: int = 320) -> Pa
         for a motion without frames or of more than a minute, another ending than .gif, a height
         below 64, or an unwritable path.
     """
-    path = Path(path)
-    if path.suffix.lower() != ".gif":
-        raise MotionDBError(
-            f"{path}: expected a name that ends in .gif, found {path.suffix or 'no ending'!r}. "
-            "Animations are written as GIF."
-        )
+    path = style.check_gif(path)
     images = animation_images(motion, height)
-    milliseconds = round(1000 * _FRAME_SECONDS)
-    with style.whole_file(path) as draft:
-        images[0].save(
-            draft,
-            format="GIF",
-            save_all=True,
-            append_images=images[1:],
-            duration=milliseconds,
-            loop=0,
-            optimize=False,
-        )
-    return path
+    return style.save_gif(images, path, _FRAME_SECONDS)
 
 
 def animation_images(motion: Motion, height: int = 320) -> list[Image]:

@@ -99,24 +99,9 @@ def draw_scene_animation(
         for nobody, a name that is not in the diagram, more than two minutes, another ending than
         .gif, or an unwritable path.
     """
-    path = Path(path)
-    if path.suffix.lower() != ".gif":
-        raise MotionDBError(
-            f"{path}: expected a name that ends in .gif, found {path.suffix or 'no ending'!r}. "
-            "Animations are written as GIF."
-        )
+    path = style.check_gif(path)
     images = scene_images(diagram, performers, ball, above=above, width=width)
-    with style.whole_file(path) as draft:
-        images[0].save(
-            draft,
-            format="GIF",
-            save_all=True,
-            append_images=images[1:],
-            duration=round(1000 * _FRAME_SECONDS),
-            loop=0,
-            optimize=False,
-        )
-    return path
+    return style.save_gif(images, path, _FRAME_SECONDS)
 
 
 def scene_images(

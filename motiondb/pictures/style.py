@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import warnings
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ from motiondb.errors import MotionDBError, QueryError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from PIL.Image import Image
 
 LEFT, RIGHT, TRUNK = "#0072B2", "#D55E00", "#3C4048"
 INK, FAINT, GROUND, GRID, SHADOW = "#24272D", "#8A9099", "#B9BEC6", "#D5D8DE", "#E6E8EC"
@@ -110,6 +111,38 @@ def save_png(figure: Figure, path: str | Path) -> Path:
         )
     with whole_file(path) as draft, drawing():
         figure.savefig(draft, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
+    return path
+
+
+def check_gif(path: str | Path) -> Path:
+    """The path of an animation.
+
+    Raises
+    ------
+    MotionDBError
+        for another ending than .gif.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".gif":
+        raise MotionDBError(
+            f"{path}: expected a name that ends in .gif, found {path.suffix or 'no ending'!r}. "
+            "Animations are written as GIF."
+        )
+    return path
+
+
+def save_gif(images: Sequence[Image], path: Path, frame_seconds: float) -> Path:
+    """Write pictures as an animated GIF that goes round; return its path."""
+    with whole_file(path) as draft:
+        images[0].save(
+            draft,
+            format="GIF",
+            save_all=True,
+            append_images=images[1:],
+            duration=round(1000 * frame_seconds),
+            loop=0,
+            optimize=False,
+        )
     return path
 
 
