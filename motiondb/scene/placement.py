@@ -142,19 +142,3 @@ def place_in_clip(
     """x, z, theta at row ``row`` of the library's paths, which is a frame of clip ``k``."""
     c, s, x, z = placed[k, 3], placed[k, 4], path[row, 0], path[row, 1]
     return placed[k, 0] + x * c + z * s, placed[k, 1] - x * s + z * c, placed[k, 2] + path[row, 2]
-
-
-def tail_motion(before: FloatArray, after: FloatArray) -> FloatArray:
-    """D = after before^-1: the rigid motion of all that stands behind an exchanged clip.
-
-    Parameters
-    ----------
-    before, after : arrays (3,), where the next clip began and begins: x, z, theta.
-
-    >>> at_rest = np.array([1.0, 2.0, 0.3])
-    >>> tail_motion(at_rest, at_rest + [0.5, 0.0, 0.0]).round(9).tolist()
-    [0.5, 0.0, 0.0]
-    """
-    from motiondb.scene.ground import compose, inverse
-
-    return compose(after, inverse(before))

@@ -16,7 +16,6 @@ from motiondb.scene.placement import (
     clip_at,
     place_in_clip,
     put_origin,
-    tail_motion,
 )
 
 QUARTER = math.pi / 2
@@ -67,7 +66,7 @@ def test_products_are_compositions_and_a_swap_moves_the_tail_as_one(wandering, s
     swapped = entries.copy()
     swapped[k] = rng.integers(0, 12)
     after, later, _ = placed_string(library, swapped, origin, 4)
-    motion = tail_motion(placed[k + 1, :3], after[k + 1, :3])
+    motion = ground.compose(after[k + 1, :3], ground.inverse(placed[k + 1, :3]))
     tail = ground.compose(motion, placed[k + 1 :, :3])
     np.testing.assert_allclose(after[k + 1 :, :3], tail, atol=1e-11)
     np.testing.assert_array_equal(after[: k + 1], placed[: k + 1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import replace
 from itertools import product
@@ -10,13 +11,15 @@ import numpy as np
 import pytest
 
 from motiondb.database import scene_files
-from motiondb.scene.bootstrap import bootstrap, first_derivation, wandering_bootstrap
-from motiondb.scene.derivations import Derivations
+from motiondb.records import IntArray
+from motiondb.scene.bootstrap import bootstrap, first_derivation
+from motiondb.scene.derivations import Derivation, Derivations
 from motiondb.scene.expressions import ONLY_ASKED, g_user
 from motiondb.scene.rules import Spot
 from motiondb.scene.scene_chain import Chain, make_play
 from motiondb.scene.scene_state import SceneState
 from motiondb.scene.tempering import SamplerSettings, exchange, sample
+from motiondb.scene.tree_shapes import exchanged, tree_shape
 from motiondb.scene.warm_start import WARM, common_actions, warm_start
 
 SHORT = SamplerSettings(
@@ -130,6 +133,49 @@ def test_the_first_scene_does_what_is_asked(wandering, name: str) -> None:
         assert g_user(player.tree.leaves(), [item.actions for item in items]) == 0
         assert 0 < len(player.entries) == len(player.tree.leaves()) <= play.most_actions
     assert np.isfinite(Chain(play, state, np.random.default_rng(0)).energy)
+
+
+def wandering_bootstrap(
+    derivations: Derivations, rng: np.random.Generator, steps: int, weight: float
+) -> tuple[Derivation, IntArray]:
+    """The paper's bootstrapping: Metropolis-Hastings by P(X) until the string fits.
+
+    A node is drawn uniformly and derived anew by the rules' probabilities, whatever is asked. P(X)
+    is taken relative to these probabilities, or long strings would win by their number. What
+    :func:`bootstrap` is compared with; a scene begins with that.
+
+    Parameters
+    ----------
+    steps : at most so many. weight : w_1, -log P(X) = g_user / w_1.
+
+    Returns
+    -------
+    the last derivation, and array (at most steps + 1,), g_user before each step and at the end.
+    """
+    grammar = derivations.grammar
+    expression = [item.actions for item in derivations.items]
+    free = Derivations(grammar, ())
+    shape = tree_shape(grammar, _free(free, grammar.start, rng).rules)
+    missing = [g_user(shape.actions, expression)]
+    while len(missing) <= steps and (missing[-1] > 0 or not shape.actions):
+        node = int(rng.integers(len(shape.rules)))
+        new = _free(free, shape.symbols[node], rng)
+        after = exchanged(grammar, shape, node, new.rules)
+        lacks = g_user(after.actions, expression)
+        gain = (missing[-1] - lacks) / weight + math.log(len(shape.rules) / len(after.rules))
+        if gain >= 0.0 or rng.random() < math.exp(gain):
+            shape = after
+            missing.append(lacks)
+        else:
+            missing.append(missing[-1])
+    return Derivation(shape.rules, shape.actions), np.array(missing)
+
+
+def _free(free: Derivations, symbol: str, rng: np.random.Generator) -> Derivation:
+    found = free.draw(symbol, 0, [0], rng)
+    while found is None:
+        found = free.draw(symbol, 0, [0], rng)
+    return found
 
 
 def test_the_papers_bootstrapping_gets_there_too_but_not_at_once() -> None:
