@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +12,7 @@ from motiondb.scene.clips import APART, ClipLibrary
 from motiondb.scene.rule_table import RuleTable
 from motiondb.scene.scene_state import SceneState
 from motiondb.scene.tactics import SHOTS
-from motiondb.scene.time_editing import TimeMap
-from motiondb.scene.timeline import Timeline, clip_frames, measure
+from motiondb.scene.timeline import Timeline, measure
 
 _SHORTEST, _PERIOD, _RAMP = 6, 20, 8
 _HANDS = {"l_wrist": 0, "r_wrist": 1}
@@ -82,7 +80,6 @@ def ball_acts(
     library: ClipLibrary,
     table: RuleTable,
     timeline: Timeline,
-    maps: Sequence[TimeMap],
 ) -> BallActs | None:
     """Who has the ball when; None where nobody passes, shoots or dribbles."""
     releases = sorted(_releases(table, timeline))
@@ -94,12 +91,12 @@ def ball_acts(
         if player != holder or release <= since:
             continue
         hand = _hand(state, library, player, clip)
-        found.append(_possession(state, library, table, maps, (player, since, release, hand)))
+        found.append(_possession(state, library, table, timeline, (player, since, release, hand)))
         if partner < 0:
             return BallActs(tuple(found), True, _rim(table))
         holder, since = partner, max(catch, release + 1)
     last = (holder, since, timeline.n_frames - 1, 1)
-    found.append(_possession(state, library, table, maps, last))
+    found.append(_possession(state, library, table, timeline, last))
     return BallActs(tuple(found), False)
 
 
@@ -150,21 +147,20 @@ def _possession(
     state: SceneState,
     library: ClipLibrary,
     table: RuleTable,
-    maps: Sequence[TimeMap],
+    timeline: Timeline,
     what: tuple[int, int, int, int],
 ) -> Possession:
     """A possession with its dribbles and bounces."""
     player, since, until, hand = what
-    begins, _ = clip_frames(state.players[player], library)
     dribbles: list[tuple[int, int]] = []
     bounces: list[Bounce] = []
     for clip, action in enumerate(table.actions[player]):
-        ends = maps[player].frame_of(begins[clip : clip + 2].astype(float))
-        start, end = max(int(np.rint(ends[0])), since), min(int(np.rint(ends[1])), until)
+        begins, ends = int(timeline.begins[player][clip]), timeline.end_of(player, clip)
+        start, end = max(begins, since), min(ends, until)
         if action != "dribble" or end - start < _SHORTEST:
             continue
         dribbles.append((start, end))
-        for name, frame, side in _touches(state, library, player, clip, maps, int(begins[clip])):
+        for name, frame, side in _touches(state, library, player, clip, (begins, ends)):
             _touch(bounces, name, min(max(frame, start), end), side)
         if bounces and bounces[-1].catch < 0 and not _goes_on(table, player, clip):
             bounces[-1] = Bounce(bounces[-1].release, end, bounces[-1].hand)
@@ -193,10 +189,12 @@ def _touches(
     library: ClipLibrary,
     player: int,
     clip: int,
-    maps: Sequence[TimeMap],
-    begin: int,
+    shown: tuple[int, int],
 ) -> list[tuple[str, int, int]]:
-    """Releases and catches of a dribbling clip, frames of the scene; every 2/3 s where unknown."""
+    """Releases and catches of a dribbling clip that is ``shown`` from and to frames of the scene.
+
+    Every 2/3 s where nobody wrote them down.
+    """
     entry = int(state.players[player].entries[clip])
     n_frames = int(library.n_frames[entry])
     events = library.events[library.seam_class[entry]] if library.events else ()
@@ -209,7 +207,7 @@ def _touches(
         for frame in range(0, n_frames - _PERIOD // 2, _PERIOD):
             caught = min(frame + _PERIOD - 5, n_frames)
             touches += [("release", frame, 1), ("catch", caught, 1)]
-    shown = maps[player].frame_of(np.array([begin + frame for _, frame, _ in touches], dtype=float))
     return [
-        (name, int(np.rint(at)), side) for (name, _, side), at in zip(touches, shown, strict=True)
+        (name, round(shown[0] + frame * (shown[1] - shown[0]) / n_frames), side)
+        for name, frame, side in touches
     ]

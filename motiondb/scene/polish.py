@@ -13,7 +13,7 @@ Multi-Character Motion Editing", ACM Transactions on Graphics 28 (2009).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,27 +24,23 @@ from motiondb.scene.ball_acts import ball_acts
 from motiondb.scene.clips import ClipLibrary
 from motiondb.scene.gaze import follow
 from motiondb.scene.path_editing import Edited, Facing, edit_paths
+from motiondb.scene.playing import Playing
 from motiondb.scene.rule_table import RuleTable
+from motiondb.scene.scene_schedule import Scheduled, after_clips, scene_bound, schedule_scene
 from motiondb.scene.scene_state import PlayerState, SceneState
+from motiondb.scene.separation import overlaps
 from motiondb.scene.splicing import Spliced, show, splice
-from motiondb.scene.tactics import SHOTS
-from motiondb.scene.time_editing import SLOWEST, Meeting, TimeMap, edit_times
-from motiondb.scene.timeline import (
-    Timeline,
-    clip_frames,
-    excess,
-    lag_of,
-    measure,
-    own_places,
-    sampled_timeline,
-)
-from motiondb.scene.waiting import waits
+from motiondb.scene.time_editing import Meeting, TimeMap, edit_times
+from motiondb.scene.timeline import Timeline, excess, lag_of, own_places, sampled_timeline
+from motiondb.scene.waiting import lead_in, lead_out
 
-AFTER_SHOT = 75
-"""Frames of a scene after a shot: the ball flies, falls and bounces."""
 _LEAST, _PATIENCE, _MOST = 2, 3, 8
 """How often time and ways are edited in turn, as balls fly as far as the ways say: at least, before
 giving up where it does not get better, and at most."""
+_HURRIES = (1.0, 0.15, 0.0)
+"""What a frame of the scene costs, one after another, until every rule holds."""
+_FASTEST = 7.0
+"""Metres a second that nobody should be edited into."""
 CATCH_FACING = np.radians(75.0)
 """Radians from the ball that whoever catches it may face."""
 
@@ -108,21 +104,64 @@ def polish(
     ------
     SceneError : a capture is not among the motions.
     """
-    spliced = [_spliced(player, library, motions, state) for player in state.players]
-    maps, edited = _edit(state, library, table, spliced)
+    best: _Tried | None = None
+    for hurry in _HURRIES:
+        tried = _try(state, library, motions, table, hurry)
+        if best is None or tried.fault < best.fault:
+            best = tried
+        if tried.fault == 0.0:
+            break
+    assert best is not None
+    timeline = best.edited.timeline
     shown = [
-        show(own, own.rows(times.source_at(_clock(edited.timeline))), places)
-        for own, times, places in zip(spliced, maps, edited.timeline.places, strict=True)
+        show(own, own.rows(times.source_at(_clock(timeline))), places)
+        for own, times, places in zip(best.spliced, best.maps, timeline.places, strict=True)
     ]
-    acts = ball_acts(state, library, table, edited.timeline, maps)
+    acts = ball_acts(state, library, table, timeline)
     ball, held = fly(acts, shown) if acts else (None, shown)
     if ball is not None and gaze:
         held = [follow(motion, ball.positions) for motion in held]
     players = tuple(
-        _placed(table.players[n], held[n], state, library, n, spliced[n], maps[n], edited.timeline)
+        _placed(table.players[n], held[n], best.spliced[n], best.maps[n], len(table.actions[n]))
         for n in range(len(shown))
     )
-    return PolishedScene(players, ball, edited.timeline, edited.settled)
+    return PolishedScene(players, ball, timeline, best.edited.settled)
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A scene in edited time on edited ways; ``fault``: how far rules fail, 0 if all is well."""
+
+    spliced: list[Spliced]
+    maps: tuple[TimeMap, ...]
+    edited: Edited
+    fault: float
+
+
+def _try(
+    state: SceneState,
+    library: ClipLibrary,
+    motions: Mapping[str, Motion],
+    table: RuleTable,
+    hurry: float,
+) -> _Tried:
+    """Clips and pauses scheduled, spliced, and edited."""
+    scheduled = schedule_scene(state, library, table, hurry)
+    longest = scene_bound(scheduled)
+    spliced = [
+        _spliced(player, playing, library, motions, longest)
+        for player, playing in zip(state.players, scheduled.playing, strict=True)
+    ]
+    maps, edited = _edit(state, library, table, scheduled, spliced)
+    return _Tried(spliced, maps, edited, _fault(table, edited))
+
+
+def _fault(table: RuleTable, edited: Edited) -> float:
+    """How far rules fail; more where somebody overlaps, or goes faster than people do."""
+    places = edited.timeline.places[:, :, :2]
+    pace = np.linalg.norm(np.diff(places, axis=1), axis=2).max() * MOTION_FPS
+    depth = sum(overlap.depth for overlap in overlaps(table, edited.timeline))
+    return excess(table, edited.timeline) + depth + max(float(pace) - _FASTEST, 0.0)
 
 
 def _clock(timeline: Timeline) -> FloatArray:
@@ -130,22 +169,30 @@ def _clock(timeline: Timeline) -> FloatArray:
 
 
 def _edit(
-    state: SceneState, library: ClipLibrary, table: RuleTable, spliced: list[Spliced]
+    state: SceneState,
+    library: ClipLibrary,
+    table: RuleTable,
+    scheduled: Scheduled,
+    spliced: list[Spliced],
 ) -> tuple[tuple[TimeMap, ...], Edited]:
     """Time and ways, edited in turn."""
-    frames = [clip_frames(player, library) for player in state.players]
-    knots = [begins.astype(float) for begins, _ in frames]
-    delays = [player.delay for player in state.players]
-    wished = [own_places(player, library) for player in state.players]
-    now = sampled_timeline(state, library)
-    partners = [measure(table, n, now).partner_clip for n in range(len(table.rows))]
-    best_excess = np.inf
+    playing, partners = scheduled.playing, scheduled.partners
+    knots = [own.knots.astype(float) for own in playing]
+    wished = [
+        own_places(player, library)[own.rows]
+        for player, own in zip(state.players, playing, strict=True)
+    ]
+    now, best_excess = sampled_timeline(state, library), np.inf
     for done in range(_MOST):
-        meetings = _meetings(table, now, frames, partners)
-        maps = edit_times(knots, delays, meetings)
-        n_frames = _length(table, maps, frames)
-        begins = tuple(_rounded(m.frame_of(f[0])) for m, f in zip(maps, frames, strict=True))
-        instants = tuple(_rounded(m.frame_of(f[1])) for m, f in zip(maps, frames, strict=True))
+        meetings = _meetings(table, now, playing, partners)
+        maps = edit_times(knots, scheduled.delays, meetings)
+        n_frames = _length(state, library, table, maps, playing)
+        begins, ends, instants = (
+            tuple(_rounded(m.frame_of(own)) for m, own in zip(maps, asked, strict=True))
+            for asked in zip(
+                *((own.begins, own.ends, own.instants) for own in playing), strict=True
+            )
+        )
         facings = _facings(table, partners, instants)
         clock = np.arange(n_frames, dtype=float)
         shown = [m.source_at(clock) for m in maps]
@@ -154,13 +201,8 @@ def _edit(
         )
         best = np.stack([_read(own, at) for own, at in zip(wished, shown, strict=True)])
         before = ways if done == 0 else _lasting(now.places, n_frames)
-        edited = edit_paths(
-            table,
-            Timeline(ways, begins, instants),
-            best,
-            facings,
-            Timeline(before, begins, instants),
-        )
+        times = Timeline(ways, begins, instants, ends)
+        edited = edit_paths(table, times, best, facings, replace(times, places=before))
         now = edited.timeline
         amiss = excess(table, now)
         better = amiss < 0.9 * best_excess
@@ -172,19 +214,20 @@ def _edit(
 
 
 def _spliced(
-    player: PlayerState, library: ClipLibrary, motions: Mapping[str, Motion], state: SceneState
+    player: PlayerState,
+    playing: Playing,
+    library: ClipLibrary,
+    motions: Mapping[str, Motion],
+    longest: int,
 ) -> Spliced:
     """One player's clips, with what they do while they wait."""
     entries = np.asarray(player.entries)
-    lengths = [
-        other.delay + int(library.n_frames[np.asarray(other.entries)].sum())
-        for other in state.players
-    ]
-    own = int(library.n_frames[entries].sum())
-    longest = int(SLOWEST * (max(lengths) + AFTER_SHOT)) + 1
-    lead, tail = waits(library, entries, player.delay + longest, max(longest - own, 0) + longest)
-    sources = [library.source[entry] for entry in entries.tolist()]
-    return splice(sources, motions, np.array(player.origin, dtype=float), lead, tail)
+    parts = (
+        *lead_in(library, entries, longest),
+        *playing.parts,
+        *lead_out(library, entries, longest),
+    )
+    return splice(parts, motions, np.array(player.origin, dtype=float))
 
 
 def _read(places: FloatArray, at: FloatArray) -> FloatArray:
@@ -203,23 +246,22 @@ def _rounded(frames: FloatArray) -> IntArray:
 
 
 def _length(
-    table: RuleTable, maps: tuple[TimeMap, ...], frames: list[tuple[IntArray, IntArray]]
+    state: SceneState,
+    library: ClipLibrary,
+    table: RuleTable,
+    maps: tuple[TimeMap, ...],
+    playing: tuple[Playing, ...],
 ) -> int:
-    """Frames of the scene: until the last player's last, and until a shot ball has come down."""
-    length = max(float(times.shown[-1]) for times in maps)
-    for p, actions in enumerate(table.actions):
-        for k, action in enumerate(actions):
-            if action in SHOTS:
-                release = float(maps[p].frame_of(frames[p][1][k]))
-                length = max(length, release + AFTER_SHOT)
+    """Frames of the scene: until the last player stands, and until a shot ball has come down."""
+    length = 0.0
+    for p, (times, own) in enumerate(zip(maps, playing, strict=True)):
+        ends = times.frame_of(own.ends) + after_clips(library, state, table, p)
+        length = max(length, float(ends.max()))
     return int(np.ceil(length - 1e-6))
 
 
 def _meetings(
-    table: RuleTable,
-    now: Timeline,
-    frames: list[tuple[IntArray, IntArray]],
-    partners: list[int],
+    table: RuleTable, now: Timeline, playing: tuple[Playing, ...], partners: tuple[int, ...]
 ) -> list[Meeting]:
     """What is to happen together, with how long balls fly as everybody stands now."""
     found = []
@@ -228,13 +270,14 @@ def _meetings(
             continue
         own, partner = int(row["player"]), int(row["partner"])
         lag = lag_of(row, now, partners[number]) * MOTION_FPS
-        moments = float(frames[own][1][row["first"]]), float(frames[partner][1][partners[number]])
-        found.append(Meeting(own, moments[0], partner, moments[1], lag))
+        thrown, caught = playing[own].instants[row["first"]], playing[partner].instants
+        meets = float(thrown), float(caught[partners[number]])
+        found.append(Meeting(own, meets[0], partner, meets[1], lag))
     return found
 
 
 def _facings(
-    table: RuleTable, partners: list[int], instants: tuple[IntArray, ...]
+    table: RuleTable, partners: tuple[int, ...], instants: tuple[IntArray, ...]
 ) -> tuple[Facing, ...]:
     """Who catches faces where the ball comes from, more or less."""
     found = []
@@ -248,43 +291,31 @@ def _facings(
     return tuple(found)
 
 
-def _placed(
-    name: str,
-    motion: Motion,
-    state: SceneState,
-    library: ClipLibrary,
-    number: int,
-    spliced: Spliced,
-    times: TimeMap,
-    timeline: Timeline,
-) -> Placed:
+def _placed(name: str, motion: Motion, spliced: Spliced, times: TimeMap, n_clips: int) -> Placed:
     """A player with where each frame comes from."""
-    entries = np.asarray(state.players[number].entries)
-    clock = _clock(timeline)
+    clock = np.arange(motion.n_frames, dtype=float)
     source = times.source_at(clock)
     at = spliced.rows(source)
     held = at != source + spliced.lead
     nearest = np.rint(at).astype(np.int64)
-    clips = spliced.clips[nearest]
-    sources = {k: library.source[entry] for k, entry in enumerate(entries.tolist())}
-    for wait, which in zip(spliced.waits, (-1, len(entries)), strict=True):
-        if wait is not None:
-            sources[which] = wait.source
-    captures = tuple(dict.fromkeys(source.capture for source in sources.values()))
-    licence = {source.capture: source.licence for source in sources.values()}
+    numbers, shares = spliced.part[nearest].tolist(), spliced.shares[nearest].tolist()
+    sources = [part.source for part in spliced.parts]
+    captures = tuple(dict.fromkeys(sources[number].capture for number in numbers))
+    licence = {source.capture: source.licence for source in sources}
     edits = []
-    for clip, share in zip(clips.tolist(), spliced.shares[nearest].tolist(), strict=True):
-        said = [sources[clip].edit, f"blend {share:.2f}" if share < 1.0 else ""]
-        said += ["" if 0 <= clip < len(entries) else "waits", "way edited, feet held"]
-        edits.append(", ".join(part for part in said if part))
+    for number, share in zip(numbers, shares, strict=True):
+        part = spliced.parts[number]
+        said = [part.source.edit, f"blend {share:.2f}" if share < 1.0 else ""]
+        said += ["waits" if part.waits else "", "way edited, feet held"]
+        edits.append(", ".join(word for word in said if word))
     return Placed(
         name,
         motion,
         captures,
         tuple(licence[capture] for capture in captures),
-        np.array([captures.index(sources[clip].capture) for clip in clips.tolist()]),
+        np.array([captures.index(sources[number].capture) for number in numbers]),
         _read(spliced.source_frames[:, None].astype(float), at)[:, 0],
         np.where(held, 0.0, times.slope_at(clock)),
         tuple(edits),
-        np.clip(clips, 0, len(entries) - 1),
+        np.clip([spliced.parts[number].clip for number in numbers], 0, n_clips - 1),
     )

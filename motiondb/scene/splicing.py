@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.errors import SceneError
 from motiondb.generate.contact import lock_feet
@@ -24,18 +25,11 @@ from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.clip_motion import clip_motion
 from motiondb.scene.clips import ClipSource
 from motiondb.scene.ground import compose, inverse, relative
+from motiondb.scene.playing import Part
 
 _MARGIN = 20
 """Frames of the capture round a clip that are looked at: its blend, and how velocities begin."""
 _HALF = BLEND_FRAMES // 2
-
-
-@dataclass(frozen=True)
-class Wait:
-    """A clip in place that is played to and fro for ``n_frames``, before or behind a string."""
-
-    source: ClipSource
-    n_frames: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,43 +42,41 @@ class Spliced:
     places : array (frames, 3), the way as spliced, from the first clip's place.
     heights : array (frames,), of the pelvis, metres.
     rotations : array (frames, 21, 4), local, the pelvis's relative to the heading.
-    clips : array (frames,), the clip that weighs most, -1 while waiting before the string, their
-        number behind it; source_frames : its frame of the capture.
+    parts : what was spliced; part : array (frames,), the number of that which weighs most.
+    source_frames : array (frames,), its frame of the capture.
     shares : array (frames,), its weight, 1 away from seams.
-    waits : what is played before and behind the string.
     """
 
     lead: int
     places: FloatArray
     heights: FloatArray
     rotations: FloatArray
-    clips: IntArray
+    parts: tuple[Part, ...]
+    part: IntArray
     source_frames: IntArray
     shares: FloatArray
-    waits: tuple[Wait | None, Wait | None] = (None, None)
 
     @property
     def n_frames(self) -> int:
         """Number of frames."""
         return len(self.heights)
 
+    @property
+    def waits(self) -> NDArray[np.bool_]:
+        """Whether the player stands and waits: array (frames,)."""
+        return np.array([part.waits for part in self.parts])[self.part]
+
     def rows(self, source: FloatArray) -> FloatArray:
         """Rows of the arrays, between two, at frames of the string; the ends are held."""
         return np.clip(source + self.lead, 0.0, self.n_frames - 1.0)
 
 
-def splice(
-    sources: Sequence[ClipSource],
-    motions: Mapping[str, Motion],
-    origin: FloatArray,
-    lead: Wait | None = None,
-    tail: Wait | None = None,
-) -> Spliced:
-    """The clips ``sources`` one after another, the first beginning at ``origin`` (x, z, theta).
+def splice(parts: Sequence[Part], motions: Mapping[str, Motion], origin: FloatArray) -> Spliced:
+    """Parts one after another, the first of the string beginning at ``origin`` (x, z, theta).
 
     Parameters
     ----------
-    lead, tail : what is played while the player waits before and behind them.
+    parts : of the string, with those before it, whose ``clip`` is -1, and behind.
 
     Raises
     ------
@@ -92,18 +84,17 @@ def splice(
     """
     played, pieces = {}, []
     shown: dict[int, IntArray] = {}
-    for number, source in enumerate(sources):
-        moved = clip_motion(*_cut(source, motions), before=_HALF, after=_HALF + 1)
+    for number, part in enumerate(parts):
+        if part.waits:
+            played[number], shown[number] = _waiting(part, motions)
+            pieces.append(Piece(number, 0, part.n_frames))
+            continue
+        moved = clip_motion(*_cut(part.source, motions), before=_HALF, after=_HALF + 1)
         played[number] = pose_vectors.to_path(moved)
-        pieces.append(Piece(number, _HALF, _HALF + source.end - source.start))
-        shown[number] = source.start - _HALF + np.arange(moved.n_frames)
-    waits = {-1: lead, len(sources): tail}
-    for number, wait in waits.items():
-        if wait is not None and wait.n_frames > 0:
-            played[number], shown[number] = _waiting(wait, motions)
-            pieces.insert(0 if number < 0 else len(pieces), Piece(number, 0, wait.n_frames))
+        pieces.append(Piece(number, _HALF, _HALF + part.n_frames))
+        shown[number] = part.source.start - _HALF + np.arange(moved.n_frames)
     whole = stitch(pieces, played)
-    begin = lead.n_frames if lead is not None else 0
+    begin = sum(part.n_frames for part in parts if part.clip < 0)
     frames = np.zeros(len(whole.path), dtype=np.int64)
     for number, which in shown.items():
         here = whole.captures == number
@@ -113,26 +104,26 @@ def splice(
         _ways(whole.path, origin, begin),
         whole.path[:, 0],
         whole.rotations,
+        tuple(parts),
         whole.captures,
         frames,
         whole.shares,
-        (lead, tail),
     )
 
 
 def _waiting(
-    wait: Wait, motions: Mapping[str, Motion]
+    part: Part, motions: Mapping[str, Motion]
 ) -> tuple[tuple[FloatArray, FloatArray], IntArray]:
     """Path values and rotations of a wait, forth and back, and frames of its capture."""
-    path, turned = pose_vectors.to_path(clip_motion(*_cut(wait.source, motions)))
+    path, turned = pose_vectors.to_path(clip_motion(*_cut(part.source, motions)))
     length = len(path)
-    there = np.arange(wait.n_frames) % max(2 * length - 2, 1)
+    there = np.arange(part.n_frames) % max(2 * length - 2, 1)
     which = np.where(there < length, there, 2 * length - 2 - there)
     places = _ways(path, np.zeros(3), 0)[which]
-    values = np.zeros((wait.n_frames, 4))
+    values = np.zeros((part.n_frames, 4))
     values[:, 0] = path[which, 0]
     values[:-1, 1:] = relative(places[1:], places[:-1]) * MOTION_FPS
-    return (values, turned[which]), wait.source.start + which
+    return (values, turned[which]), part.source.start + which
 
 
 def _ways(path: FloatArray, origin: FloatArray, begin: int) -> FloatArray:

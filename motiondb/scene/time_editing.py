@@ -67,7 +67,7 @@ class TimeMap:
 
 
 def edit_times(
-    knots: Sequence[FloatArray], delays: Sequence[int], meetings: Sequence[Meeting]
+    knots: Sequence[FloatArray], delays: Sequence[float], meetings: Sequence[Meeting]
 ) -> tuple[TimeMap, ...]:
     """The time maps of all players that let meetings happen; see the module.
 

@@ -45,16 +45,24 @@ class Timeline:
     places : array (players, frames, 3), x, z in metres and heading in radians.
     begins : for every player the frames at which their clips begin, and behind the last the end.
     instants : for every player the frames of their clips' instants.
+    ends : for every player the frames behind their clips' last; () where each begins as the one
+        before it ends.
     """
 
     places: FloatArray
     begins: tuple[IntArray, ...]
     instants: tuple[IntArray, ...]
+    ends: tuple[IntArray, ...] = ()
 
     @property
     def n_frames(self) -> int:
         """Frames of the scene."""
         return self.places.shape[1]
+
+    def end_of(self, player: int, clip: int) -> int:
+        """The frame behind a clip's last; pauses behind it are not counted."""
+        ends = self.ends[player] if self.ends else self.begins[player][1:]
+        return int(ends[clip])
 
 
 @dataclass(frozen=True)
@@ -109,8 +117,9 @@ def sampled_timeline(state: SceneState, library: ClipLibrary) -> Timeline:
 
 def moment_frames(row: np.void, timeline: Timeline) -> IntArray:
     """The frames at which a rule looks: one, or a stretch's where it holds throughout."""
-    begins, first, last = timeline.begins[row["player"]], int(row["first"]), int(row["last"])
-    since, end = int(begins[first]), max(int(begins[last]) - 1, int(begins[first]))
+    player, first, last = int(row["player"]), int(row["first"]), int(row["last"])
+    since = int(timeline.begins[player][first])
+    end = max(timeline.end_of(player, last - 1) - 1, since)
     if row["moment"] == kinds.THROUGHOUT:
         return np.arange(since, end + 1)
     if row["moment"] == kinds.AT_START:
