@@ -57,12 +57,17 @@ def contact_speeds(motion: Motion) -> FloatArray:
     return speeds
 
 
-def lock_feet(motion: Motion) -> Motion:
-    """The motion with its feet held while they are in contact; bone lengths stay as they are."""
+def lock_feet(motion: Motion, free: NDArray[np.bool_] | None = None) -> Motion:
+    """The motion with its feet held while they are in contact; bone lengths stay as they are.
+
+    free : array (frames,), where feet are left alone; default nowhere.
+    """
     if motion.n_frames < 3:
         return motion
     positions, world = retarget.motion_positions(motion)
     contacts = find_contacts(positions)
+    if free is not None:
+        contacts[free] = False
     local = motion.local_rotations.astype(np.float64)
     for foot, side in enumerate("lr"):
         hip, knee, ankle, toe = (_I[f"{side}_{j}"] for j in ("hip", "knee", "ankle", "toe"))

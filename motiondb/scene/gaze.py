@@ -1,5 +1,6 @@
 """Heads that follow the ball, as far as necks turn.
 
+Who lets it go looks where it is to go for a while before: at the receiver, or at the ring.
 Neck and head share the turn: yaw and pitch from the chest's own forward to the ball, clamped and
 smoothed over a third of a second. Captures on the canonical body hold the head still, so nothing is
 lost.
@@ -11,19 +12,40 @@ Forum 35 (2016), section 6: gaze is added when a scene is done.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from motiondb.pose import body, retarget, rotation
 from motiondb.records import FloatArray, Motion
+from motiondb.scene.ball import RIM
+from motiondb.scene.ball_acts import BallActs
 
 MOST_YAW, MOST_PITCH = math.radians(60.0), math.radians(30.0)
+AIMING = 20
+"""Frames before a release in which its player looks where the ball is to go."""
 _SMOOTH = 5.0
 _I = body.INDEX
 
 
+def look(acts: BallActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Motion]:
+    """Everybody's motion with the head turned to what they look at; ball (frames, 3), metres."""
+    heads = [retarget.motion_positions(motion)[0][:, _I["head"]] for motion in motions]
+    seen = [ball.copy() for _ in motions]
+    for number, own in enumerate(acts.possessions):
+        aim = np.tile(np.array([acts.rim[0], RIM, acts.rim[1]]), (len(ball), 1))
+        last = number + 1 == len(acts.possessions)
+        if last and not acts.shot:
+            continue
+        if not last:
+            aim = heads[acts.possessions[number + 1].player]
+        frames = np.arange(max(own.until - AIMING, own.since), own.until + 1)
+        seen[own.player][frames] = aim[frames]
+    return [follow(motion, spot) for motion, spot in zip(motions, seen, strict=True)]
+
+
 def follow(motion: Motion, ball: FloatArray) -> Motion:
-    """The motion with its head turned to the ball, array (frames, 3), metres."""
+    """The motion with its head turned to the ball, or what else; array (frames, 3), metres."""
     from scipy.ndimage import gaussian_filter1d
 
     positions, world = retarget.motion_positions(motion)

@@ -51,14 +51,14 @@ _STANDING, _WALKING = 8.0, 0.6
 """How much stiffer standing is than moving, and the metres a second that count as moving."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Facing:
-    """``player`` at ``frame`` is to face where ``target`` is at frame ``seen``; radians off."""
+    """``player`` at ``frames`` is to face where ``target`` is at frames ``seen``; radians off."""
 
     player: int
-    frame: int
+    frames: IntArray
     target: int
-    seen: int
+    seen: IntArray
     tolerance: float
 
 
@@ -212,18 +212,23 @@ def _correct(
 
 
 def _face(facing: Facing, timeline: Timeline, turns: list[_Held]) -> None:
-    """Turn who is not facing what they should, at one frame."""
-    own = timeline.places[facing.player, facing.frame]
-    away = timeline.places[facing.target, facing.seen, :2] - own[:2]
-    wanted = math.atan2(away[0], away[1])
-    frames = np.array([facing.frame])
-    _turn(turns[facing.player], frames, own[None, 2], np.array([wanted]), facing.tolerance)
+    """Turn who is not facing what they should."""
+    own = timeline.places[facing.player, facing.frames]
+    away = timeline.places[facing.target, facing.seen, :2] - own[:, :2]
+    off = np.unwrap(own[:, 2] - np.arctan2(away[:, 0], away[:, 1]))  # all one way round
+    off -= 2.0 * math.pi * np.rint(off.mean() / (2.0 * math.pi))
+    _bring(turns[facing.player], facing.frames, off, facing.tolerance)
 
 
 def _turn(
     turned: _Held, frames: IntArray, heading: FloatArray, wanted: FloatArray, tolerance: float
 ) -> None:
     off = np.mod(heading - wanted + math.pi, 2.0 * math.pi) - math.pi
+    _bring(turned, frames, off, tolerance)
+
+
+def _bring(turned: _Held, frames: IntArray, off: FloatArray, tolerance: float) -> None:
+    """Turn by what headings are ``off`` (frames,), radians, beyond a tolerance."""
     bad = np.abs(off) > tolerance * BEYOND
     by = np.sign(off) * tolerance * WITHIN - off
     turned.move(frames[bad], by[bad][:, None])

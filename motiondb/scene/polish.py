@@ -22,17 +22,18 @@ from motiondb.scene import rule_table as kinds
 from motiondb.scene.ball import Ball, fly
 from motiondb.scene.ball_acts import ball_acts
 from motiondb.scene.clips import ClipLibrary
-from motiondb.scene.gaze import follow
+from motiondb.scene.facing import turn_who_waits
+from motiondb.scene.gaze import look
 from motiondb.scene.path_editing import Edited, Facing, edit_paths
 from motiondb.scene.playing import Playing
 from motiondb.scene.rule_table import RuleTable
 from motiondb.scene.scene_schedule import Scheduled, after_clips, scene_bound, schedule_scene
 from motiondb.scene.scene_state import PlayerState, SceneState
 from motiondb.scene.separation import overlaps
-from motiondb.scene.splicing import Spliced, show, splice
+from motiondb.scene.splicing import Spliced, show, splice, standing
 from motiondb.scene.time_editing import Meeting, TimeMap, edit_times
 from motiondb.scene.timeline import Timeline, excess, lag_of, own_places, sampled_timeline
-from motiondb.scene.waiting import lead_in, lead_out
+from motiondb.scene.waiting import ON_GUARD, lead_in, lead_out
 
 _LEAST, _PATIENCE, _MOST = 2, 3, 8
 """How often time and ways are edited in turn, as balls fly as far as the ways say: at least, before
@@ -43,6 +44,10 @@ _FASTEST = 7.0
 """Metres a second that nobody should be edited into."""
 CATCH_FACING = np.radians(75.0)
 """Radians from the ball that whoever catches it may face."""
+GUARD_FACING = np.radians(45.0)
+"""Radians from the opponent that whoever guards may face."""
+_EVERY = 4
+"""Frames between those at which guards are looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,14 +118,20 @@ def polish(
             break
     assert best is not None
     timeline = best.edited.timeline
-    shown = [
-        show(own, own.rows(times.source_at(_clock(timeline))), places)
-        for own, times, places in zip(best.spliced, best.maps, timeline.places, strict=True)
-    ]
     acts = ball_acts(state, library, table, timeline)
+    clock = _clock(timeline)
+    rows = [
+        own.rows(times.source_at(clock)) for own, times in zip(best.spliced, best.maps, strict=True)
+    ]
+    waits = np.stack([standing(own, at) for own, at in zip(best.spliced, rows, strict=True)])
+    turned = turn_who_waits(table, timeline, waits, acts)
+    timeline = replace(timeline, places=turned)
+    shown = [
+        show(own, at, places) for own, at, places in zip(best.spliced, rows, turned, strict=True)
+    ]
     ball, held = fly(acts, shown) if acts else (None, shown)
-    if ball is not None and gaze:
-        held = [follow(motion, ball.positions) for motion in held]
+    if acts and ball is not None and gaze:
+        held = look(acts, ball.positions, held)
     players = tuple(
         _placed(table.players[n], held[n], best.spliced[n], best.maps[n], len(table.actions[n]))
         for n in range(len(shown))
@@ -193,7 +204,6 @@ def _edit(
                 *((own.begins, own.ends, own.instants) for own in playing), strict=True
             )
         )
-        facings = _facings(table, partners, instants)
         clock = np.arange(n_frames, dtype=float)
         shown = [m.source_at(clock) for m in maps]
         ways = np.stack(
@@ -202,6 +212,7 @@ def _edit(
         best = np.stack([_read(own, at) for own, at in zip(wished, shown, strict=True)])
         before = ways if done == 0 else _lasting(now.places, n_frames)
         times = Timeline(ways, begins, instants, ends)
+        facings = _facings(table, partners, times)
         edited = edit_paths(table, times, best, facings, replace(times, places=before))
         now = edited.timeline
         amiss = excess(table, now)
@@ -277,17 +288,24 @@ def _meetings(
 
 
 def _facings(
-    table: RuleTable, partners: tuple[int, ...], instants: tuple[IntArray, ...]
+    table: RuleTable,
+    partners: tuple[int, ...],
+    times: Timeline,
 ) -> tuple[Facing, ...]:
-    """Who catches faces where the ball comes from, more or less."""
+    """Who catches faces where the ball comes from, and who guards the opponent, more or less."""
     found = []
     for number, row in enumerate(table.rows):
+        player, clip = int(row["player"]), int(row["first"])
         if row["kind"] == kinds.SYNCHRONISATION and np.isnan(row["lag"]):
-            thrown = int(instants[row["player"]][row["first"]])
-            caught = int(instants[row["partner"]][partners[number]])
-            found.append(
-                Facing(int(row["partner"]), caught, int(row["player"]), thrown, CATCH_FACING)
-            )
+            partner = int(row["partner"])
+            thrown = times.instants[player][clip : clip + 1]
+            caught = times.instants[partner][partners[number], None]
+            found.append(Facing(partner, caught, player, thrown, CATCH_FACING))
+        elif row["kind"] == kinds.DISTANCE and table.actions[player][clip] == ON_GUARD:
+            since, end = int(times.begins[player][clip]), times.end_of(player, clip)
+            frames = np.arange(since, max(end, since + 1), _EVERY)
+            if row["target"] >= 0:
+                found.append(Facing(player, frames, int(row["target"]), frames, GUARD_FACING))
     return tuple(found)
 
 

@@ -21,11 +21,13 @@ from motiondb.errors import SceneError
 from motiondb.generate.contact import lock_feet
 from motiondb.generate.stitching import BLEND_FRAMES, Piece, stitch
 from motiondb.pose import body, pose_vectors, rotation
+from motiondb.pose.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.clip_motion import clip_motion
 from motiondb.scene.clips import ClipSource
 from motiondb.scene.ground import compose, inverse, relative
 from motiondb.scene.playing import Part
+from motiondb.scene.stepping import step_feet
 
 _MARGIN = 20
 """Frames of the capture round a clip that are looked at: its blend, and how velocities begin."""
@@ -153,7 +155,10 @@ def _cut(source: ClipSource, motions: Mapping[str, Motion]) -> tuple[ClipSource,
 
 
 def show(spliced: Spliced, at: FloatArray, places: FloatArray) -> Motion:
-    """The motion that shows rows ``at`` (frames,), between two, on a way (frames, 3), feet held."""
+    """The motion that shows rows ``at`` (frames,), between two, on a way (frames, 3), feet held.
+
+    Who waits stands, and takes small steps where the way turns or shifts.
+    """
     before = np.floor(at).astype(np.int64)
     after = np.minimum(before + 1, spliced.n_frames - 1)
     share = at - before
@@ -168,4 +173,14 @@ def show(spliced: Spliced, at: FloatArray, places: FloatArray) -> Motion:
     shown = Motion(
         rotation.unroll(local).astype(np.float32), root.astype(np.float32), body.LEG_LENGTH
     )
-    return lock_feet(shown)
+    waits = standing(spliced, at)
+    return step_feet(lock_feet(shown, free=waits), waits)
+
+
+def standing(spliced: Spliced, at: FloatArray) -> NDArray[np.bool_]:
+    """At which of the rows ``at`` somebody waits and has come to rest: array (frames,)."""
+    waits = spliced.waits[np.rint(at).astype(np.int64)]
+    for start, end in runs(waits):
+        if start > 0:
+            waits[start : min(start + _HALF, end)] = False
+    return waits

@@ -144,7 +144,7 @@ def test_two_who_walk_through_one_another_pass_by() -> None:
 
 def test_who_catches_turns_towards_the_ball() -> None:
     timeline = still((0.0, 0.0, math.pi), (0.0, 4.0, 0.0), frames=60)
-    out = edited(a_table(), timeline, Facing(0, 40, 1, 30, math.radians(60.0)))
+    out = edited(a_table(), timeline, Facing(0, np.array([40]), 1, np.array([30]), math.radians(60.0)))
     assert direction_error(out.timeline.places[0, 40, 2], 0.0) <= math.radians(60.0)
 
 
