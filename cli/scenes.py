@@ -195,7 +195,8 @@ def draw(
 
     diagram = read_tactics(file)
     grammar = grammar_of(diagram, file)
-    strings = {name: tree.leaves() for name, tree in services.cast(diagram, grammar).items()}
+    trees = services.cast(diagram, grammar, file)
+    strings = {name: tree.leaves() for name, tree in trees.items()}
     asked = expressions.expressions(diagram)
     clips = _clips(db, grammar)
     pictures.draw_tactics(diagram, out)

@@ -19,6 +19,7 @@ import numpy as np
 from motiondb.database.scene_files import GRAMMAR, TACTICS, grammar_file, text_of
 from motiondb.database.scene_library import SceneClips
 from motiondb.errors import SceneError
+from motiondb.scene import services
 from motiondb.scene.binding import Binder
 from motiondb.scene.grammar_file import read_motion_grammar
 from motiondb.scene.motion_grammar import MotionGrammar
@@ -140,11 +141,13 @@ class MadeScene:
 
 
 def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
-    """A diagram by its file or name, with its grammar (SceneError)."""
+    """A diagram by its file or name, with its grammar, which allows what is drawn (SceneError)."""
     text, where = text_of(str(diagram), TACTICS)
     read = read_diagram(text, where)
     grammar_text, grammar_where = text_of(grammar_file(read, str(diagram)), GRAMMAR)
-    return SceneText(read, read_motion_grammar(grammar_text, grammar_where), text, grammar_text)
+    grammar = read_motion_grammar(grammar_text, grammar_where)
+    services.cast(read, grammar, where)
+    return SceneText(read, grammar, text, grammar_text)
 
 
 def make(

@@ -49,6 +49,8 @@ ONLY_ASKED = (
 unless the diagram asks, or else there were balls from nowhere and passes to nobody. (A choice; the
 paper's strings may do what the grammar allows beside what is asked.)"""
 
+MOST_ACTIONS = 40
+"""Actions of a player at most."""
 _VIA_WEIGHT = 1.0
 """Metres: a curve is drawn by hand, so what it passes is a wish, not a place to be at."""
 

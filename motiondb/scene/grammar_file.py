@@ -43,9 +43,20 @@ from motiondb.grammar.cfg import EMPTY, Grammar, productive_symbols
 from motiondb.scene import rule_text
 from motiondb.scene.motion_grammar import ROLES, Annotation, MotionGrammar, Start, Terminal
 from motiondb.scene.production_text import read_alternatives, share_out
-from motiondb.scene.rules import THROUGHOUT, Moment, SemanticRule, SynchronisationRule, Weights
+from motiondb.scene.rules import (
+    END,
+    START,
+    THROUGHOUT,
+    Moment,
+    SemanticRule,
+    SynchronisationRule,
+    Weights,
+)
+from motiondb.scene.tactics import TEAMS
 from motiondb.scene.text import Cursor, Token, refuse, statements
 
+_SLACK = 0.02
+"""Probabilities that people write down are rounded: 0.33, three times."""
 _STATEMENT = "a statement such as 'S -> run', 'run := \"run\"' or 'run: position(goal)'"
 
 
@@ -64,6 +75,7 @@ class _Reading:
         self.rules: list[rule_text.Draft] = []
         self.kinds: dict[str, float] = {}
         self.weights: dict[str, float] = {}
+        self.said: dict[str, int] = {}
 
 
 def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
@@ -107,13 +119,14 @@ def _read_statement(cursor: Cursor, reading: _Reading) -> None:
     elif second.text in (":", ",", "in"):
         reading.rules.extend(rule_text.read_rules(cursor))
     elif cursor.meets("grammar"):
+        cursor.once(reading.said, "grammar", "'grammar' once", first)
         reading.name = cursor.name("the grammar's name", "Write one name.")
     elif cursor.meets("start"):
         _read_start(cursor, reading)
     elif cursor.meets("place"):
-        reading.places.append(cursor.name("a name of a place", "Write 'place object'."))
+        _read_place(cursor, reading)
         while cursor.meets(","):
-            reading.places.append(cursor.name("a name of a place", "Write 'place object, goal'."))
+            _read_place(cursor, reading)
     elif cursor.meets("weight"):
         _read_weight(cursor, reading)
     else:
@@ -164,19 +177,37 @@ def _phrases(cursor: Cursor) -> tuple[str, ...]:
     return tuple(found)
 
 
+def _read_place(cursor: Cursor, reading: _Reading) -> None:
+    token = cursor.here
+    name = cursor.name("a name of a place", "Write 'place object, goal'.")
+    if name in ROLES:
+        advice = f"{name} means a player: name the place otherwise."
+        cursor.fail("a name of a place", advice, token)
+    if name in reading.places:
+        cursor.fail("every place once", "Leave one of them out.", token)
+    reading.places.append(name)
+
+
 def _read_start(cursor: Cursor, reading: _Reading) -> None:
     token = cursor.here
     symbol = cursor.name("a start symbol", "Write 'start S', or 'start S for attack'.")
     team = ""
     if cursor.meets("for"):
-        team = cursor.name("a team's name", "Write 'start S for attack'.")
+        team = cursor.name("a team", "Write 'start S for attack'.", TEAMS)
+    for known, earlier in reading.starts:
+        if known.team in ("", team):
+            whom = f"the team {team}" if team else "everybody"
+            advice = f"Line {earlier.line} says where {known.team or 'everybody'} begins already."
+            cursor.fail(f"one start symbol for {whom}", advice, token)
     reading.starts.append((Start(symbol, team), token))
 
 
 def _read_weight(cursor: Cursor, reading: _Reading) -> None:
     kinds = (*rule_text.WEIGHT_UNITS, "user", "smooth", "collision", "effort")
+    token = cursor.here
     kind = cursor.name("what the weight is for", "See the format.", kinds)
     unit = "length" if kind == "effort" else rule_text.WEIGHT_UNITS.get(kind, "")
+    cursor.once(reading.said, f"weight {kind}", f"the weight of {kind} once", token)
     value = rule_text.read_weight(cursor, unit)
     (reading.kinds if kind in rule_text.WEIGHT_UNITS else reading.weights)[kind] = value
 
@@ -194,6 +225,7 @@ def _check(reading: _Reading) -> None:
         if name in lefts:
             advice = f"{name} has rules, so it is a nonterminal: name one of the two otherwise."
             _refuse_at(token, where, "a terminal", advice)
+    _check_probabilities(reading)
     known = lefts | set(reading.terminals)
     for name, token in reading.used.items():
         what = "a nonterminal with rules, or a terminal declared with ':='"
@@ -209,6 +241,26 @@ def _check(reading: _Reading) -> None:
             _known(token.text, targets, "a place or a role", token, where, advice)
         for token in draft.actions:
             _known(token.text, set(reading.terminals), "a terminal", token, where)
+
+
+def _check_probabilities(reading: _Reading) -> None:
+    """Probabilities of a symbol's alternatives that are written leave the others their share."""
+    rows: dict[str, list[float | None]] = {}
+    for left, _, chance in reading.alternatives:
+        rows.setdefault(left, []).append(chance)
+    for left, chances in rows.items():
+        stated = [chance for chance in chances if chance is not None]
+        total, all_stated = math.fsum(stated), len(stated) == len(chances)
+        if stated and (total > 1.0 + _SLACK or (all_stated and total < 1.0 - _SLACK)):
+            what = f"probabilities of {left} that sum to {'' if all_stated else 'less than '}1"
+            token, advice = reading.lines[left], "Correct them, or leave some of them out."
+            place = f"{reading.where}:{token.line}:{token.column}"
+            refuse(place, what, f"a sum of {total:g}", advice)
+        if stated and not all_stated and total > 1.0 - 1e-9:
+            token = reading.lines[left]
+            advice = "Leave something for the alternatives that name none."
+            what = f"probabilities of {left} that sum to less than 1"
+            refuse(f"{reading.where}:{token.line}:{token.column}", what, f"{total:g}", advice)
 
 
 def _known(
@@ -252,9 +304,11 @@ def _completed(
     if math.isnan(rule.weight):
         default = reading.kinds.get(draft.kind, type(rule).weight)
         rule = replace(rule, weight=default)
-    if rule.moment.name:
-        return rule
     event = reading.terminals[symbol][0].event if symbol in reading.terminals else ""
+    if rule.moment.name:
+        if rule.moment.name not in (START, END, THROUGHOUT, event):
+            _refuse_moment(rule.moment.name, draft, symbol, reading)
+        return rule
     if isinstance(rule, SynchronisationRule) and not event:
         token = draft.symbols[0]
         _refuse_at(
@@ -264,3 +318,14 @@ def _completed(
             f"Write 'event contact' behind {symbol}'s words, or 'at start' behind the rule.",
         )
     return replace(rule, moment=Moment(event or THROUGHOUT))
+
+
+def _refuse_moment(moment: str, draft: rule_text.Draft, symbol: str, reading: _Reading) -> None:
+    """An instant that the symbol's clips do not have: nobody would ever look at it."""
+    token, known = draft.symbols[0], reading.terminals.get(symbol)
+    event = known[0].event if known else ""
+    what = f"a moment of {symbol} ({', '.join([START, END, THROUGHOUT, *([event] * bool(event))])})"
+    advice = f"Write 'event {moment}' behind the words of {symbol}." if known else ""
+    advice = advice if not event else f"Write 'at {event}'."
+    place = f"{reading.where}:{token.line}:{token.column}"
+    refuse(place, what, repr(moment), advice or "Name the instant at one of its actions.")

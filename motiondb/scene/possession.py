@@ -12,11 +12,24 @@ Forum 35 (2016), section 4.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from itertools import combinations
 
 from motiondb.errors import SceneError, suggestion
+from motiondb.scene.motion_grammar import ROLES
 from motiondb.scene.rules import Spot
-from motiondb.scene.tactics import SHOTS, WITH_BALL, WITHOUT_BALL, Act, Diagram, Element
+from motiondb.scene.tactics import (
+    BODY_WIDTH,
+    PLAYER,
+    SHOTS,
+    WITH_BALL,
+    WITHOUT_BALL,
+    Act,
+    Diagram,
+    Element,
+    Player,
+)
 
 
 def check_diagram(diagram: Diagram, where: str = "") -> None:
@@ -83,7 +96,15 @@ def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
     """Players who are not there, or not of the team that they should be of."""
     names = list(diagram.player)
     everybody = f"one of the players {', '.join(names)}"
+    taken = {*ROLES, *(place for place, _ in diagram.places)}
     for player in diagram.players:
+        if player.name in taken:
+            yield (
+                f"{where}:{player.line}: '{player.name}': expected a player's name, found what"
+                " rules call a place or a role. Name the player otherwise."
+            )
+        if player.guards in names:
+            yield from _guard_faults(diagram, player, where)
         if player.guards and player.guards not in names:
             yield (
                 f"{where}:{player.line}: '{player.name} guards {player.guards}': expected"
@@ -103,6 +124,17 @@ def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
             yield from _team_faults(diagram, element, where)
 
 
+def _guard_faults(diagram: Diagram, player: Player, where: str) -> Iterator[str]:
+    guarded = diagram.player[player.guards]
+    found = "a team-mate" if guarded.team == player.team != PLAYER else ""
+    found = "the player themselves" if guarded == player else found
+    if found:
+        yield (
+            f"{where}:{player.line}: '{player.name} guards {guarded.name}': expected an opponent"
+            f" of {player.name}, found {found}. Name somebody of the other team."
+        )
+
+
 def _team_faults(diagram: Diagram, element: Element, where: str) -> Iterator[str]:
     if not element.other:
         return
@@ -120,7 +152,7 @@ def _team_faults(diagram: Diagram, element: Element, where: str) -> Iterator[str
 
 
 def _place_faults(diagram: Diagram, where: str) -> Iterator[str]:
-    """Points off the court."""
+    """Points off the court, and two players at one point."""
     court = diagram.court
     what = (
         f"a point on the court (x {-court.width / 2:g} to {court.width / 2:g} m,"
@@ -132,6 +164,14 @@ def _place_faults(diagram: Diagram, where: str) -> Iterator[str]:
             yield (
                 f"{where}:{player.line}: '{player.name}': expected {what},"
                 f" found {_point(player.at)}. {advice}"
+            )
+    for one, other in combinations(diagram.players, 2):
+        apart = math.hypot(one.at.x - other.at.x, one.at.z - other.at.z)
+        if apart < BODY_WIDTH:
+            yield (
+                f"{where}:{other.line}: '{other.name}': expected a place at least {BODY_WIDTH:g} m"
+                f" from {one.name} (line {one.line}), found {apart:.2g} m. Two who stand so near"
+                " touch: move one of them."
             )
     for element in diagram.elements:
         for spot in (*element.via, *([element.to] if element.to else [])):

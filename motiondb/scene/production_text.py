@@ -18,6 +18,7 @@ from motiondb.scene.text import Cursor, Token
 Alternative = tuple[str, tuple[str, ...], float | None]
 """Left side, right side, probability where one was written."""
 
+_DEEPEST = 50
 _ADVICE = f"Write names, ( ) | * + ? and probabilities as [0.5]; '{EMPTY}' is the empty string."
 
 
@@ -44,9 +45,15 @@ def _next_number(used: dict[str, Token], left: str) -> int:
 
 
 def _read_sequence(
-    cursor: Cursor, names: Iterator[str], helpers: list[Alternative], used: dict[str, Token]
+    cursor: Cursor,
+    names: Iterator[str],
+    helpers: list[Alternative],
+    used: dict[str, Token],
+    depth: int = 0,
 ) -> tuple[str, ...]:
     first = cursor.here
+    if depth > _DEEPEST:
+        cursor.fail(f"at most {_DEEPEST} brackets in one another", "Give the inner ones a name.")
     symbols: list[str] = []
     while cursor.here.kind == "name" or cursor.here.text == "(":
         token = cursor.here
@@ -54,7 +61,8 @@ def _read_sequence(
             inner = next(names)
             used[inner] = token
             while True:
-                helpers.append((inner, _read_sequence(cursor, names, helpers, used), None))
+                symbols_of = _read_sequence(cursor, names, helpers, used, depth + 1)
+                helpers.append((inner, symbols_of, None))
                 if not cursor.meets("|"):
                     break
             cursor.expect(")", "Close the bracket.")

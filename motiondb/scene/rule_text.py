@@ -29,6 +29,12 @@ WEIGHT_UNITS: dict[str, str] = {
 }
 """The kinds of rule, and what their weights are measured in; "" for no unit."""
 
+_LEAST, _MOST = 1e-6, 1e6
+"""Weights beyond are slips: a sum of f / weight holds no such numbers beside others."""
+
+_LONGEST_LAG = 60.0
+"""Seconds: no scene lasts so long that two actions could be farther apart."""
+
 _UNSTATED = math.nan
 """The weight of a rule that names none, until the whole file is read."""
 
@@ -104,8 +110,12 @@ def _target(cursor: Cursor, targets: list[Token]) -> str:
 
 
 def _facing(cursor: Cursor, targets: list[Token]) -> str | float:
-    if cursor.here.kind == "number":
-        return cursor.quantity("angle", "a heading")
+    token = cursor.here
+    if token.kind == "number":
+        heading = cursor.quantity("angle", "a heading")
+        if abs(heading) > 2.0 * math.pi:
+            cursor.fail("a heading from -360 to 360 deg", "A whole turn leads nowhere.", token)
+        return heading
     return _target(cursor, targets)
 
 
@@ -134,7 +144,11 @@ def _partners(cursor: Cursor, actions: list[Token]) -> float | None:
     cursor.expect(",", advice)
     if cursor.meets("flight"):
         return None
-    return cursor.quantity("time", "a time, or 'flight'")
+    token = cursor.here
+    lag = cursor.quantity("time", "a time, or 'flight'")
+    if abs(lag) > _LONGEST_LAG:
+        cursor.fail(f"a time from -{_LONGEST_LAG:g} to {_LONGEST_LAG:g} s", advice, token)
+    return lag
 
 
 def _with_tail(cursor: Cursor, rule: SemanticRule, kind: str) -> SemanticRule:
@@ -154,11 +168,14 @@ def read_weight(cursor: Cursor, kind: str) -> float:
 
     Raises
     ------
-    SceneError with the place: a rule of weight 0 would allow no deviation at all.
+    SceneError with the place: a rule of weight 0 would allow no deviation at all, and one that is
+    out of all proportion drowns the others or is drowned.
     """
     token = cursor.here
     advice = "Write the deviation that costs 1; it must be above 0."
     value = cursor.quantity(kind, "a weight") if kind else cursor.number("a weight", advice)
-    if not 0.0 < value < math.inf:
+    if value <= 0.0:
         cursor.fail("a weight above 0", advice, token)
+    if not _LEAST <= value <= _MOST:
+        cursor.fail(f"a weight from {_LEAST:g} to {_MOST:g}", advice, token)
     return value

@@ -42,7 +42,7 @@ from motiondb.scene.binding import Binder
 from motiondb.scene.clip_choice import ClipGroups, smooth_string
 from motiondb.scene.derivations import Derivations
 from motiondb.scene.energy import scene_arrays, token_errors
-from motiondb.scene.expressions import ONLY_ASKED
+from motiondb.scene.expressions import MOST_ACTIONS, ONLY_ASKED
 from motiondb.scene.ground import compose, inverse
 from motiondb.scene.metropolis import DRAWS, EVERYBODY, KINDS, Focus, Walk, walk
 from motiondb.scene.motion_grammar import MotionGrammar
@@ -57,8 +57,6 @@ from motiondb.scene.tree_shapes import TreeShape, exchanged, subtree_errors, tre
 if TYPE_CHECKING:
     from motiondb.scene.clips import ClipLibrary
 
-MOST_ACTIONS = 40
-"""Actions of a player at most."""
 AROUND = 3
 """Clips before and behind a link that are looked at first when it comes or goes."""
 

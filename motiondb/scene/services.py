@@ -16,7 +16,7 @@ from motiondb.grammar.cfg import Tree, nullable_symbols, reachable_symbols
 from motiondb.grammar.parse import explain, parse
 from motiondb.grammar.prefix import prefix_log_probability
 from motiondb.scene import planning
-from motiondb.scene.expressions import Item, expressions
+from motiondb.scene.expressions import MOST_ACTIONS, Item, expressions
 from motiondb.scene.lr import Conflict, ll1_conflicts, lr1_automaton
 from motiondb.scene.motion_grammar import MotionGrammar
 from motiondb.scene.rules import RULE_NAMES
@@ -212,43 +212,81 @@ def plan(
     return planning.plan(grammar.started(start), actions, goals)
 
 
-def cast(diagram: Diagram, grammar: MotionGrammar) -> dict[str, Tree]:
+def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str, Tree]:
     """For each player the shortest string of the grammar that fits the diagram (g_user = 0).
+
+    Parameters
+    ----------
+    where : the diagram's file, for messages; its name where there is none.
 
     Raises
     ------
     SceneError, naming the player and what the grammar does not allow them, a place that the
-    grammar's rules need, or an element whose rules need an opponent where there is none.
+    grammar's rules need, an element whose rules need an opponent where there is none, or a player
+    who is to do more than a string can hold.
     """
-    _check_places(diagram, grammar)
+    where = where or diagram.name
+    _check_places(diagram, grammar, where)
     found = {}
     for name, items in expressions(diagram).items():
-        start = grammar.start_of(diagram.player[name].team)
-        for item in items:
-            _check_opponent(diagram, grammar, name, start, item)
+        player = diagram.player[name]
         try:
-            found[name] = plan(grammar, (), [item.actions for item in items], start)
+            start = grammar.start_of(player.team)
         except SceneError as error:
-            wanted = "".join(str(item) for item in items)
+            raise SceneError(f"{where}:{player.line}: '{player.team} {name}': {error}") from None
+        if len(items) > MOST_ACTIONS:
             raise SceneError(
-                f"{diagram.name}: expected of {name} what the grammar {grammar.name} allows, found"
-                f" {wanted}. {error}"
-            ) from None
+                f"{where}:{player.line}: '{name}': expected at most {MOST_ACTIONS} things to do,"
+                f" found {len(items)}. Make a scene of each part of the play."
+            )
+        for item in items:
+            _check_opponent(diagram, grammar, name, start, item, where)
+        found[name] = _planned(diagram, grammar, name, start, items, where)
     return found
 
 
-def _check_places(diagram: Diagram, grammar: MotionGrammar) -> None:
+def _planned(
+    diagram: Diagram,
+    grammar: MotionGrammar,
+    name: str,
+    start: str,
+    items: Sequence[Item],
+    where: str,
+) -> Tree:
+    """A player's shortest string; SceneError with the line of the first act that cannot be."""
+    goals = [item.actions for item in items]
+    try:
+        return plan(grammar, (), goals, start)
+    except SceneError as error:
+        reason = str(error)
+    last = 1
+    while last < len(items):
+        try:
+            plan(grammar, (), goals[:last], start)
+        except SceneError:
+            break
+        last += 1
+    element = items[last - 1].element
+    line = diagram.elements[element].line if element >= 0 else diagram.player[name].line
+    wanted = "".join(str(item) for item in items)
+    raise SceneError(
+        f"{where}:{line}: expected of {name} what the grammar {grammar.name} allows, found"
+        f" {wanted}. {reason}"
+    )
+
+
+def _check_places(diagram: Diagram, grammar: MotionGrammar, where: str) -> None:
     known = dict(diagram.places)
     for place in grammar.places:
         if place not in known:
             raise SceneError(
-                f"{diagram.name}: expected the place {place!r}, which rules of the grammar"
+                f"{where}: expected the place {place!r}, which rules of the grammar"
                 f" {grammar.name} are about, found {', '.join(known)}. Add 'place {place} at 0 0'."
             )
 
 
 def _check_opponent(
-    diagram: Diagram, grammar: MotionGrammar, name: str, start: str, item: Item
+    diagram: Diagram, grammar: MotionGrammar, name: str, start: str, item: Item, where: str
 ) -> None:
     """Refuse an action that is about an opponent where nobody is one."""
     if item.element < 0 or item.other or diagram.opponent_of(name):
@@ -260,7 +298,7 @@ def _check_opponent(
             if "opponent" in about:
                 element = diagram.elements[item.element]
                 raise SceneError(
-                    f"{diagram.name}:{element.line}: '{element}': expected an opponent of {name},"
+                    f"{where}:{element.line}: '{element}': expected an opponent of {name},"
                     f" whom the rule {RULE_NAMES[type(rule)]} of {action} is about, found none."
                     " Add a player of the other team, or take the element out."
                 )

@@ -32,6 +32,9 @@ STANDS = ("guard", "block")
 KINDS = (*MOVES, "pass", *SHOTS, "screen", *FEINTS, *STANDS)
 """What an element can be. A move is a dribble for who has the ball; a cut is a run."""
 
+BODY_WIDTH = 0.5
+"""Metres: two who stand nearer to one another touch."""
+
 WITH_BALL = ("dribble", "pass", *SHOTS, "fake", "pivot_left", "pivot_right")
 WITHOUT_BALL = ("walk", "run", "cut", "screen", "feint")
 

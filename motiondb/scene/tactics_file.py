@@ -36,6 +36,10 @@ from motiondb.scene.tactics import FEINTS, KINDS, MOVES, TEAMS, Court, Diagram, 
 from motiondb.scene.text import Cursor, refuse, statements
 
 _KEYWORDS = ("diagram", "grammar", "court", "place", "ball", *TEAMS)
+_ONCE = ("diagram", "grammar", "court", "place", "ball")
+_LONGEST_NAME = 60
+"""Characters of a player's name, of which files are called."""
+_LAST_STEP = 10_000
 _SMALLEST, _LARGEST = 2.0, 100.0
 """Metres: a ground that is smaller holds no play, and a larger one is a mistake of units."""
 
@@ -53,10 +57,12 @@ def read_diagram(text: str, where: str = "diagram") -> Diagram:
     diagram with all elements that are at fault.
     """
     diagram = Diagram("", (), ())
+    said: dict[str, int] = {}
     for cursor in statements(text, where):
         if cursor.here.kind == "number":
             diagram = replace(diagram, elements=(*diagram.elements, _read_element(cursor)))
         else:
+            _refuse_repetition(cursor, said)
             diagram = _read_keyword(cursor, diagram)
         cursor.done("Write one statement a line.")
     if not diagram.players:
@@ -64,6 +70,14 @@ def read_diagram(text: str, where: str = "diagram") -> Diagram:
     diagram = replace(diagram, name=diagram.name or where)
     check_diagram(diagram, where)
     return diagram
+
+
+def _refuse_repetition(cursor: Cursor, said: dict[str, int]) -> None:
+    """What holds for the whole diagram, and every place, is said once."""
+    key = cursor.here.text
+    if key in _ONCE:
+        key = f"place {cursor.after.text}" if key == "place" else key
+        cursor.once(said, key, f"{key!r} once")
 
 
 def _read_keyword(cursor: Cursor, diagram: Diagram) -> Diagram:
@@ -89,7 +103,11 @@ def _read_keyword(cursor: Cursor, diagram: Diagram) -> Diagram:
         name = cursor.name("a place's name", "Write 'place bench at 6 2'.")
         cursor.expect("at", "Write 'place bench at 6 2'.")
         others = tuple(pair for pair in diagram.places if pair[0] != name)
-        return replace(diagram, places=(*others, (name, _read_spot(cursor))))
+        token = cursor.here
+        spot = _read_spot(cursor)
+        if max(abs(spot.x), abs(spot.z)) > _LARGEST:
+            cursor.fail(f"a place within {_LARGEST:g} metres", "Lengths are metres.", token)
+        return replace(diagram, places=(*others, (name, spot)))
     return replace(diagram, players=(*diagram.players, _read_player(cursor, diagram, token.text)))
 
 
@@ -118,9 +136,11 @@ def _read_spot(cursor: Cursor) -> Spot:
 def _read_player(cursor: Cursor, diagram: Diagram, team: str) -> Player:
     token = cursor.here
     name = cursor.name("a player's name", f"Write '{team} A1 at 0 8'.")
-    if name in diagram.player:
-        line = diagram.player[name].line
-        cursor.fail("a name of their own", f"Line {line} has the same.", token)
+    for other in diagram.players:  # of names that differ in case only, some disks make one file
+        if other.name.casefold() == name.casefold():
+            cursor.fail("a name of their own", f"Line {other.line} has the same.", token)
+    if len(name) > _LONGEST_NAME:
+        cursor.fail(f"a name of at most {_LONGEST_NAME} characters", "Shorten it.", token)
     cursor.expect("at", f"Write '{team} {name} at 0 8'.")
     at = _read_spot(cursor)
     guards = ""
@@ -151,8 +171,10 @@ def _read_element(cursor: Cursor) -> Element:
 def _read_step(cursor: Cursor) -> int:
     token = cursor.here
     value = cursor.number("a step", "Write a whole number from 1 on.")
-    if value != int(value) or not 1 <= value <= 10_000:
-        cursor.fail("a whole number from 1 on", "Steps are counted 1, 2, 3.", token)
+    if value != int(value) or not 1 <= value <= _LAST_STEP:
+        end = f"to {_LAST_STEP}" if value > _LAST_STEP else "on"
+        what = f"a whole number from 1 {end}"
+        cursor.fail(what, "Steps are counted 1, 2, 3.", token)
     return int(value)
 
 

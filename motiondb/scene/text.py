@@ -143,10 +143,20 @@ class Cursor:
         return self.take().text
 
     def number(self, what: str, advice: str) -> float:
-        """Take a number without unit."""
-        if self.here.kind != "number":
+        """Take a number without unit; one that is too large for a number is refused."""
+        token = self.here
+        if token.kind != "number":
             self.fail(what, advice)
+        if math.isinf(float(token.text)):
+            self.fail(f"{what}: a finite number", advice)
         return float(self.take().text)
+
+    def once(self, said: dict[str, int], key: str, what: str, token: Token | None = None) -> None:
+        """Refuse a token (the next) where an earlier statement said the same: ``said``, by key."""
+        token = token or self.here
+        line = said.setdefault(key, token.line)
+        if line != token.line:
+            self.fail(what, f"Line {line} says it already: leave one of them out.", token)
 
     def quantity(self, kind: str, what: str) -> float:
         """Take a number and its unit: metres, radians or seconds come back."""

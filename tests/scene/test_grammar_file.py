@@ -202,6 +202,42 @@ def test_rules_may_hold_below_a_nonterminal_only() -> None:
             "6:20: expected a role (receiver, opponent),",
         ),
         ("S -> a\na: synchronisation(opponent, c, 0 s)", "6:30: expected a terminal, found 'c'."),
+        ("S -> a\nweight smooth 1e-300", "6:15: expected a weight from 1e-06 to 1e+06, found '1e"),
+        ("S -> a\nweight smooth 1e999", "6:15: expected a weight: a finite number, found '1e999'."),
+        ("S -> a\nweight smooth nan", "6:15: expected a weight, found 'nan'."),
+        (
+            "S -> a\nweight user 1\nweight user 2",
+            "7:8: expected the weight of user once, found 'user'. Line 6 says it already",
+        ),
+        ("S -> a\na: direction(1e20 deg)", "6:14: expected a heading from -360 to 360 deg, found"),
+        (
+            "S -> a\na: synchronisation(opponent, b, 1000000 s) at start",
+            "6:33: expected a time from -60 to 60 s, found '1000000'.",
+        ),
+        (
+            "S -> a\na: position(object) at release",
+            "6:1: expected a moment of a (start, end, throughout), found 'release'. Write 'event",
+        ),
+        (
+            'S -> a c\nc := "c" event catch\nc: position(object) at release',
+            "7:1: expected a moment of c (start, end, throughout, catch), found 'release'. Write",
+        ),
+        ("S -> a\nS: position(object) at release", "Name the instant at one of its actions."),
+        ("S -> a [0.9] | b [0.9]", "5:1: expected probabilities of S that sum to 1, found a sum"),
+        ("S -> a [0.2] | b [0.2]", "that sum to 1, found a sum of 0.4. Correct them, or leave"),
+        ("S -> a [0.5] | b [0.5] | b a", "expected probabilities of S that sum to less than 1,"),
+        ("S -> " + 60 * "(" + "a" + 60 * ")", "5:57: expected at most 50 brackets in one another"),
+        ("S -> a\nplace goal, object", "6:13: expected every place once, found 'object'."),
+        (
+            "S -> a\nplace receiver",
+            "6:7: expected a name of a place, found 'receiver'. receiver",
+        ),
+        (
+            "S -> a\nstart S for attack",
+            "6:7: expected one start symbol for the team attack, found 'S'. Line 1 says where",
+        ),
+        ("S -> a\nstart S for wizards", "6:13: expected a team (attack, defence, player), found"),
+        ("S -> a\ngrammar x\ngrammar y", "7:1: expected 'grammar' once, found 'grammar'. Line 6"),
         (
             "S -> a\na: synchronisation(opponent, b, 0 s)",
             "6:1: expected an action with an instant to",

@@ -157,7 +157,7 @@ def test_what_the_grammar_does_not_allow_is_named(basketball) -> None:
     with pytest.raises(SceneError) as caught:
         services.cast(diagram, basketball)
     assert str(caught.value).startswith(
-        "x.tactics: expected of A1 what the grammar basketball allows, found (guard)*."
+        "x.tactics:3: expected of A1 what the grammar basketball allows, found (guard)*."
     )
 
 
@@ -175,4 +175,26 @@ def test_rules_about_who_is_not_there_are_refused(basketball) -> None:
         services.cast(diagram, scene_files.read_grammar("carrying"))
     assert "expected the place 'origin', which rules of the grammar carrying are" in str(
         caught.value
+    )
+
+
+def test_what_nobody_can_do_is_told_with_file_and_line(basketball) -> None:
+    def told(text: str) -> str:
+        diagram = read_diagram(f'diagram "Title"\nattack A1 at 0 5\n{text}', "x.tactics")
+        with pytest.raises(SceneError) as caught:
+            services.cast(diagram, basketball, "x.tactics")
+        return str(caught.value)
+
+    assert told(
+        "defence D1 at 3 3\n1 screen A1 on D1\n2 guard D1 on A1\n3 block A1 on D1"
+    ).startswith(
+        "x.tactics:6: expected of A1 what the grammar basketball allows, found (screen)(block)."
+    )
+    assert told("player C1 at 3 3\n1 shoot A1").startswith(
+        "x.tactics:3: 'player C1': basketball: expected a start symbol for the team 'player'"
+    )
+    runs = "\n".join(f"{step} run A1 to {step % 5} 3" for step in range(1, 42))
+    assert told(runs) == (
+        "x.tactics:2: 'A1': expected at most 40 things to do, found 41. Make a scene of each part"
+        " of the play."
     )

@@ -7,10 +7,11 @@ import pytest
 
 from motiondb.database import scene_files
 from motiondb.errors import SceneError
+from motiondb.scene import collisions
 from motiondb.scene.curves import path_fractions, smooth_curve
 from motiondb.scene.possession import first_holder, has_ball
 from motiondb.scene.rules import Spot
-from motiondb.scene.tactics import Court
+from motiondb.scene.tactics import BODY_WIDTH, Court
 from motiondb.scene.tactics_file import read_diagram
 
 PLAYERS = """attack A1 at 0 8
@@ -168,6 +169,30 @@ def test_opponents_are_who_guards_else_who_is_near() -> None:
         ("court 6 x 0", "expected 2 to 100 metres, found '0'."),
         ("attack A1 at 2 2", "x.tactics:5:8: expected a name of their own, found 'A1'. Line 1 has"),
         ("ball B1", "x.tactics: 'ball B1': expected one of the players A1, A2, A3, D1, found 'B1'"),
+        ("attack a1 at 2 2", "x.tactics:5:8: expected a name of their own, found 'a1'. Line 1 has"),
+        (
+            "20000 shoot A1",
+            "x.tactics:5:1: expected a whole number from 1 to 10000, found '20000'",
+        ),
+        ("1e999 shoot A1", "x.tactics:5:1: expected a step: a finite number, found '1e999'."),
+        ("1 run A2 to 1e999 0", "x.tactics:5:13: expected x, metres: a finite number, found '1e"),
+        ("1 run A2 to nan 0", "x.tactics:5:13: expected x, metres, found 'nan'."),
+        ("court 1e9 x 1e9", "x.tactics:5:7: expected 2 to 100 metres, found '1e9'."),
+        ("court -8 x 6", "x.tactics:5:7: expected 2 to 100 metres, found '-8'."),
+        ("court half\ncourt half", "x.tactics:6:1: expected 'court' once, found 'court'. Line 5"),
+        ("place q at 1 1\nplace q at 2 2", "x.tactics:6:1: expected 'place q' once, found 'place'"),
+        ("place q at 1 400", "x.tactics:5:12: expected a place within 100 metres, found '1'."),
+        (
+            "attack A4 at 4.3 5",
+            "x.tactics:5: 'A4': expected a place at least 0.5 m from A2 (line 2), found 0.3 m. Two",
+        ),
+        (
+            "attack rim at 3 3",
+            "x.tactics:5: 'rim': expected a player's name, found what rules",
+        ),
+        ("attack A4 at 3 3 guards A4", "x.tactics:5: 'A4 guards A4': expected an opponent of A4,"),
+        ("attack A4 at 3 3 guards A1", "found a team-mate. Name somebody of the other team."),
+        (f"attack A{60 * 'x'} at 3 3", "x.tactics:5:8: expected a name of at most 60 characters,"),
         ("1 shoot A1 A2", "x.tactics:5:12: expected the end of the line, found 'A2'."),
     ],
 )
@@ -204,3 +229,9 @@ def test_points_that_are_met_twice_count_once() -> None:
     assert len(smooth_curve(points, 4)) == 5
     assert path_fractions(points).tolist() == [0.0, 0.0, 1.0, 1.0]
     assert path_fractions(points[:2]).tolist() == [0.0, 0.0]
+
+
+def test_two_who_stand_so_near_touch() -> None:
+    """What the reader refuses is what the sampler would call a collision for ever."""
+    assert pytest.approx(2.0 * collisions.RADIUS) == BODY_WIDTH
+    assert len(read("attack A4 at 4.5 5").players) == 5
