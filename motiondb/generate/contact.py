@@ -38,6 +38,10 @@ def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
     return contacts
 
 
+def _steady(contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    return np.stack([_without_flicker(contacts[:, foot]) for foot in range(2)], axis=1)
+
+
 def foot_slip(motion: Motion) -> float:
     """Mean ground speed of feet in contact, metres a second (0 where there is no contact)."""
     speeds = contact_speeds(motion)
@@ -57,15 +61,21 @@ def contact_speeds(motion: Motion) -> FloatArray:
     return speeds
 
 
-def lock_feet(motion: Motion, free: NDArray[np.bool_] | None = None) -> Motion:
+def lock_feet(
+    motion: Motion,
+    free: NDArray[np.bool_] | None = None,
+    contacts: NDArray[np.bool_] | None = None,
+) -> Motion:
     """The motion with its feet held while they are in contact; bone lengths stay as they are.
 
     free : array (frames,), where feet are left alone; default nowhere.
+    contacts : array (frames, 2), more contacts than can be seen, of feet that an edit made slide.
     """
     if motion.n_frames < 3:
         return motion
     positions, world = retarget.motion_positions(motion)
-    contacts = find_contacts(positions)
+    seen = find_contacts(positions)
+    contacts = seen if contacts is None else _steady(seen | contacts)
     if free is not None:
         contacts[free] = False
     local = motion.local_rotations.astype(np.float64)

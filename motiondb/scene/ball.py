@@ -29,9 +29,9 @@ from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.ball_acts import BallActs, Possession
 from motiondb.scene.hands import palms, reach
-from motiondb.scene.hold import HALF_WIDTH, held_ball
+from motiondb.scene.hold import BALL, HeldBall, clearance, held_ball
 
-RADIUS, RIM, GRAVITY = 0.12, 3.05, 9.81
+RADIUS, RIM, GRAVITY = BALL, 3.05, 9.81
 """Metres of a ball and of the ring over the floor; metres a second squared."""
 ENTRY = math.radians(45.0)
 """The angle at which a shot comes down into the ring."""
@@ -72,11 +72,12 @@ def fly(acts: BallActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]:
         for bounce in own.bounces:
             inner = np.arange(bounce.release, bounce.catch + 1)
             ends = held.ball[bounce.release], held.ball[bounce.catch]
-            positions[inner] = bounced(*ends, len(inner))
+            way = bounced(*ends, len(inner))
+            positions[inner] = way + _around(way, joints[own.player][0][inner])
             free[inner[1:-1]] = True
         if number > 0:
             _pass(positions, acts.possessions[number - 1].until, own.since)
-        moved[own.player] = _brought(moved[own.player], own, held.ball, held.hands, held.left)
+        moved[own.player] = _brought(moved[own.player], own, held)
     if acts.shot:
         _shoot(positions, acts.possessions[-1].until, acts.rim)
         holder[acts.possessions[-1].until + 1 :] = -1
@@ -151,10 +152,16 @@ def _falling(time: FloatArray) -> FloatArray:
     return np.maximum(heights, RADIUS)
 
 
-def _brought(
-    motion: Motion, own: Possession, ball: FloatArray, hands: FloatArray, left: FloatArray
-) -> Motion:
-    """A motion with its palms at the sides of the ball where both hands hold it."""
+def _around(way: FloatArray, joints: FloatArray) -> FloatArray:
+    """By how much a bounce has to go round the legs: array (frames, 3), 0 at its ends."""
+    from scipy.ndimage import gaussian_filter1d
+
+    out = gaussian_filter1d(clearance(way, joints), 2.0, axis=0, mode="constant")
+    return np.asarray(out * np.minimum(1.0, 3.0 * np.sin(np.linspace(0, np.pi, len(way))))[:, None])
+
+
+def _brought(motion: Motion, own: Possession, held: HeldBall) -> Motion:
+    """A motion with its palms at the ball while it is held, and on the way to it."""
     n_frames = motion.n_frames
     frames = np.arange(n_frames)
     inside = np.clip(frames, own.since, own.until)
@@ -162,10 +169,8 @@ def _brought(
     ramp = np.clip(near, 0.0, 1.0)
     if own.since == 0:
         ramp[: own.since + 1] = 1.0
-    weights = hands[inside] * (ramp * ramp * (3.0 - 2.0 * ramp))[:, None]
-    aside = left[inside] * HALF_WIDTH
-    targets = np.stack([ball[inside] + aside, ball[inside] - aside], axis=1)
-    return reach(motion, targets, weights)
+    weights = held.hands[inside] * (ramp * ramp * (3.0 - 2.0 * ramp))[:, None]
+    return reach(motion, held.palms[inside], weights)
 
 
 def _gaps(

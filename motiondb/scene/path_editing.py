@@ -29,6 +29,7 @@ import numpy as np
 
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.scene import rule_table as kinds
+from motiondb.scene.collisions import RADIUS
 from motiondb.scene.rule_table import RuleTable
 from motiondb.scene.separation import pushes
 from motiondb.scene.timeline import (
@@ -102,6 +103,7 @@ def edit_paths(
     wished: FloatArray,
     facings: tuple[Facing, ...] = (),
     before: Timeline | None = None,
+    radius: float = RADIUS,
 ) -> Edited:
     """The timeline with all ways edited so that the rules of a table hold, and nobody overlaps.
 
@@ -112,6 +114,7 @@ def edit_paths(
     facings : more directions to be kept than the table has.
     before : a timeline of the same times that tells at which frames a share of a way is behind;
         default ``spliced``.
+    radius : metres round everybody that nobody else's come into.
     """
     before = before or spliced
     n_players, n_frames, _ = spliced.places.shape
@@ -128,7 +131,7 @@ def edit_paths(
             _correct(table.rows[number], frames[number], timeline, places, turns)
         for facing in facings:
             _face(facing, timeline, turns)
-        for p, touching, by in pushes(table, timeline, SLACK):
+        for p, touching, by in pushes(table, timeline, SLACK, radius):
             places[p].move(touching, by)
         moved = [places[p].settle(timeline.places[p, :, :2]) for p in range(n_players)]
         turned = [turns[p].settle(timeline.places[p, :, 2:]) for p in range(n_players)]

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from motiondb.scene import rule_table as kinds
 from motiondb.scene.ball import Ball, fly
 from motiondb.scene.ball_acts import ball_acts
 from motiondb.scene.clips import ClipLibrary
+from motiondb.scene.collisions import RADIUS
 from motiondb.scene.facing import turn_who_waits
 from motiondb.scene.gaze import look
 from motiondb.scene.path_editing import Edited, Facing, edit_paths
@@ -29,7 +31,7 @@ from motiondb.scene.playing import Playing
 from motiondb.scene.rule_table import RuleTable
 from motiondb.scene.scene_schedule import Scheduled, after_clips, scene_bound, schedule_scene
 from motiondb.scene.scene_state import PlayerState, SceneState
-from motiondb.scene.separation import overlaps
+from motiondb.scene.separation import COMFORT, overlaps
 from motiondb.scene.splicing import Spliced, show, splice, standing
 from motiondb.scene.time_editing import Meeting, TimeMap, edit_times
 from motiondb.scene.timeline import Timeline, excess, lag_of, own_places, sampled_timeline
@@ -38,8 +40,9 @@ from motiondb.scene.waiting import ON_GUARD, lead_in, lead_out
 _LEAST, _PATIENCE, _MOST = 2, 3, 8
 """How often time and ways are edited in turn, as balls fly as far as the ways say: at least, before
 giving up where it does not get better, and at most."""
-_HURRIES = (1.0, 0.15, 0.0)
-"""What a frame of the scene costs, one after another, until every rule holds."""
+_HURRIES = (1.0, 0.5, 0.2, 0.05, 0.0)
+_WAYS = (*product(_HURRIES[:3], (COMFORT, 0.3)), *product(_HURRIES, (RADIUS,)))
+"""What a frame of the scene costs, and how far people stay apart: tried until every rule holds."""
 _FASTEST = 7.0
 """Metres a second that nobody should be edited into."""
 CATCH_FACING = np.radians(75.0)
@@ -110,8 +113,8 @@ def polish(
     SceneError : a capture is not among the motions.
     """
     best: _Tried | None = None
-    for hurry in _HURRIES:
-        tried = _try(state, library, motions, table, hurry)
+    for how in _WAYS:
+        tried = _try(state, library, motions, table, how)
         if best is None or tried.fault < best.fault:
             best = tried
         if tried.fault == 0.0:
@@ -154,16 +157,16 @@ def _try(
     library: ClipLibrary,
     motions: Mapping[str, Motion],
     table: RuleTable,
-    hurry: float,
+    how: tuple[float, float],
 ) -> _Tried:
-    """Clips and pauses scheduled, spliced, and edited."""
-    scheduled = schedule_scene(state, library, table, hurry)
+    """Clips and pauses scheduled, spliced, and edited; ``how`` : hurry, and radius of the discs."""
+    scheduled = schedule_scene(state, library, table, how[0])
     longest = scene_bound(scheduled)
     spliced = [
         _spliced(player, playing, library, motions, longest)
         for player, playing in zip(state.players, scheduled.playing, strict=True)
     ]
-    maps, edited = _edit(state, library, table, scheduled, spliced)
+    maps, edited = _edit(state, library, table, (scheduled, spliced), how[1])
     return _Tried(spliced, maps, edited, _fault(table, edited))
 
 
@@ -183,10 +186,11 @@ def _edit(
     state: SceneState,
     library: ClipLibrary,
     table: RuleTable,
-    scheduled: Scheduled,
-    spliced: list[Spliced],
+    played: tuple[Scheduled, list[Spliced]],
+    radius: float,
 ) -> tuple[tuple[TimeMap, ...], Edited]:
     """Time and ways, edited in turn."""
+    scheduled, spliced = played
     playing, partners = scheduled.playing, scheduled.partners
     knots = [own.knots.astype(float) for own in playing]
     wished = [
@@ -213,7 +217,8 @@ def _edit(
         before = ways if done == 0 else _lasting(now.places, n_frames)
         times = Timeline(ways, begins, instants, ends)
         facings = _facings(table, partners, times)
-        edited = edit_paths(table, times, best, facings, replace(times, places=before))
+        measured = replace(times, places=before)
+        edited = edit_paths(table, times, best, facings, measured, radius)
         now = edited.timeline
         amiss = excess(table, now)
         better = amiss < 0.9 * best_excess

@@ -17,6 +17,9 @@ from motiondb.scene.collisions import CONTACT_FRAMES, CONTACT_RADIUS, RADIUS
 from motiondb.scene.rule_table import RuleTable
 from motiondb.scene.timeline import Timeline, contact_frames
 
+COMFORT = 0.36
+"""Metres round the pelvis that keep arms, and a ball in the hands, out of other people."""
+
 
 @dataclass(frozen=True)
 class Overlap:
@@ -29,17 +32,20 @@ class Overlap:
     depth: float
 
 
-def depths(table: RuleTable, timeline: Timeline) -> Iterator[tuple[int, int, FloatArray]]:
+def depths(
+    table: RuleTable, timeline: Timeline, radius: float = RADIUS
+) -> Iterator[tuple[int, int, FloatArray]]:
     """For every pair of players by how much their discs overlap: arrays (frames,), metres.
 
-    Negative where they are apart.
+    Negative where they are apart. Those who are to touch at some time have the usual discs.
     """
     n_players = len(timeline.places)
     may_touch = contact_frames(table, timeline, CONTACT_FRAMES)
     for p in range(n_players):
         for q in range(p):
             away = timeline.places[p, :, :2] - timeline.places[q, :, :2]
-            needed = np.where(may_touch[p, q], 2.0 * CONTACT_RADIUS, 2.0 * RADIUS)
+            usual = RADIUS if may_touch[p, q].any() else radius
+            needed = np.where(may_touch[p, q], 2.0 * CONTACT_RADIUS, 2.0 * usual)
             yield q, p, needed - np.linalg.norm(away, axis=1)
 
 
@@ -53,10 +59,10 @@ def overlaps(table: RuleTable, timeline: Timeline) -> tuple[Overlap, ...]:
 
 
 def pushes(
-    table: RuleTable, timeline: Timeline, slack: float
+    table: RuleTable, timeline: Timeline, slack: float, radius: float = RADIUS
 ) -> Iterator[tuple[int, IntArray, FloatArray]]:
     """Player, frames and displacements (frames, 2) that put overlapping discs ``slack`` apart."""
-    for q, p, depth in depths(table, timeline):
+    for q, p, depth in depths(table, timeline, radius):
         frames = np.flatnonzero(depth > 1e-9)
         if len(frames) == 0:
             continue

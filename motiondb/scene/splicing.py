@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import SceneError
-from motiondb.generate.contact import lock_feet
+from motiondb.generate.contact import find_contacts, lock_feet
 from motiondb.generate.stitching import BLEND_FRAMES, Piece, stitch
-from motiondb.pose import body, pose_vectors, rotation
+from motiondb.pose import body, pose_vectors, retarget, rotation
 from motiondb.pose.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.clip_motion import clip_motion
@@ -47,6 +47,7 @@ class Spliced:
     parts : what was spliced; part : array (frames,), the number of that which weighs most.
     source_frames : array (frames,), its frame of the capture.
     shares : array (frames,), its weight, 1 away from seams.
+    contacts : array (frames, 2), whether the left and the right foot stand in the capture.
     """
 
     lead: int
@@ -57,6 +58,7 @@ class Spliced:
     part: IntArray
     source_frames: IntArray
     shares: FloatArray
+    contacts: NDArray[np.bool_]
 
     @property
     def n_frames(self) -> int:
@@ -86,21 +88,27 @@ def splice(parts: Sequence[Part], motions: Mapping[str, Motion], origin: FloatAr
     """
     played, pieces = {}, []
     shown: dict[int, IntArray] = {}
+    stands: dict[int, NDArray[np.bool_]] = {}
     for number, part in enumerate(parts):
         if part.waits:
             played[number], shown[number] = _waiting(part, motions)
+            stands[number] = np.zeros((part.n_frames, 2), dtype=bool)
             pieces.append(Piece(number, 0, part.n_frames))
             continue
-        moved = clip_motion(*_cut(part.source, motions), before=_HALF, after=_HALF + 1)
+        source, around = _cut(part.source, motions)
+        moved = clip_motion(source, around, before=_HALF, after=_HALF + 1)
+        stands[number] = _contacts(source, around[source.capture], moved.n_frames)
         played[number] = pose_vectors.to_path(moved)
         pieces.append(Piece(number, _HALF, _HALF + part.n_frames))
         shown[number] = part.source.start - _HALF + np.arange(moved.n_frames)
     whole = stitch(pieces, played)
     begin = sum(part.n_frames for part in parts if part.clip < 0)
     frames = np.zeros(len(whole.path), dtype=np.int64)
+    contacts = np.zeros((len(frames), 2), dtype=bool)
     for number, which in shown.items():
         here = whole.captures == number
         frames[here] = which[whole.frames[here]]
+        contacts[here] = stands[number][whole.frames[here]]
     return Spliced(
         begin,
         _ways(whole.path, origin, begin),
@@ -110,7 +118,15 @@ def splice(parts: Sequence[Part], motions: Mapping[str, Motion], origin: FloatAr
         whole.captures,
         frames,
         whole.shares,
+        contacts,
     )
+
+
+def _contacts(source: ClipSource, motion: Motion, n_frames: int) -> NDArray[np.bool_]:
+    """Feet that stand in the capture, at the clip's frames and its margin: array (frames, 2)."""
+    found = find_contacts(retarget.motion_positions(motion)[0])
+    found = found[:, ::-1] if source.mirrored else found
+    return found[np.clip(source.start - _HALF + np.arange(n_frames), 0, len(found) - 1)]
 
 
 def _waiting(
@@ -174,7 +190,8 @@ def show(spliced: Spliced, at: FloatArray, places: FloatArray) -> Motion:
         rotation.unroll(local).astype(np.float32), root.astype(np.float32), body.LEG_LENGTH
     )
     waits = standing(spliced, at)
-    return step_feet(lock_feet(shown, free=waits), waits)
+    contacts = spliced.contacts[np.rint(at).astype(np.int64)]
+    return step_feet(lock_feet(shown, waits, contacts), waits)
 
 
 def standing(spliced: Spliced, at: FloatArray) -> NDArray[np.bool_]:
