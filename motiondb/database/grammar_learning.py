@@ -70,8 +70,8 @@ def learn_grammar(
     Raises
     ------
     QueryError
-        for unknown or generated captures, a bad name or setting. MotionDBError: the takes are too
-        short for so many terminals, or hold nothing that could be learned. Nothing is saved then.
+        for unknown or generated captures, a bad name or setting; where the takes are too short for
+        so many terminals, or hold nothing that could be learned. Nothing is saved then.
     """
     tell = progress or (lambda _what, _done, _total: None)
     infos = _sources(database, captures)
@@ -79,12 +79,16 @@ def learn_grammar(
     _check(name, settings)
     rng = np.random.default_rng(settings.seed)
     motions = [store.load_motion(database, info.capture_id) for info in infos]
-    found = _search(database, infos, motions, settings, rng, tell)
+    try:
+        found = _search(database, infos, motions, settings, rng, tell)
+    except cfg.GrammarError as error:  # these captures, or so many terminals, were the wrong wish
+        raise QueryError(str(error)) from None
     tell("parses", 0.0, 1.0)
     learned = _record(name, infos, found, motions)
     parameters = {"name": name, "captures": [info.name for info in infos], **asdict(settings)}
     if found.tried:
         parameters["tried"] = {str(k): ledger.total for k, ledger in found.tried.items()}
+        parameters["noise"] = found.noise
     with store.transaction(database):
         run_id = store.start_run(database, "grammar", parameters, settings.seed)
         lost = store.save_grammar(database, learned, run_id)
@@ -95,12 +99,13 @@ def learn_grammar(
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Terminals with their motion symbols, sentences, and the ledgers of other numbers tried."""
+    """Terminals with their motion symbols, sentences; ledgers of the numbers tried, their noise."""
 
     terminals: Terminals
     symbols: IntArray
     sentences: partition.Sentences
     tried: dict[int, Ledger] = field(default_factory=dict)
+    noise: float = 0.0
 
 
 def _record(
@@ -185,7 +190,7 @@ def _search(
     if number is None:
         chosen = choose_terminals(motions, rng, settings=search, learn=learn, progress=advance)
         none = np.full(len(chosen.terminals.names), -1)
-        return _Found(chosen.terminals, none, chosen.sentences, chosen.ledgers)
+        return _Found(chosen.terminals, none, chosen.sentences, chosen.ledgers, chosen.noise)
     terminals = find_terminals(motions, number, rng, settings=search, progress=advance)
     return _Found(terminals, np.full(number, -1), learn(terminals, rng))
 

@@ -7,7 +7,6 @@ loaded is kept in memory until it is learned anew, or captures come or go.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,42 +18,23 @@ from motiondb.database import (
     grammar_editing,
     grammar_facts,
     grammar_learning,
+    grammar_parsing,
     grammar_pictures,
     grammar_sequences,
 )
 from motiondb.database.grammar_editing import Edit
 from motiondb.database.grammar_learning import GrammarSettings, Progress
+from motiondb.database.grammar_parsing import ParsedMotion
 from motiondb.database.grammar_sequences import GrammarSequence, Material, terminals_of
 from motiondb.database.grammar_words import Meaning, terminal_meanings
 from motiondb.errors import QueryError
-from motiondb.grammar import cfg, prefix
+from motiondb.grammar import prefix
 from motiondb.grammar.derive import derive
-from motiondb.grammar.parse import ParseError
-from motiondb.grammar.passage import parse_passage
 from motiondb.grammar.reading import Reader, Reading, make_reader, read_string
-from motiondb.records import MOTION_FPS, CaptureInfo, Motion
+from motiondb.records import CaptureInfo, Motion
 
 if TYPE_CHECKING:
     from motiondb.database.motion_db import MotionDB
-
-
-@dataclass(frozen=True, eq=False)
-class ParsedMotion:
-    """A motion as a string of a grammar's terminals, and its sentences or what is wrong.
-
-    Attributes
-    ----------
-    string, starts, ends : the terminals and their times (seconds).
-    stored : whether the grammar was learned from it: then string and sentences are those stored.
-    trees : the sentences' derivations, none where it does not parse. fault : why not.
-    """
-
-    string: tuple[str, ...]
-    starts: tuple[float, ...]
-    ends: tuple[float, ...]
-    stored: bool
-    trees: tuple[cfg.Tree, ...] = ()
-    fault: ParseError | None = None
 
 
 class Grammars:
@@ -139,6 +119,9 @@ class Grammars:
     def parse(self, name: str, example: str | Path | Motion) -> ParsedMotion:
         """The sentences of a capture: as learned, or read anew where it was not learned from.
 
+        A capture that is read anew gets terminals whatever it shows: ``unlike`` of the answer names
+        the segments that are like nothing the grammar was learned from.
+
         Raises
         ------
         QueryError : no such grammar or capture, or one that is too short to hold a terminal.
@@ -146,20 +129,20 @@ class Grammars:
         material = self.material(name)
         take = self._take(material, example)
         if take is not None:
-            return _as_learned(material.learned, take)
+            return grammar_parsing.as_learned(material.learned, take)
         reading = self._read(material, self._database.motion(example))
-        starts, ends = (tuple((x / MOTION_FPS).tolist()) for x in (reading.starts, reading.ends))
-        try:
-            trees = parse_passage(material.learned.grammar, reading.string)
-        except ParseError as fault:
-            return ParsedMotion(reading.string, starts, ends, False, fault=fault)
-        return ParsedMotion(reading.string, starts, ends, False, trees)
+        return grammar_parsing.parse_reading(material.learned.grammar, reading)
 
     def _take(self, material: Material, example: str | Path | Motion) -> int | None:
-        if isinstance(example, Motion) or Path(example).is_file():
+        """The take that an example is, be it a capture or a file with the same bytes."""
+        if isinstance(example, Motion):
             return None
-        number = store.load_capture(self._database.store, str(example)).capture_id
-        return next((take for take, n in material.numbers.items() if n == number), None)
+        if Path(example).is_file():
+            sha256 = store.digest(Path(example).read_bytes())
+            sources = enumerate(material.learned.sources)
+            return next((take for take, source in sources if source.sha256 == sha256), None)
+        info = store.load_capture(self._database.store, str(example), or_file=True)
+        return next((take for take, n in material.numbers.items() if n == info.capture_id), None)
 
     def _read(self, material: Material, motion: Motion) -> Reading:
         name = material.learned.name
@@ -231,17 +214,3 @@ class Grammars:
         info = grammar_sequences.keep(material, sequence, name, seed, how or {})
         self._database.forget()
         return info
-
-
-def _as_learned(learned: store.LearnedGrammar, take: int) -> ParsedMotion:
-    """The stored string, sentences and parses of a take."""
-    terminals = learned.terminals
-    rows = np.flatnonzero(terminals.takes == take)
-    own = [n for n, (a, _) in enumerate(learned.sentences) if rows[0] <= a <= rows[-1]]
-    return ParsedMotion(
-        learned.string(int(rows[0]), int(rows[-1]) + 1),
-        tuple((terminals.starts[rows] / MOTION_FPS).tolist()),
-        tuple((terminals.ends[rows] / MOTION_FPS).tolist()),
-        True,
-        tuple(cfg.derive_by(learned.grammar, learned.parses[n]) for n in own),
-    )

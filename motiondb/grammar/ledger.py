@@ -2,7 +2,8 @@
 
 More terminals show the motion more exactly, and make the string harder to describe. Both are
 counted in bits: *motion*, to send every frame once its terminal is known; *string*, the sentences
-given the rules; *grammar*, the rules. The number of terminals of fewest bits is chosen.
+given the rules; *grammar*, the rules. The fewest terminals are chosen whose bits are the fewest, as
+far as can be told.
 
 The motion is sent as exactly as it is worth telling: to delta metres, root mean square, in the
 distance of poses. Delta is measured in the motion itself (``performance_noise``): half of all half
@@ -27,11 +28,21 @@ the longest length, for its own.
 
 A terminal more pays where the segments that it takes over are then better told by more bits than
 its medoid, its name and the longer rules cost. So there is a smallest sum between K = 1 and a
-terminal for every segment.
+terminal for every segment. But terminals are searched for at random: with another seed the sum
+comes out otherwise, by more than neighbouring numbers differ. So the numbers that were tried are
+taken for drawn around
+
+    b_0 + b_1 log K + b_2 K
+
+(left-overs shrink with K, medoids and rules grow), and of those whose sum is above the smallest by
+no more than the standard deviation about that curve, the smallest K is chosen: more terminals must
+earn more than chance gives. It is the rule of one standard error, which costs no search more.
 
 Sources: J. Rissanen, "Modeling by shortest data description", Automatica 14 (1978), for one ledger
 of all parts and the price of a parameter; T. M. Cover and J. A. Thomas, "Elements of Information
-Theory" (2006), theorem 10.3.3, for the bits of Gaussian axes.
+Theory" (2006), theorem 10.3.3, for the bits of Gaussian axes; L. Breiman, J. H. Friedman, R. A.
+Olshen and C. J. Stone, "Classification and Regression Trees" (1984), section 3.4.3, for the rule of
+one standard error.
 """
 
 from __future__ import annotations
@@ -63,6 +74,9 @@ _STEPS, _FIRST = (4, 2, 1), 2
 _TRIED = 10
 """How many of the candidates are tried, about, for the progress bar."""
 
+_FEWEST_FITTED = 5
+"""Numbers that tell the noise of their sums: three are spent on the curve."""
+
 _MOST_WINDOWS = 1500
 """Windows whose like is looked for, evenly spaced."""
 
@@ -85,12 +99,17 @@ class Ledger:
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What was learned for the number of terminals of fewest bits; each number's ledger; delta."""
+    """What was learned for the number of terminals that is chosen.
+
+    ledgers : of each number that was tried. precision : delta, metres. noise : bits, by which the
+    sums differ by chance.
+    """
 
     terminals: Terminals
     sentences: Sentences
     ledgers: dict[int, Ledger]
     precision: float
+    noise: float
 
 
 def motion_bits(
@@ -242,6 +261,31 @@ def _ledger(poses: Poses, terminals: Terminals, sentences: Sentences, precision:
     return Ledger(motion, sentences.bits.sentences, sentences.bits.grammar)
 
 
+def search_noise(bits: Mapping[int, float]) -> float:
+    """The standard deviation of bits about b_0 + b_1 log K + b_2 K, fitted by least squares.
+
+    bits : number of terminals -> the sum that was found for it. 0 for fewer than five numbers.
+
+    >>> curve = {k: 900.0 - 200.0 * float(np.log(k)) + 30.0 * k for k in (4, 6, 8, 12, 24)}
+    >>> round(search_noise(curve), 6)
+    0.0
+    """
+    if len(bits) < _FEWEST_FITTED:
+        return 0.0
+    numbers, sums = np.array(list(bits), dtype=np.float64), np.array(list(bits.values()))
+    basis = np.stack([np.ones(len(numbers)), np.log(numbers), numbers], axis=1)
+    left = sums - basis @ np.linalg.lstsq(basis, sums, rcond=None)[0]
+    return float(np.sqrt((left**2).sum() / (len(sums) - basis.shape[1])))
+
+
+def choose_number(ledgers: Mapping[int, Ledger]) -> tuple[int, float]:
+    """The smallest K whose bits are the fewest but for noise; the noise, bits."""
+    bits = {number: ledger.total for number, ledger in ledgers.items()}
+    noise = search_noise(bits)
+    most = min(bits.values()) + noise
+    return min(number for number, total in bits.items() if total <= most), noise
+
+
 def choose_terminals(
     takes: Sequence[Motion],
     rng: np.random.Generator,
@@ -251,7 +295,7 @@ def choose_terminals(
     learn: Callable[[Terminals, np.random.Generator], Sentences] | None = None,
     progress: Progress | None = None,
 ) -> Choice:
-    """Terminals, sentences and rules for the number of terminals of fewest bits.
+    """Terminals, sentences and rules for the number of terminals that bits ask for.
 
     Parameters
     ----------
@@ -268,7 +312,7 @@ def choose_terminals(
     poses = make_poses(takes)
     precision = performance_noise(poses.values, poses.bounds)
     ledgers: dict[int, Ledger] = {}
-    best: tuple[Terminals, Sentences] | None = None
+    found: dict[int, tuple[Terminals, Sentences]] = {}
     fault: GrammarError | None = None
     tried: set[int] = set()
     grid = CANDIDATES if candidates is None else sorted(set(candidates))
@@ -284,13 +328,13 @@ def choose_terminals(
                 continue
             sentences = learn(terminals, rng)
             ledgers[number] = _ledger(poses, terminals, sentences, precision)
-            if ledgers[number].total == min(ledger.total for ledger in ledgers.values()):
-                best = terminals, sentences
-    if best is None:
+            found[number] = terminals, sentences
+    if not found:
         raise fault or GrammarError(
             "terminals: expected numbers to choose from, found none. Give some, such as 12 20 40."
         )
-    return Choice(*best, dict(sorted(ledgers.items())), precision)
+    number, noise = choose_number(ledgers)
+    return Choice(*found[number], dict(sorted(ledgers.items())), precision, noise)
 
 
 def _next_numbers(

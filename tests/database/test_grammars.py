@@ -399,6 +399,7 @@ def test_the_number_of_terminals_may_be_the_data_s(db: MotionDB) -> None:
     tried = run.parameters["tried"]
     assert isinstance(tried, dict)
     chosen = str(len(learned.terminals.names))
-    assert sum(learned.bits.values()) == pytest.approx(min(tried.values()))
-    assert tried[chosen] == min(tried.values())
+    assert sum(learned.bits.values()) == pytest.approx(tried[chosen])
+    enough = min(tried.values()) + run.parameters["noise"]
+    assert int(chosen) == min(int(number) for number, bits in tried.items() if bits <= enough)
     assert set(learned.bits) == {"motion", "sentences", "rules"}
