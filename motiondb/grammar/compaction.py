@@ -1,12 +1,17 @@
 """Rules rewritten as long as the description length falls.
 
 Alignment-based learning proposes; description length disposes. The plain sentences are annealed
-many times over (``annealing``), each time with other random numbers. Then again, each time with
-some of the nonterminals planted into them that one of the best rule sets so far has, or that
-alignment-based learning has found (``planting``). What takes the fewest bits is returned.
+some times over (``annealing``), each time with other random numbers; then again and again one of
+the best rule sets so far is taken apart somewhere and annealed anew (``perturbation``). What takes
+the fewest bits is returned.
+
+Of many sentences only a sample is searched so, several times with other samples: what a search
+from all the plain sentences unites wrongly in its first steps, it seldom parts again, and the more
+sentences there are, the more wrong steps save bits. The rules of each sample are then made those
+of all sentences (``refitting``), and the search goes on from the best of them.
 
 The random numbers are the same each time, so the result depends on the sentences alone. The more
-symbols there are, the longer and the fewer are the searches.
+symbols there are, the fewer are the searches.
 """
 
 from __future__ import annotations
@@ -15,14 +20,27 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from motiondb.grammar.annealing import anneal
+from motiondb.grammar.annealing import WARMEST, anneal
+from motiondb.grammar.perturbation import perturb, sample
 from motiondb.grammar.planting import plant
 from motiondb.grammar.proposals import draw
+from motiondb.grammar.refitting import refit
 from motiondb.grammar.rule_set import Right, RuleSet
 
+SeedArray = npt.NDArray[np.uint64]
+Pool = dict[float, RuleSet]
+"""Rule sets by their bits, rounded."""
+
 _ELITE = 16
-"""Rule sets, those of fewest bits, whose nonterminals are planted."""
+"""Rule sets, those of fewest bits, that are taken apart."""
+
+_CARRIED = 4
+"""Rule sets of a sample, those of fewest bits, that are made those of all sentences."""
+
+_WARM = 2.0
+"""Bits: the first temperature where the search does not begin with plain sentences."""
 
 _SEED = 1
 """Of the random numbers, which are the same for all sentences (``proposals.next_bits``)."""
@@ -30,26 +48,36 @@ _SEED = 1
 
 @dataclass(frozen=True)
 class Effort:
-    """Searches from the plain sentences, rounds of searches from planted ones, searches a round;
-    and tries of each search."""
+    """Searches from the plain sentences, from rules taken apart, and tries of each search;
+    samples that are searched first, if any, and of how many sentences each."""
 
     begun: int
-    rounds: int
-    planted: int
+    repeated: int
     tries: int
+    samples: int = 0
+    sampled: int = 0
 
 
 def effort_for(flat: RuleSet) -> Effort:
-    """What is spent on so many symbols: a second or two at most, where the machine is idle."""
-    size = sum(len(right) + 2 for _, right in flat.uses())
-    for most, begun, rounds, planted in _EFFORTS:
+    """What is spent on so many symbols: some seconds at most, where the machine is idle."""
+    size = _size(flat)
+    for most, begun, repeated in _EFFORTS:
         if size <= most:
-            return Effort(begun, rounds, planted, max(200, _TRIES_A_SYMBOL * size))
-    return Effort(2, 1, 2, 40_000)
+            return Effort(begun, repeated, max(200, _TRIES_A_SYMBOL * size))
+    n = len(flat.rules[flat.start])
+    sampled = max(2, n * _SAMPLE_SIZE // size)
+    tries = min(_TRIES_A_SYMBOL * size, _MOST_TRIES)
+    repeated = max(2, min(_REPEATED, _REPEATED * 800 // size))
+    if sampled >= n:
+        return Effort(4, repeated, tries)
+    return Effort(0, repeated, tries, _SAMPLES, sampled)
 
 
 _TRIES_A_SYMBOL = 60
-_EFFORTS = ((20, 10, 2, 10), (50, 60, 4, 40), (150, 80, 12, 60), (300, 20, 3, 20), (600, 4, 2, 4))
+_MOST_TRIES = 60_000
+_EFFORTS = ((20, 10, 20), (50, 60, 160), (170, 40, 240))
+_SAMPLES, _SAMPLE_SIZE, _REPEATED = 4, 130, 15
+_OF_SAMPLE = 10, 40
 
 
 def compact(
@@ -61,22 +89,56 @@ def compact(
     """
     effort = effort or effort_for(flat)
     state = np.array([_SEED], dtype=np.uint64)
-    pool: dict[float, RuleSet] = {round(flat.bits(), 6): flat}
-
-    def search(begin: RuleSet | None) -> None:
-        if begin is not None:
-            found = anneal(begin, tries=effort.tries, seed=int(draw(state, 1 << 30)))
-            pool.setdefault(round(found.bits(), 6), found)
-
+    pool: Pool = {}
+    _keep(pool, flat)
+    for _ in range(effort.samples):
+        _grow(pool, flat, effort, state)
     for _ in range(effort.begun):
-        search(flat)
+        _keep(pool, _annealed(flat, effort.tries, WARMEST, state))
     for donor in donors:
-        search(plant(flat, donor, state))
-    for _ in range(effort.rounds):
-        elite = [pool[bits] for bits in sorted(pool)[:_ELITE]]
-        for _ in range(effort.planted):
-            search(plant(flat, elite[draw(state, len(elite))], state))
+        planted = plant(flat, donor, state)
+        if planted is not None:
+            _keep(pool, _annealed(planted, effort.tries, WARMEST, state))
+    _search(pool, flat, effort.repeated, effort.tries, state)
     return pool[min(pool)]
+
+
+def _search(pool: Pool, flat: RuleSet, times: int, tries: int, state: SeedArray) -> None:
+    """Take one of the best apart and anneal it, so many times; the pool is filled."""
+    for _ in range(times):
+        best = sorted(pool)[:_ELITE]
+        begun = perturb(pool[best[draw(state, len(best))]], flat, tries, state)
+        if begun is not None:
+            _keep(pool, _annealed(begun, tries, _WARM, state))
+
+
+def _grow(pool: Pool, flat: RuleSet, effort: Effort, state: SeedArray) -> None:
+    """Search a sample, and make its best rules those of all sentences."""
+    some = sample(flat, effort.sampled, state)
+    size = _size(some)
+    tries = min(_TRIES_A_SYMBOL * size, effort.tries)
+    begun, repeated = (max(2, min(n, n * _SAMPLE_SIZE // size)) for n in _OF_SAMPLE)
+    found: Pool = {}
+    _keep(found, some)
+    for _ in range(begun):
+        _keep(found, _annealed(some, tries, WARMEST, state))
+    _search(found, some, repeated, tries, state)
+    for bits in sorted(found)[:_CARRIED]:
+        grown = refit(found[bits], flat)
+        if grown is not None:
+            _keep(pool, _annealed(grown, effort.tries, _WARM, state))
+
+
+def _annealed(begun: RuleSet, tries: int, warmest: float, state: SeedArray) -> RuleSet:
+    return anneal(begun, tries=tries, warmest=warmest, seed=int(draw(state, 1 << 30)))
+
+
+def _keep(pool: Pool, found: RuleSet) -> None:
+    pool.setdefault(round(found.bits(), 6), found)
+
+
+def _size(rule_set: RuleSet) -> int:
+    return sum(len(right) + 2 for _, right in rule_set.uses())
 
 
 def trim(rule_set: RuleSet) -> RuleSet:

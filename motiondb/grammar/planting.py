@@ -1,6 +1,6 @@
 """Nonterminals of one grammar planted into the plain sentences: what a new search may begin from.
 
-A search that has united too much cannot part it again, for the rules do not tell which sentence
+A search that has united too much seldom parts it again, for the rules do not tell which sentence
 used which. So it begins anew from the sentences, with some of the nonterminals that a good grammar
 has: each, those it needs first, is put into the sentences wherever one of its alternatives stands,
 so that as few symbols as possible are left; of equally short readings one is drawn at random.
@@ -48,7 +48,7 @@ def plant(flat: RuleSet, donor: RuleSet, state: SeedArray) -> RuleSet | None:
         if used:
             planted.rules[left] = dict(used)
     planted.rules[planted.start] = dict(rights)
-    _drop_unused(planted)
+    planted.drop_unused()
     return planted if planted.lawful() else None
 
 
@@ -108,13 +108,3 @@ def _shortest(
             pieces.append(taken)
             i += len(taken)
     return tuple(written), pieces
-
-
-def _drop_unused(planted: RuleSet) -> None:
-    while True:
-        references = planted.references()
-        idle = [x for x in planted.rules if x != planted.start and not references[x]]
-        if not idle:
-            return
-        for left in idle:
-            del planted.rules[left]

@@ -101,6 +101,16 @@ class RuleSet:
                 if renamed != (new_left,):
                     self.add(new_left, renamed, count)
 
+    def drop_unused(self) -> None:
+        """Take away the nonterminals that no rule uses."""
+        while True:
+            references = self.references()
+            idle = [left for left in self.rules if left != self.start and not references[left]]
+            if not idle:
+                return
+            for left in idle:
+                del self.rules[left]
+
     def order(self) -> list[int] | None:
         """Nonterminals, each before those in its rules; None where one derives itself."""
         waiting = dict.fromkeys(self.rules, 0)

@@ -38,7 +38,7 @@ TOY_LANGUAGE = {
     for z in ("", "f")
     for w in "ps"
 }
-LITTLE = Effort(begun=6, rounds=1, planted=6, tries=800)
+LITTLE = Effort(begun=6, repeated=6, tries=800)
 SENTENCES = st.lists(
     st.lists(st.sampled_from("abcd"), min_size=1, max_size=6).map(tuple), min_size=1, max_size=5
 )
