@@ -21,7 +21,7 @@ from motiondb.pictures import style
 from motiondb.pictures.scene_paths import BALL, check_performers, performer_colours
 from motiondb.pictures.stick import BONES, HEAD_RADIUS, head_centre, world_points
 from motiondb.pictures.tactics import court_lines
-from motiondb.pose import body
+from motiondb.pose import body, retarget, rotation
 from motiondb.pose.pose_vectors import heading_rotations
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.tactics import Diagram
@@ -47,6 +47,7 @@ class _Stage:
     Attributes
     ----------
     points : array (characters, frames, joints and ends, 3). facing : array (characters, frames).
+    looking : array (characters, frames, 3), where heads look.
     up : array (3,), how far up the picture each metre goes; from above (0, 0, -1).
     """
 
@@ -54,6 +55,7 @@ class _Stage:
     colours: tuple[str, ...]
     points: FloatArray
     facing: FloatArray
+    looking: FloatArray
     ball: FloatArray | None
     up: FloatArray
     scale: float
@@ -142,6 +144,7 @@ def _stage(
     n = max(motion.n_frames for motion in performers.values())
     points = np.stack([_held(world_points(motion), n) for motion in performers.values()])
     facing = np.stack([_held(heading_rotations(motion)[1], n) for motion in performers.values()])
+    looking = np.stack([_held(_looking(motion), n) for motion in performers.values()])
     ball = None if ball is None or not len(ball) else _held(np.asarray(ball, dtype=float), n)
     up = np.array([0.0, 0.0, -1.0])
     if not above:
@@ -163,12 +166,20 @@ def _stage(
         tuple(colours[name] for name in performers),
         points,
         facing,
+        looking,
         ball,
         up,
         scale,
         left_top,
         size,
     )
+
+
+def _looking(motion: Motion) -> FloatArray:
+    """Unit vectors (frames, 3) along which a head looks."""
+    _, turned = retarget.motion_positions(motion)
+    head = turned[:, body.INDEX["head"]]
+    return rotation.rotate(head, np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(head), 3)))
 
 
 def _held(values: FloatArray, n: int) -> FloatArray:
@@ -268,8 +279,7 @@ def _figure(draw: ImageDraw, stage: _Stage, k: int, frame: int) -> None:
     x, y = head_centre(points)
     r = HEAD_RADIUS * stage.scale
     draw.ellipse((x - r, y - r, x + r, y + r), fill="white", outline=stage.colours[k], width=thick)
-    nose = np.array([np.sin(stage.facing[k, frame]), 0.0, np.cos(stage.facing[k, frame])])
-    tip = stage.pixels(head_centre(world) + 0.17 * nose)
+    tip = stage.pixels(head_centre(world) + 0.17 * stage.looking[k, frame])
     _line(draw, np.array([[x, y], tip]), stage.colours[k], thick / _FINE)
     _name(draw, (x, y - r - 12 * _FINE), stage.names[k], stage.colours[k])
 

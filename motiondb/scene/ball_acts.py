@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -57,12 +58,12 @@ class Possession:
         return found
 
     def hand_at(self, n_frames: int) -> IntArray:
-        """Which hand, where it is one: array (frames,)."""
+        """Which hand, where it is one: array (frames,); a ball changes hands while it bounces."""
         hands = np.full(n_frames, self.hand)
-        for bounce in reversed(self.bounces):
-            hands[: bounce.catch + 1] = bounce.hand
         if self.bounces:
-            hands[self.bounces[-1].catch + _RAMP :] = self.hand
+            hands[: self.bounces[-1].catch + _RAMP] = self.bounces[-1].hand
+        for before, after in reversed(list(pairwise(self.bounces))):
+            hands[: after.release + 1] = before.hand
         return hands
 
 
