@@ -81,6 +81,25 @@ def shortest_length(compiled: CompiledGrammar) -> int:
         lengths = new
 
 
+def longest_length(compiled: CompiledGrammar) -> float:
+    """Length of the longest string of the grammar; inf where there is no end.
+
+    A tree in which no symbol stands below itself is no deeper than there are symbols: lengths that
+    still grow after so many rounds grow for ever.
+    """
+    lengths = np.full(compiled.n_symbols, -inf)
+    lengths[compiled.terminals] = 1.0
+    tails, right = compiled.left >= 0, compiled.rule_right
+    for _ in range(compiled.n_symbols + 1):
+        new = lengths.copy()
+        new[tails] = lengths[compiled.left[tails]] + lengths[compiled.right[tails]]
+        np.maximum.at(new, compiled.rule_left, np.where(right < 0, 0.0, lengths[right]))
+        if np.array_equal(new, lengths):
+            return float(lengths[compiled.start])
+        lengths = new
+    return inf
+
+
 def nearest_length(grammar: AnyGrammar, length: int) -> int:
     """The length nearest to ``length`` that a string of the grammar has; of two, the shorter.
 
@@ -93,6 +112,9 @@ def nearest_length(grammar: AnyGrammar, length: int) -> int:
     shortest = shortest_length(compiled)
     if length <= shortest:
         return shortest
+    longest = longest_length(compiled)
+    if length >= longest:
+        return int(longest)
     farthest = 2 * length - shortest
     seen = min(length + 8, farthest)
     while True:

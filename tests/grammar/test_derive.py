@@ -14,9 +14,11 @@ from hypothesis import strategies as st
 from motiondb.grammar.cfg import Grammar, GrammarError, Rule, choices_of, derive_by, read_grammar
 from motiondb.grammar.compiled import compile_grammar
 from motiondb.grammar.derive import damped, derive
+from motiondb.grammar.language import finite_language
 from motiondb.grammar.lengths import (
     expected_length,
     length_weights,
+    longest_length,
     nearest_length,
     shortest_length,
 )
@@ -72,6 +74,32 @@ def test_weights_of_lengths_are_sums_over_strings(grammar: Grammar) -> None:
     for n in range(5):
         total = sum(exp(log_probability(compiled, s)) for s in product("ab", repeat=n))
         assert weights[n, compiled.start] * 2.0 ** exponents[n] == pytest.approx(total, rel=1e-9)
+
+
+@given(grammar=grammars())
+def test_the_longest_string_is_that_of_the_language(grammar: Grammar) -> None:
+    language = finite_language(grammar, 1000)
+    found = longest_length(compile_grammar(grammar))
+    if language is None:
+        assert found >= 9  # more than 1,000 strings of two letters
+    else:
+        assert found == max(map(len, language))
+
+
+@pytest.mark.parametrize(
+    ("text", "longest"),
+    [
+        ("S -> a B | b\nB -> b | b b c", 4),
+        ("S -> A\nA -> S | a b | empty", 2),  # a cycle that adds nothing
+        ("S -> a S b | c", inf),
+        ("S -> A A\nA -> B B\nB -> a a", 8),
+    ],
+)
+def test_longest_by_hand(text: str, longest: float) -> None:
+    compiled = compile_grammar(read_grammar(text))
+    assert longest_length(compiled) == longest
+    if longest < inf:  # at once, however much is wished for
+        assert nearest_length(compiled, 10**9) == longest
 
 
 def test_lengths_by_hand() -> None:
