@@ -109,8 +109,13 @@ def induce_with_bits(
     selection: str = AUTO,
     compacted: bool = True,
     effort: Effort | None = None,
+    known: Sequence[RuleSet] = (),
 ) -> Induction:
-    """What :func:`induce` finds, with the family, the selection and the bits; same faults."""
+    """What :func:`induce` finds, with the family, the selection and the bits; same faults.
+
+    known : rules found for these sentences before, terminals numbered in the order of their names;
+    what is returned takes no more bits.
+    """
     names, counted = _numbered(sentences)
     families = _among(FAMILIES, family, "family")
     selections = _among(SELECTIONS, selection, "selection")
@@ -122,8 +127,11 @@ def induce_with_bits(
     if compacted:
         flat = flat_rules(counted, len(names))
         donors = [one.rule_set for one in aligned_ones if one.bits < _WORTH_PLANTING * flat.bits()]
-        found = compact(flat, donors, effort=effort)
-        candidates = [*aligned_ones, Candidate(found.bits(), FLAT, FLAT, found)]
+        found = compact(flat, [*donors, *known], effort=effort)
+        candidates = [
+            *aligned_ones,
+            *(Candidate(rules.bits(), FLAT, FLAT, rules) for rules in (found, *known)),
+        ]
     best = min(candidates, key=lambda candidate: round(candidate.bits, 6))
     return _finished(best, names, sentences)
 
