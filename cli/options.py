@@ -26,7 +26,7 @@ From = Annotated[float | None, typer.Option("--from", min=0.0, help="Start, seco
 To = Annotated[float | None, typer.Option("--to", min=0.0, help="End, seconds.")]
 
 
-def _picture_name(path: Path | None) -> Path | None:
+def picture_name(path: Path | None) -> Path | None:
     """Refuse a picture's name before anything else is done."""
     if path is not None and path.suffix.lower() != ".png":
         from motiondb.errors import QueryError
@@ -40,7 +40,7 @@ def _picture_name(path: Path | None) -> Path | None:
 
 Png = Annotated[
     Path | None,
-    typer.Option("--png", callback=_picture_name, help="Draw a picture into this file (.png)."),
+    typer.Option("--png", callback=picture_name, help="Draw a picture into this file (.png)."),
 ]
 Seed = Annotated[
     int, typer.Option("--seed", min=0, max=2**63 - 1, help="The same seed gives the same result.")
