@@ -32,8 +32,9 @@ from motiondb.scene.derivations import Derivation, Derivations
 from motiondb.scene.energy import evaluate, token_errors
 from motiondb.scene.metropolis import FRAMES, PUSH, TURN, chosen_by, gaussian
 from motiondb.scene.placement import ClipArrays, put_origin
+from motiondb.scene.play import make_play
 from motiondb.scene.scene_arrays import MOST_DELAY, SceneArrays
-from motiondb.scene.scene_chain import Chain, make_play
+from motiondb.scene.scene_chain import Chain
 
 INNER = 400
 """M. The paper does not print it; ours has the same number after a jump."""

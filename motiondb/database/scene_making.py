@@ -23,10 +23,10 @@ from motiondb.scene import services
 from motiondb.scene.binding import Binder
 from motiondb.scene.grammar_file import read_motion_grammar
 from motiondb.scene.motion_grammar import MotionGrammar
+from motiondb.scene.play import make_play
 from motiondb.scene.polish import PolishedScene, polish
 from motiondb.scene.report import SceneReport, report_scene
 from motiondb.scene.rule_table import RuleTable
-from motiondb.scene.scene_chain import make_play
 from motiondb.scene.scene_state import SceneState
 from motiondb.scene.tactics import Diagram
 from motiondb.scene.tactics_file import read_diagram
@@ -227,8 +227,8 @@ def _warm(
 ) -> SceneState:
     """The earlier scene as far as it still does what is asked."""
     before, state = start
-    haste = 1.0 / sampler.waiting
-    play = make_play(text.diagram, text.grammar, clips.library, sampler.most_actions, haste)
+    most, prices = sampler.most_actions, sampler.prices
+    play = make_play(text.diagram, text.grammar, clips.library, most, prices)
     return warm_start(state, before, play, rng)
 
 

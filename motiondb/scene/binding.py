@@ -85,6 +85,11 @@ class _String:
     rows: tuple[tuple[float, ...], ...]
     """Of synchronisations, which need others' strings, ()."""
 
+    @property
+    def stray(self) -> int:
+        """How many actions belong to no class of the expression."""
+        return len(self.actions) - sum(end - first for first, end in self.spans)
+
 
 _Resolved = tuple[int, float, float]
 """A target: a player's number, POINT or HEADING, and x, z (or theta, 0)."""
@@ -97,6 +102,7 @@ class Binder:
     diagram: Diagram
     grammar: MotionGrammar
     _strings: dict[tuple[int, Tree], _String] = field(default_factory=dict)
+    _kept: dict[tuple[int, int], tuple[Tree, _String]] = field(default_factory=dict)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -152,16 +158,25 @@ class Binder:
             np.array(sorted(contacts), dtype=np.int64).reshape(-1, 4),
             tuple(stretch.rule for stretch in used),
             np.array([stretch.item for stretch in used], dtype=np.int64),
+            sum(string.stray for string in strings),
         )
 
     def _string(self, player: int, tree: Tree) -> _String:
-        """A player's rules; of trees that were seen lately, as they were found."""
-        key = (player, tree)
-        if key not in self._strings:
-            if len(self._strings) > 500:
-                self._strings.clear()
-            self._strings[key] = self._read_string(player, tree)
-        return self._strings[key]
+        """A player's rules; of trees that were seen lately, as they were found.
+
+        The same object is found without looking at the whole tree. Chains in several threads may
+        ask at once.
+        """
+        kept, same = self._kept.get((player, id(tree)), (None, None))
+        if kept is tree and same is not None:
+            return same
+        found = self._strings.get((player, tree)) or self._read_string(player, tree)
+        for known in (self._strings, self._kept):
+            if len(known) > 500:
+                known.clear()
+        self._strings[player, tree] = found
+        self._kept[player, id(tree)] = tree, found
+        return found
 
     def _read_string(self, player: int, tree: Tree) -> _String:
         name, items = self.names[player], self.items[player]

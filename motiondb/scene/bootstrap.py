@@ -10,8 +10,8 @@ import numpy as np
 
 from motiondb.errors import SceneError
 from motiondb.scene.derivations import Derivation, Derivations
+from motiondb.scene.play import Play
 from motiondb.scene.scene_arrays import scene_state
-from motiondb.scene.scene_chain import Play
 from motiondb.scene.scene_state import PlayerState, SceneState
 from motiondb.scene.start_placement import place_start
 

@@ -10,8 +10,10 @@ The classes: a move is walk or run, and dribble with the ball; a cut is run; who
 first holds it; who is passed to catches; who is screened pushes; a pivot or fake is its own action.
 
 Beside the expression stand auxiliary rules: circles and the ends of moves are places to be at,
-points that a curve passes are places on the way, a shot faces the rim, a pass faces its receiver
-and is synchronised with the catch, a screen faces the screened and is synchronised with the push.
+points that a curve passes are places on the way, and everything begins where the drawing says that
+its player is then (or else they could go somewhere that nobody drew, and catch there). A shot faces
+the rim, a pass faces its receiver and is synchronised with the catch, a screen faces the screened
+and is synchronised with the push.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 4, equation (8).
@@ -53,6 +55,8 @@ MOST_ACTIONS = 40
 """Actions of a player at most."""
 _VIA_WEIGHT = 1.0
 """Metres: a curve is drawn by hand, so what it passes is a wish, not a place to be at."""
+_STAND_WEIGHT = 0.5
+"""Metres: where something begins that was drawn; half a step is near."""
 
 
 @dataclass(frozen=True)
@@ -237,6 +241,7 @@ def auxiliary_rules(
 
 
 def _place_rules(item: Item) -> Iterator[SemanticRule]:
+    yield PositionRule(item.way[0], Moment(START), _STAND_WEIGHT)
     if len(item.way) < 2:
         return
     shares = path_fractions(np.array([(spot.x, spot.z) for spot in item.way]))

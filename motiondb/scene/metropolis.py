@@ -2,15 +2,16 @@
 
 With the structure fixed, the target is P(Y)^(1/T) over clips, origins and delays, relative to
 drawing every clip uniformly from its terminal's, placing origins on the plane and circle and delays
-on whole frames. (-log P(Y) does not care how long anybody stands before they begin; a small price
-of a delay, ``haste`` for every frame, is added to it.) A step is one of
+on whole frames. (-log P(Y) does not care how long anybody stands before they begin, nor how long
+all takes; small prices of delays and of the scene's frames are added to it.) A step is one of
 
     EXCHANGE  an action chosen by its error e, a clip drawn uniformly (the paper's Q_I):
               ratio [e'_k / sum e'] / [e_k / sum e]
     SMOOTH    an action drawn uniformly, a clip by its seams (:mod:`.clip_choice`)
     VARIANT   an action drawn uniformly, another bend or stretch of the same clip
     PLACE     a player turned about where one of their clips begins, and pushed, by Gaussians
-    DELAY     a player's beginning moved by some frames
+    DELAY     a player's beginning moved by some frames, or, as often, of all whom synchronisations
+              link with them, so that what happens together still does
     MEET      a delay drawn about the one that fulfils a synchronisation, with heavy tails
 
 In SMOOTH and VARIANT steps it is drawn whether what stands before the clip stays or what stands
@@ -36,7 +37,7 @@ from motiondb.scene.placement import ClipArrays, place_in_clip
 from motiondb.scene.rule_kernels import moment_of
 from motiondb.scene.rule_table import SYNCHRONISATION
 from motiondb.scene.rules import PASS_SPEED
-from motiondb.scene.scene_arrays import SceneArrays
+from motiondb.scene.scene_arrays import MOST_DELAY, SceneArrays
 
 EXCHANGE, SMOOTH, VARIANT, PLACE, DELAY, MEET = range(6)
 KINDS = ("exchange", "smooth", "variant", "place", "delay", "meet")
@@ -68,7 +69,7 @@ class Walk(NamedTuple):
     shares : array (6,), running sums of the probabilities of the kinds; the last is 1.
     focus : a player, or -1; ``attention`` : the probability of choosing them before drawing from
         all actions alike. since, until : which of their clips SMOOTH and VARIANT steps are about.
-    haste : added to -log P for every frame of every player's delay.
+    delay, duration : added to -log P for every frame of every player's delay, and of the scene.
     tails : share of SMOOTH and VARIANT steps that let stand what stands behind.
     errors, after : arrays (P, L), room for the clips' errors.
     """
@@ -79,7 +80,8 @@ class Walk(NamedTuple):
     since: int
     until: int
     attention: float
-    haste: float
+    delay: float
+    duration: float
     tails: float
     errors: FloatArray
     after: FloatArray
@@ -134,6 +136,16 @@ def accepts(u: float, gain: float) -> bool:
 
 
 @compiled
+def price(scene: SceneArrays, how: Walk) -> float:
+    """What delays and frames cost."""
+    waited, end = 0, 0
+    for p in range(len(scene.n_clips)):
+        waited += scene.begin[p, 0]
+        end = max(end, scene.begin[p, scene.n_clips[p]])
+    return float(how.delay * waited + how.duration * end)
+
+
+@compiled
 def chosen_by(errors: FloatArray, n_clips: IntArray, left: float) -> tuple[int, int]:
     """The player and action at a point ``left`` of the sum of all errors."""
     player, k = 0, 0
@@ -152,9 +164,9 @@ def _exchange(
 ) -> tuple[bool, float]:
     """An EXCHANGE step, and the sum of errors behind it; ``how.errors`` are those of the scene."""
     player, k = chosen_by(how.errors, scene.n_clips, u[1] * total)
-    before = float(scene.total[0])
+    before = float(scene.total[0]) + price(scene, how)
     new = uniform_entry(library, scene.entry[player, k], u[2])
-    now = swap(scene, library, player, k, new)
+    now = swap(scene, library, player, k, new) + price(scene, how)
     new_total = token_errors(scene, library, how.after)
     ratio = math.log(how.after[player, k] / new_total) - math.log(how.errors[player, k] / total)
     if accepts(u[3], (before - now) / how.temperature + ratio):
@@ -211,12 +223,11 @@ def _clip_step(
     origin = (start[0], start[1], start[2])
     if u[4] < how.tails:
         origin = origin_for_tail(scene, library, player, k, new)
-    delay = waited = scene.begin[player, 0]
+    delay = scene.begin[player, 0]
     if u[5] < how.tails:
         delay += library.clips[old].n_frames - library.clips[new].n_frames
-    energy = float(scene.total[0])
-    now = change(scene, library, player, k, new, origin, delay)
-    now += how.haste * (delay - waited)
+    energy = float(scene.total[0]) + price(scene, how)
+    now = change(scene, library, player, k, new, origin, delay) + price(scene, how)
     if accepts(u[6], (energy - now) / how.temperature + ratio):
         return True
     unchange(scene, library, player, k, old)
@@ -273,13 +284,37 @@ def _delay_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Wal
     player = _any_player(scene, u[1], how)
     size = FRAMES * 10.0 ** (1.5 * u[2] - 0.5)
     frames = round(size * gaussian(u[3], u[4])[0])
-    energy = float(scene.total[0])
-    now = shift(scene, library, player, scene.begin[player, 0] + frames)
-    now += how.haste * frames
+    together = linked(scene, player) if u[6] < 0.5 else 1 << player
+    for p in range(len(scene.n_clips)):
+        if together >> p & 1 and not 0 <= scene.begin[p, 0] + frames <= MOST_DELAY:
+            return False
+    energy = float(scene.total[0]) + price(scene, how)
+    now = _shift_all(scene, library, together, frames) + price(scene, how)
     if accepts(u[5], (energy - now) / how.temperature):
         return True
-    undo(scene)
+    _shift_all(scene, library, together, -frames)
     return False
+
+
+@compiled
+def linked(scene: SceneArrays, player: int) -> int:
+    """The players whom synchronisations link with one, themselves too: bit p for player p."""
+    found, before = 1 << player, 0
+    while found != before:
+        before = found
+        for row in scene.rows:
+            if row.kind == SYNCHRONISATION and (found >> row.player | found >> row.partner) & 1:
+                found |= 1 << row.player | 1 << row.partner
+    return found
+
+
+@compiled
+def _shift_all(scene: SceneArrays, library: ClipArrays, players: int, frames: int) -> float:
+    """Let some players (bits) begin later by some frames; -log P(Y) of what comes out."""
+    for p in range(len(scene.n_clips)):
+        if players >> p & 1:
+            shift(scene, library, p, scene.begin[p, 0] + frames)
+    return float(scene.total[0])
 
 
 @compiled
@@ -300,9 +335,8 @@ def _meet_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk
     delay = scene.begin[player, 0]
     wanted = delay + sign * lateness(scene, library, r)
     new = wanted + round(TAIL * math.tan(math.pi * (u[3] - 0.5)))
-    energy = float(scene.total[0])
-    now = shift(scene, library, player, new)
-    now += how.haste * (new - delay)
+    energy = float(scene.total[0]) + price(scene, how)
+    now = shift(scene, library, player, new) + price(scene, how)
     ratio = _tail(delay - wanted) - _tail(new - wanted)
     if scene.meant[r] == meant and accepts(u[4], (energy - now) / how.temperature + ratio):
         return True

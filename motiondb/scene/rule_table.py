@@ -80,6 +80,7 @@ class RuleTable:
     contacts : array (n, 4): player, action, player, action of those who are to touch.
     rules : what each row was made from; of an unmet one, too.
     items : array (rules,), the class of the player's expression that the row belongs to, or -1.
+    stray : number of actions, of all players, that belong to no class.
     """
 
     players: tuple[str, ...]
@@ -89,3 +90,4 @@ class RuleTable:
     contacts: IntArray
     rules: tuple[SemanticRule, ...]
     items: IntArray
+    stray: int = 0

@@ -44,12 +44,14 @@ class SceneArrays(NamedTuple):
     placed (P, L + 1, 5) : x, z, theta, cos, sin where every clip begins; placed[:, 0] the origin.
     grid (P, G, 3), filled (P,) : x, z, theta at frames 0, every, 2 every ..; behind the ``filled``
         points that lie within the player's string stands the last pose, once.
-    cost (R,) : f_k / c_k. seen (R,) : last frame at which the rule looks at others.
+    cost (R,) : f_k / c_k, dearer beyond 1 (:mod:`.energy`). seen (R,) : last frame at which the
+        rule looks at others.
     meant (R,) : the partner's clip that counts for a synchronisation.
     seams (P, L) : mismatch at the beginning of every clip, unweighted.
     overlaps (P, P) : points of the grid at which two touch. near (P, P) : 1 where two may.
     total (5,) : -log P(Y), and its parts: rules, smoothness, collision, effort.
-    scale (3,) : 1 / w_2, 1 / w_3, 1 / w_4. every (1,) : frames between points of the grid.
+    scale (4,) : 1 / w_2, 1 / w_3, 1 / w_4, excess. every (1,) : frames between points of the
+        grid.
     rows, partners, contacts : of the rule table.
     depends (n, 2), depends_first (P + 1,) : for every player the rules that read them, and their
         reach: the exchange of clip k matters where k < reach (or :data:`ANY_TIME`).
@@ -88,7 +90,12 @@ class SceneArrays(NamedTuple):
 
 
 def empty_scene(
-    state: SceneState, library: ClipArrays, table: RuleTable, weights: Weights, every: int = EVERY
+    state: SceneState,
+    library: ClipArrays,
+    table: RuleTable,
+    weights: Weights,
+    every: int = EVERY,
+    excess: float = 0.0,
 ) -> SceneArrays:
     """The arrays of a scene with its clips, origins and delays, nothing evaluated yet."""
     players = state.players
@@ -96,7 +103,7 @@ def empty_scene(
     longest = _longest(state, library) + max(MOST_DELAY, *(p.delay for p in players))
     n_grid, n_rules = longest // every + 2, len(table.rows)
     depends, depends_first = _dependencies(table)
-    floats = (weights.smooth, weights.collision, weights.effort)
+    scale = [1.0 / weight for weight in (weights.smooth, weights.collision, weights.effort)]
     scene = SceneArrays(
         n_clips=np.array([len(player.entries) for player in players]),
         entry=np.zeros((n, most), np.int64),
@@ -111,7 +118,7 @@ def empty_scene(
         overlaps=np.zeros((n, n), np.int64),
         near=_near(table, n),
         total=np.zeros(5),
-        scale=np.array([1.0 / weight for weight in floats]),
+        scale=np.array([*scale, excess]),
         every=np.array([every]),
         rows=table.rows,
         partners=table.partners,
@@ -161,17 +168,19 @@ def _near(table: RuleTable, n: int) -> IntArray:
 def _dependencies(table: RuleTable) -> tuple[IntArray, IntArray]:
     """For every player the rules that read them, with how far; see :class:`SceneArrays`."""
     of: list[dict[int, int]] = [{} for _ in table.players]
-    for number, row in enumerate(table.rows):
-        kind, player, target, other = row["kind"], row["player"], row["target"], row["other"]
+    names = ("kind", "player", "first", "last", "moment", "target", "other", "partner")
+    columns = [table.rows[name].tolist() for name in names]
+    for number, (kind, player, first, last, moment, *others, partner) in enumerate(zip(*columns)):
         if kind == UNMET:
             continue
         if kind == SYNCHRONISATION:
+            row = table.rows[number]
             meant = table.partners[row["partner_first"] : row["partner_last"]]
-            of[row["partner"]][number] = int(meant.max()) + 1
-        for looked_at in (target, other):
+            of[partner][number] = int(meant.max()) + 1
+        for looked_at in others:
             if looked_at >= 0:
                 of[looked_at][number] = ANY_TIME
-        reach = {AT_START: row["first"], AT_EVENT: row["first"] + 1}.get(row["moment"], row["last"])
+        reach = {AT_START: first, AT_EVENT: first + 1}.get(moment, last)
         of[player][number] = max(reach, of[player].get(number, 0))
     pairs = [pair for rules in of for pair in rules.items()]
     ends = np.cumsum([0, *(len(rules) for rules in of)])

@@ -3,8 +3,7 @@
 The target is P(Z)^(1/T) = P(X)^(1/T) P(Y)^(1/T) over scenes of g_user = 0 and at most so many
 actions a player, relative to drawing every action's clip uniformly (so that an action with many
 clips weighs no more than one with few). Without that limit P(X), as printed, is no distribution:
-every longer string that fits weighs the same. A price of every action (``brevity``) and of every
-frame of delay (``haste``) may be added to -log P(Z), so that nothing is done without need.
+every longer string that fits weighs the same. Prices may be added (:mod:`.play`).
 
 A jump chooses a nonterminal node v of one of the trees by its error, s(v) = E(v) / sum E; derives
 it anew with what stands behind still possible (:mod:`.derivations`); draws the new actions' clips
@@ -16,7 +15,7 @@ was; and walks M steps of the inner loop. It is taken with probability
 q being products of rule probabilities and, for M = 0, those of the clips relative to uniform draws.
 A growth puts one link into a chain A -> B A of a tree, or takes one away, and keeps all other
 actions and clips (:mod:`.tree_growth`); it is taken likewise, with s one over the number of nodes
-where it could have been.
+where it could have been. A recasting keeps all actions, and draws the clips of a stretch anew.
 The reverse move is the one at the same v, so for each v by itself detailed balance holds, and
 exactly so for M = 0. With M > 0, where other clips are at the end than were drawn and the ratio is
 the paper's, of the trees alone, the chain is a good optimiser but no exact sampler; nor is print's.
@@ -30,121 +29,26 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motiondb.grammar.cfg import Tree, choices_of, derive_by
+from motiondb.grammar.cfg import Tree
 from motiondb.records import FloatArray, IntArray
-from motiondb.scene.binding import Binder
 from motiondb.scene.clip_choice import ClipGroups, smooth_string
-from motiondb.scene.derivations import Derivations
-from motiondb.scene.energy import scene_arrays, token_errors
-from motiondb.scene.expressions import MOST_ACTIONS, ONLY_ASKED
+from motiondb.scene.energy import token_errors
 from motiondb.scene.ground import compose, inverse
 from motiondb.scene.metropolis import DRAWS, EVERYBODY, KINDS, Focus, Walk, walk
-from motiondb.scene.motion_grammar import MotionGrammar
-from motiondb.scene.placement import ClipArrays, clip_arrays
+from motiondb.scene.play import Play
 from motiondb.scene.rule_table import RuleTable
-from motiondb.scene.scene_arrays import EVERY, SceneArrays, scene_state
+from motiondb.scene.scene_arrays import SceneArrays, scene_state
 from motiondb.scene.scene_state import PlayerState, SceneState
-from motiondb.scene.tactics import Diagram
-from motiondb.scene.tree_growth import Chains, chains, places
+from motiondb.scene.tree_growth import places
 from motiondb.scene.tree_shapes import TreeShape, exchanged, subtree_errors, tree_shape
-
-if TYPE_CHECKING:
-    from motiondb.scene.clips import ClipLibrary
 
 AROUND = 3
 """Clips before and behind a link that are looked at first when it comes or goes."""
-
-
-@dataclass(frozen=True, eq=False)
-class Play:
-    """What is to be sampled: a diagram under a grammar with a library's clips.
-
-    Attributes
-    ----------
-    derivations, chains : for every player, in the order of the diagram.
-    first : for every terminal, its entries [first, last) of the library.
-    most_actions : of a player.
-    haste, brevity : what a frame of delay costs, and an action. tails : share of the changes that
-        let stand what stands behind, not what stands before. every : frames from look to look.
-    strictness : what jumps, and the choice of the best scene, add for every multiple of its weight
-        by which a rule fails beyond the first; inner steps know nothing of it.
-    """
-
-    binder: Binder
-    derivations: tuple[Derivations, ...]
-    library: ClipArrays
-    first: dict[str, tuple[int, int]]
-    most_actions: int = MOST_ACTIONS
-    haste: float = 0.0
-    brevity: float = 0.0
-    strictness: float = 0.0
-    tails: float = 0.5
-    every: int = EVERY
-
-    @property
-    def grammar(self) -> MotionGrammar:
-        """The motion grammar."""
-        return self.binder.grammar
-
-    @cached_property
-    def chains(self) -> tuple[Chains, ...]:
-        """Where every player's trees can grow."""
-        return tuple(chains(one) for one in self.derivations)
-
-    def derive(self, player: int, rules: Sequence[int]) -> Tree:
-        """The tree of a player with these rules in preorder."""
-        return derive_by(self.derivations[player].grammar, rules)
-
-    def shape(self, player: int, tree: Tree) -> TreeShape:
-        """A tree's shape."""
-        return tree_shape(self.derivations[player].grammar, choices_of(tree))
-
-    def entries(self, actions: Sequence[str], rng: np.random.Generator) -> IntArray:
-        """A clip for every action, drawn uniformly."""
-        ranges = np.array([self.first[action] for action in actions], dtype=np.int64)
-        ranges = ranges.reshape(-1, 2)
-        return rng.integers(ranges[:, 0], ranges[:, 1])
-
-    def arrays(self, state: SceneState, table: RuleTable) -> SceneArrays:
-        """A scene's arrays, evaluated."""
-        weights = self.binder.grammar.weights
-        return scene_arrays(state, self.library, table, weights, self.every)
-
-
-arrays_of = lru_cache(maxsize=2)(clip_arrays)
-"""A library's arrays, kept for the last libraries: making them takes longer than a warm start."""
-derivations_of = lru_cache(maxsize=64)(Derivations)
-"""The same of derivations."""
-
-
-def make_play(
-    diagram: Diagram,
-    grammar: MotionGrammar,
-    library: ClipLibrary,
-    most_actions: int = MOST_ACTIONS,
-    haste: float = 0.0,
-    only_asked: Sequence[str] = ONLY_ASKED,
-) -> Play:
-    """What is to be sampled.
-
-    Raises
-    ------
-    SceneError where the grammar has no string that fits what the diagram asks of a player.
-    """
-    binder = Binder(diagram, grammar)
-    derivations = tuple(
-        derivations_of(grammar.started(grammar.start_of(player.team)), items, tuple(only_asked))
-        for player, items in zip(diagram.players, binder.items, strict=True)
-    )
-    ends = [int(end) for end in library.first]
-    first = dict(zip(library.terminals, pairwise(ends), strict=True))
-    return Play(binder, derivations, arrays_of(library), first, most_actions, haste)
+LONGEST = 5
+"""Actions of a stretch whose clips are drawn anew at once, at most."""
 
 
 @dataclass
@@ -173,14 +77,8 @@ class Chain:
 
     @property
     def energy(self) -> float:
-        """-log P(Z), as g_user = 0 that of P(Y), and the price of delays and of actions."""
-        return self._energy(self.scene)
-
-    def _energy(self, scene: SceneArrays) -> float:
-        price = self.play.haste * int(scene.begin[:, 0].sum())
-        price += self.play.brevity * int(scene.n_clips.sum())
-        price += self.play.strictness * float(np.maximum(scene.cost - 1.0, 0.0).sum())
-        return float(scene.total[0]) + price
+        """-log P(Z), as g_user = 0 that of P(Y), and all prices."""
+        return self.play.energy(self.scene, self.table)
 
     @property
     def state(self) -> SceneState:
@@ -215,7 +113,8 @@ class Chain:
         if steps == 0:
             return
         errors, play = np.zeros(scene.entry.shape), self.play
-        how = Walk(temperature, shares, *focus, play.haste, play.tails, errors, errors.copy())
+        prices = play.prices.delay, play.prices.duration
+        how = Walk(temperature, shares, *focus, *prices, play.tails, errors, errors.copy())
         draws = self.rng.random((steps, DRAWS))
         walk(scene, play.library, groups, draws, how, self.jumps.steps)
 
@@ -260,7 +159,7 @@ class Chain:
         log_ratio: float,
     ) -> bool:
         """Go to another structure, or stay."""
-        gain = (self.energy - self._energy(scene)) / temperature + log_ratio
+        gain = (self.energy - self.play.energy(scene, table)) / temperature + log_ratio
         if gain < 0.0 and self.rng.random() >= math.exp(gain):
             return False
         self.shapes, self.scene, self.trees, self.table = shapes, scene, trees, table
@@ -299,6 +198,35 @@ class Chain:
         near = max(span[0] - AROUND, 0), span[0] + len(actions) + AROUND
         self._walk(scene, steps, groups, temperature, shares, (player, *near, attention))
         return self._taken(shapes, scene, trees, table, temperature, log_ratio)
+
+    def recast(
+        self,
+        steps: int,
+        groups: ClipGroups,
+        temperature: float,
+        shares: FloatArray,
+        attention: float,
+    ) -> bool:
+        """Draw the clips of a stretch of actions anew by their seams; whether it was done.
+
+        Steps in a flow cannot be exchanged one by one: each fits its neighbours alone.
+        """
+        self.jumps.tried += 1
+        n_clips = self.scene.n_clips
+        player = int(np.searchsorted(np.cumsum(n_clips), self.rng.integers(n_clips.sum()), "right"))
+        n = int(n_clips[player])
+        first = int(self.rng.integers(n))
+        span = first, min(first + int(self.rng.integers(2, 1 + LONGEST)), n)
+        shape = self.shapes[player]
+        actions = shape.actions[span[0] : span[1]]
+        offer = self._respelled_scene(player, shape, span, actions, groups, steps == 0)
+        if offer is None:
+            self.jumps.refused += 1
+            return False
+        scene, trees, table, log_ratio = offer
+        near = max(span[0] - AROUND, 0), span[1] + AROUND
+        self._walk(scene, steps, groups, temperature, shares, (player, *near, attention))
+        return self._taken(self.shapes, scene, trees, table, temperature, log_ratio)
 
     def _subtree_errors(self, scene: SceneArrays, shapes: Sequence[TreeShape]) -> list[FloatArray]:
         """E of all nodes of all players' trees."""
@@ -346,7 +274,8 @@ class Chain:
         """The scene with other actions in ``span`` of a player, and the ratio of their clips."""
         play, state = self.play, self.state
         entries, log_ratio = self._clips(player, span, actions, groups)
-        tree = play.derive(player, shape.rules)
+        same = shape is self.shapes[player]
+        tree = self.trees[player] if same else play.derive(player, shape.rules)
         one = self._respelled(player, tree, span, entries)
         if one is None:
             return None

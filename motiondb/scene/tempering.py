@@ -21,6 +21,7 @@ Animation", Computer Graphics Forum 35 (2016), section 5.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
@@ -31,13 +32,19 @@ import numpy as np
 from motiondb.errors import SceneError
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.bootstrap import bootstrap
-from motiondb.scene.clip_choice import ClipGroups, clip_groups, tempered
+from motiondb.scene.clip_choice import ClipGroups, tempered
 from motiondb.scene.clips import ClipLibrary
+from motiondb.scene.expressions import MOST_ACTIONS
 from motiondb.scene.metropolis import KINDS
 from motiondb.scene.motion_grammar import MotionGrammar
-from motiondb.scene.scene_chain import MOST_ACTIONS, Chain, Play, make_play
+from motiondb.scene.play import Play, Prices, make_play
+from motiondb.scene.scene_chain import Chain
 from motiondb.scene.scene_state import SceneState
 from motiondb.scene.tactics import Diagram
+
+USUAL = Prices(delay=1 / 150, duration=1 / 90, action=0.25, stray=1.0, excess=2.0)
+"""Nothing is done without need, and nothing takes long: 90 frames cost as much as a rule at its
+weight."""
 
 Progress = Callable[[int, float], bool]
 """Told how many rounds are done and the best -log P(Z); whether to stop."""
@@ -51,37 +58,35 @@ class SamplerSettings:
     ----------
     temperatures : ascending, one chain each; one alone is a single chain.
     heat : all temperatures begin so many times as high and come down evenly (in logarithms) over
-        the first half of the rounds; 1 for plain tempering.
+        the first part of the rounds, ``warmth`` of them; 1 for plain tempering.
     rounds : blocks between exchanges.
     jumps : structural jumps in a block; ``inner`` : M, steps of the inner loop after each;
         ``steps`` : steps with the structure fixed after each jump, taken or not.
-    growth : share of the jumps that only put one link into a chain, or take one away.
+    growth, recasting : shares of the jumps that only put one link into a chain, or take one away,
+        and that only draw the clips of a stretch anew.
     attention : share of a jump's inner steps that look at the player who jumped.
     shares : of the kinds of inner steps, see :data:`.metropolis.KINDS`; need not sum to 1.
     patience : rounds without a better scene (by 1 %) after which to stop, when all is cold.
     cooling : steps of the final cooling. most_actions : of a player.
-    waiting : frames of a player's delay that cost 1, as much as a rule at its weight.
-    brevity : what every action costs, so that there is none without need: P(X), as printed, does
-        not care how long strings are. strictness : what jumps add where a rule fails by more than
-        its weight, times that; what fails by more can often not be polished.
+    prices : of delays, frames, actions and failing far.
     threads : chains that run at the same time; of no influence on the result.
     """
 
     temperatures: tuple[float, ...] = (0.15, 0.2, 0.27, 0.36)
     heat: float = 15.0
-    rounds: int = 50
+    warmth: float = 0.85
+    rounds: int = 70
     jumps: int = 25
     inner: int = 200
     steps: int = 200
-    growth: float = 0.7
+    growth: float = 0.5
+    recasting: float = 0.25
     attention: float = 0.7
     shares: tuple[float, ...] = (0.1, 0.35, 0.25, 0.18, 0.06, 0.06)
-    patience: int = 15
+    patience: int = 20
     cooling: int = 40_000
     most_actions: int = MOST_ACTIONS
-    waiting: float = 150.0
-    brevity: float = 0.25
-    strictness: float = 2.0
+    prices: Prices = USUAL
     threads: int = 2
 
     def __post_init__(self) -> None:
@@ -99,7 +104,7 @@ class SamplerSettings:
 
     def ladder(self, done: int) -> tuple[float, ...]:
         """The temperatures when so many rounds are done."""
-        left = max(0.0, 1.0 - 2.0 * done / self.rounds)
+        left = max(0.0, 1.0 - done / (self.warmth * self.rounds))
         return tuple(float(t * self.heat**left) for t in self.temperatures)
 
     @property
@@ -117,8 +122,8 @@ class Trace:
     Attributes
     ----------
     energies : array (rounds + 1, chains), -log P(Z) by temperature; row 0 is the start.
-    best : array (rounds + 1,), the best so far. final : after cooling, without the prices of
-        actions and of failing far.
+    best : array (rounds + 1,), the best so far. final : after cooling, of prices only that of
+        delays.
     jumps : array (chains, 3), by chain: tried, refused as too long or too early, taken.
     steps : array (kinds, 2), inner steps of all chains, tried and taken.
     exchanges : array (chains - 1, 2), tried and taken, by temperature.
@@ -146,8 +151,7 @@ class _Ladder:
         """Set the temperatures."""
         if temperatures != self.temperatures:
             smooth = play.grammar.weights.smooth
-            one = self.groups[0] if self.groups else clip_groups(play.library, smooth, 1.0)
-            self.groups = [tempered(one, play.library, smooth, t) for t in temperatures]
+            self.groups = [tempered(play.groups, play.library, smooth, t) for t in temperatures]
             self.temperatures = temperatures
 
 
@@ -175,9 +179,7 @@ def sample(
     ------
     SceneError where the grammar has no string that fits what the diagram asks of a player.
     """
-    haste = 1.0 / settings.waiting
-    play = make_play(diagram, grammar, library, settings.most_actions, haste)
-    play = replace(play, brevity=settings.brevity, strictness=settings.strictness)
+    play = make_play(diagram, grammar, library, settings.most_actions, settings.prices)
     *own, exchanging, last = rng.spawn(len(settings.temperatures) + 2)
     chains = [Chain(play, state or bootstrap(play, one), one) for one in own]
     exchanges = np.zeros((len(chains) - 1, 2), np.int64)
@@ -205,9 +207,10 @@ def _block(ladder: _Ladder, settings: SamplerSettings, n: int) -> None:
     """A block of the chain at temperature n."""
     chain, groups = ladder.chains[ladder.order[n]], ladder.groups[n]
     temperature, sums = ladder.temperatures[n], settings.sums
+    kinds = [settings.growth, settings.growth + settings.recasting]
     for _ in range(settings.jumps):
-        grows = chain.rng.random() < settings.growth
-        (chain.grow if grows else chain.jump)(
+        kind = min(bisect_right(kinds, float(chain.rng.random())), 2)
+        (chain.grow, chain.recast, chain.jump)[kind](
             settings.inner, groups, temperature, sums, settings.attention
         )
         chain.note_best()
@@ -246,10 +249,9 @@ def _cooled(
 ) -> Chain:
     """A scene cooled down with its structure fixed."""
     chain = Chain(play, state, rng)
-    n, smooth = 8, play.grammar.weights.smooth
-    groups = clip_groups(play.library, smooth, 1.0)
+    n, smooth = max(2, settings.cooling // 5000), play.grammar.weights.smooth
     for t in np.geomspace(settings.temperatures[0], 0.01, n):
-        groups = tempered(groups, play.library, smooth, float(t))
+        groups = tempered(play.groups, play.library, smooth, float(t))
         chain.walk(settings.cooling // n, groups, float(t), settings.sums)
         chain.note_best()
     return chain
@@ -258,10 +260,11 @@ def _cooled(
 def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], found: Chain) -> Trace:
     jumps = [(c.jumps.tried, c.jumps.refused, c.jumps.taken) for c in ladder.chains]
     steps = np.sum([chain.jumps.steps for chain in ladder.chains], axis=0)
+    delays = Prices(delay=found.play.prices.delay)
     return Trace(
         np.array(energies),
         np.array(best),
-        Chain(replace(found.play, brevity=0.0, strictness=0.0), found.best_state, found.rng).energy,
+        Chain(replace(found.play, prices=delays), found.best_state, found.rng).energy,
         np.array(jumps, dtype=np.int64),
         steps,
         ladder.exchanges,

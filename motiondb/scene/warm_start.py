@@ -20,8 +20,8 @@ import numpy as np
 from motiondb.records import IntArray
 from motiondb.scene.bootstrap import first_derivation
 from motiondb.scene.energy import evaluate
+from motiondb.scene.play import Play
 from motiondb.scene.scene_arrays import scene_state
-from motiondb.scene.scene_chain import Play
 from motiondb.scene.scene_state import PlayerState, SceneState
 from motiondb.scene.start_placement import place_player
 from motiondb.scene.tactics import Diagram

@@ -86,8 +86,10 @@ def test_moves_end_once_and_pass_their_points() -> None:
     on_the_way = [r for r in rows(table, "A1", POSITION) if r["moment"] == ON_THE_WAY]
     assert [(r["first"], r["last"]) for r in on_the_way] == [(2, 5), (2, 5)]
     assert 0.0 < on_the_way[0]["fraction"] < on_the_way[1]["fraction"] < 1.0
-    (start,) = [r for r in rows(table, "A1", POSITION) if r["moment"] == AT_START]
-    assert (start["first"], start["x"], start["z"]) == (0, 0.4, 8.2)
+    starts = [r for r in rows(table, "A1", POSITION) if r["moment"] == AT_START]
+    before, behind = (0.4, 8.2), (-0.9, 3.1)  # all of the string, and every class of it
+    places = [(0, *before), (0, *before), (1, *before), (2, *before), (5, *behind), (6, *behind)]
+    assert [(r["first"], r["x"], r["z"]) for r in starts] == places
     (line,) = rows(table, "D3", LINE)
     assert (line["first"], line["last"], line["moment"]) == (2, 3, AT_END)
     assert table.players[line["target"]] == "A3"
@@ -164,6 +166,13 @@ def test_tables_hold_together(name: str) -> None:
     assert (table.rows["last"] <= lengths[table.rows["player"]]).all()
     assert [KINDS[type(rule)] for rule in table.rules] == table.rows["kind"].tolist()
     assert table.rows["weight"].tolist() == [rule.weight for rule in table.rules]
+
+
+def test_actions_that_no_element_asks_for_are_counted() -> None:
+    few = table_of("figure-3", A1="hold pass run", A2="walk run run catch dribble shoot")
+    many = table_of("figure-3", A1="hold pivot_left pass idle run", A2="run catch dribble shoot")
+    assert many.stray == few.stray + 1
+    assert table_of("figure-3", A2="run run run catch dribble shoot").stray == few.stray - 1
 
 
 def test_binding_again_gives_the_same() -> None:

@@ -113,24 +113,29 @@ def test_the_rules_of_figure_3() -> None:
     assert starts == {player.name: player.at for player in diagram.players}
     run = [r.rule for r in rules if (r.player, r.item) == ("A2", 0)]
     assert [(r.target, r.moment.name) for r in run] == [
+        (Spot(5.2, 6.6), "start"),
         (Spot(3.6, 6.4), "path"),
         (Spot(1.0, 4.6), "end"),
     ]
-    assert 0.2 < run[0].moment.fraction < 0.5
-    direction, synchronisation = (r for r in rules if (r.player, r.item) == ("A1", 1))
+    assert 0.2 < run[1].moment.fraction < 0.5
+    place, direction, synchronisation = (r for r in rules if (r.player, r.item) == ("A1", 1))
+    assert (place.rule.target, place.rule.moment.name) == (Spot(-3.2, 7.6), "start")
     assert isinstance(direction.rule, DirectionRule)
     assert direction.rule.target == "A2"
     assert isinstance(synchronisation.rule, SynchronisationRule)
     assert (synchronisation.rule.partner, synchronisation.partner_item) == ("A2", 1)
     assert synchronisation.rule.lag is None
-    (shot,) = (r for r in rules if (r.player, r.item) == ("A2", 3))
+    place, shot = (r for r in rules if (r.player, r.item) == ("A2", 3))
+    assert (place.rule.target, place.rule.moment.name) == (Spot(0.5, 2.2), "start")
     assert (shot.rule.target, shot.rule.moment.name) == ("rim", "release")
     screens = [r for r in rules if (r.player, r.item) == ("A3", 1)]
     assert [(type(r.rule), r.partner_item) for r in screens] == [
+        (PositionRule, -1),
         (DirectionRule, -1),
         (SynchronisationRule, 1),
     ]
-    assert screens[1].rule.actions == ("push",)
+    assert screens[0].rule.target == Spot(3.75, 5.2)
+    assert screens[2].rule.actions == ("push",)
 
 
 def test_what_the_grammar_says_already_is_said_once() -> None:

@@ -23,7 +23,8 @@ from motiondb.scene.clip_choice import clip_groups, smooth_entry
 from motiondb.scene.energy import change, energy, scene_arrays, token_errors, unchange
 from motiondb.scene.grammar_file import read_motion_grammar
 from motiondb.scene.metropolis import DELAY, MEET, SMOOTH, VARIANT, lateness, origin_for_tail
-from motiondb.scene.scene_chain import Chain, make_play
+from motiondb.scene.play import Prices, make_play
+from motiondb.scene.scene_chain import Chain
 from motiondb.scene.scene_state import PlayerState, SceneState
 from motiondb.scene.tactics_file import read_diagram
 from motiondb.scene.tempering import SamplerSettings
@@ -168,6 +169,30 @@ def test_frequencies_of_growths_alone_are_exact(wandering, seed: int) -> None:
     assert p_value(seen, exact) > 0.001
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_frequencies_of_recastings_alone_are_exact(wandering, seed: int) -> None:
+    library, play = toy_play(wandering)
+    rules = (0, 1, 4, 2)
+    tree = derive_by(play.derivations[0].grammar, rules)
+    table = bind(ALONE, TOY, [tree])
+    exact = {}
+    for entries in product(*(library.of(action) for action in tree.leaves())):
+        state = toy_state(play, rules, entries)
+        exact[entries] = math.exp(
+            -energy(state, play.library, table, TOY.weights, play.every).total
+        )
+    exact = {key: value / sum(exact.values()) for key, value in exact.items()}
+    groups = clip_groups(play.library, TOY.weights.smooth, 1.0)
+    chain = Chain(play, toy_state(play, rules, (0, 6, 2)), np.random.default_rng(seed))
+    seen: Counter = Counter()
+    for step in range(3000):
+        chain.recast(0, groups, 1.0, EXCHANGES, 0.0)
+        if step % 3 == 2:  # by then every clip was drawn anew about twice
+            seen[tuple(chain.scene.entry[0, :3].tolist())] += 1
+    assert len(seen) > 4
+    assert p_value(seen, exact) > 0.001
+
+
 @pytest.mark.parametrize(
     ("kinds", "temperature"), [((0,), 1.0), ((SMOOTH,), 1.0), ((SMOOTH, VARIANT), 2.0)]
 )
@@ -213,8 +238,9 @@ TWO = read_diagram(
 @pytest.mark.parametrize("kinds", [(DELAY,), (MEET,), (DELAY, MEET)])
 def test_frequencies_of_delays_are_exact(wandering, kinds) -> None:
     library = wandering(["a"], each=2, seed=1)
-    haste = 0.1  # so that delays stay small and can be listed
-    play = make_play(TWO, PAIR, library, haste=haste)
+    price = 0.1  # so that delays stay small and can be listed
+    prices = Prices(delay=price, duration=0.05, action=0.5, stray=0.25)
+    play = make_play(TWO, PAIR, library, prices=prices)
     trees = [derive_by(d.grammar, (0,)) for d in play.derivations]
     places = [(0.0, 0.0, 0.0), (3.0, 0.0, 0.0)]
 
@@ -228,11 +254,13 @@ def test_frequencies_of_delays_are_exact(wandering, kinds) -> None:
 
     start = Chain(play, state((0, 0)), np.random.default_rng(0))
     first, second = (play.library.clips["event"][k] for k in (0, 1))
-    exact = {}
+    lengths = [play.library.clips["n_frames"][k] for k in (0, 1)]
+    exact, others = {}, 2 * (0.5 + 0.25)  # two actions, which nothing in the diagram asks for
     for p, q in product(range(150), repeat=2):
         later = (q + second - p - first) / MOTION_FPS
         errors = abs(later - 0.2) / 0.4 + abs(-later - 0.2) / 0.4
-        exact[p, q] = math.exp(-errors - haste * (p + q))
+        frames = max(p + lengths[0], q + lengths[1])
+        exact[p, q] = math.exp(-errors - price * (p + q) - 0.05 * frames - others)
     whole = sum(exact.values())
     binned: dict[tuple, float] = {}
     for (p, q), value in exact.items():

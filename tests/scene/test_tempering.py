@@ -15,8 +15,9 @@ from motiondb.records import IntArray
 from motiondb.scene.bootstrap import bootstrap, first_derivation
 from motiondb.scene.derivations import Derivation, Derivations
 from motiondb.scene.expressions import ONLY_ASKED, g_user
+from motiondb.scene.play import Prices, make_play
 from motiondb.scene.rules import Spot
-from motiondb.scene.scene_chain import Chain, make_play
+from motiondb.scene.scene_chain import Chain
 from motiondb.scene.scene_state import SceneState
 from motiondb.scene.tempering import SamplerSettings, exchange, sample
 from motiondb.scene.tree_shapes import exchanged, tree_shape
@@ -115,7 +116,7 @@ def test_what_comes_out_fits_and_is_the_best_of_the_trace(wandering) -> None:
     assert trace.best.shape == (4,)
     assert (np.diff(trace.best) <= 0.0).all()
     assert trace.final <= trace.best[-1] < trace.best[0]
-    play = make_play(diagram, grammar, library, haste=1.0 / SHORT.waiting)
+    play = make_play(diagram, grammar, library, prices=Prices(delay=SHORT.prices.delay))
     assert Chain(play, found, np.random.default_rng(0)).energy == pytest.approx(trace.final)
     for player, items in zip(found.players, play.binder.items, strict=True):
         actions = player.tree.leaves()
