@@ -29,7 +29,7 @@ TURNING = np.radians(100.0)
 _SMOOTH = 10.0
 _BRIEF = 50
 """Frames of a pause in which nobody turns away and back."""
-_LEAST_RAMP, _MOST_RAMP = 15, 60
+_LEAST_RAMP, _MOST_RAMP = 15, 80
 
 
 def turn_who_waits(
