@@ -16,13 +16,15 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from motiondb import store
-from motiondb.database.scene_clips import ShownAction, find_actions
+from motiondb.database.scene_clips import THROW, ShownAction, find_actions
 from motiondb.errors import SceneError
 from motiondb.records import MOTION_FPS, Event, Motion
+from motiondb.scene.body_frames import BodyFrames, body_frames
 from motiondb.scene.clip_cutting import SHORTEST, ShownMotion
 from motiondb.scene.clip_variants import VariantSettings
 from motiondb.scene.clips import ClipLibrary, make_library
 from motiondb.scene.motion_grammar import MotionGrammar
+from motiondb.scene.throws import throw_frames
 
 if TYPE_CHECKING:
     from motiondb.database.motion_db import MotionDB
@@ -72,10 +74,10 @@ def _make(
     }
     names = sorted({part.capture for parts in actions.values() for part in parts})
     motions = {n: store.load_motion(base.store, infos[n].capture_id) for n in names}
-    shown = []
+    shown, seen = [], dict[str, BodyFrames]()
     for terminal in grammar.terminals:
         for part in actions[terminal.name]:
-            start, end = _frames(part, motions[part.capture])
+            start, end = _frames(part, motions[part.capture], seen)
             if end - start >= SHORTEST:
                 info = infos[part.capture]
                 shown.append(
@@ -102,10 +104,17 @@ def _evenly(parts: list[ShownAction], most: int) -> list[ShownAction]:
     return [parts[k] for k in chosen]
 
 
-def _frames(part: ShownAction, motion: Motion) -> tuple[int, int]:
+def _frames(part: ShownAction, motion: Motion, seen: dict[str, BodyFrames]) -> tuple[int, int]:
+    """The frames that show an action; ``seen`` keeps what captures with throws look like."""
     start = 0 if part.start is None else round(part.start * MOTION_FPS)
     end = motion.n_frames if part.end is None else round(part.end * MOTION_FPS)
-    return start, min(end, motion.n_frames)
+    end = min(end, motion.n_frames)
+    if not part.stretch or end - start < SHORTEST:
+        return start, end
+    if part.capture not in seen:
+        seen[part.capture] = body_frames(motion)
+    first, last = throw_frames(seen[part.capture], start, end)
+    return (first, last) if part.stretch == THROW else (start, first)
 
 
 def _check_terminals(grammar: MotionGrammar, found: set[str]) -> None:

@@ -131,12 +131,16 @@ def instant(shown: ShownMotion, frames: BodyFrames, start: int, end: int) -> tup
     inside = [frame for frame in known if start <= frame < end]
     if inside:
         return (inside[-1] if shown.event == "release" else inside[0]), "events"
-    wrists = frames.joints[start:end, WRISTS]
     if shown.event == "catch":
-        reach = wrists[:, :, 2].mean(axis=1)
-    else:
-        reach = (wrists[:, :, 1] + wrists[:, :, 2]).max(axis=1)
-    return start + int(np.argmax(reach)), "wrists"
+        ahead = frames.joints[start:end, WRISTS, 2].mean(axis=1)
+        return start + int(np.argmax(ahead)), "wrists"
+    return farthest_up(frames, start, end), "wrists"
+
+
+def farthest_up(frames: BodyFrames, start: int, end: int) -> int:
+    """The frame of [start, end) in which a wrist is farthest ahead and up."""
+    wrists = frames.joints[start:end, WRISTS]
+    return start + int(np.argmax((wrists[:, :, 1] + wrists[:, :, 2]).max(axis=1)))
 
 
 def _around_instant(shown: ShownMotion, frames: BodyFrames, start: int, end: int) -> Piece:

@@ -138,6 +138,7 @@ class _Clip:
     event: int
     joint: str
     events: tuple[Event, ...]
+    thrown: bool
 
 
 def make_library(
@@ -259,7 +260,8 @@ def _clip(
     joints = [e.joint for e in inside if e.name == shown.event and e.frame == event - piece.start]
     source = ClipSource(shown.capture, piece.start, piece.end, licence=shown.licence, instant=known)
     joint = joints[0] if joints and known == "events" else ""
-    return _Clip(terminal, capture, frames, piece, source, event, joint, inside)
+    thrown = shown.event == _ONE_HANDED
+    return _Clip(terminal, capture, frames, piece, source, event, joint, inside, thrown)
 
 
 def _image_of(terminals: tuple[str, ...], clip: _Clip) -> int | None:
@@ -268,7 +270,7 @@ def _image_of(terminals: tuple[str, ...], clip: _Clip) -> int | None:
     Shots and passes have no mirror image: it would be thrown with the other hand.
     """
     name = terminals[clip.terminal]
-    if any(e.name == _ONE_HANDED and clip.piece.start + e.frame == clip.event for e in clip.events):
+    if clip.thrown:
         return None
     image = "_".join(_SIDES.get(part, part) for part in name.split("_"))
     return terminals.index(image) if image in terminals else None

@@ -11,14 +11,17 @@ import pytest
 
 import motiondb
 from motiondb import store
+from motiondb.database.scene_clips import find_actions
 from motiondb.database.scene_files import read_grammar
 from motiondb.database.scene_library import SceneClips, scene_clips
 from motiondb.errors import SceneError
-from motiondb.records import Event
+from motiondb.records import Caption, Event
 from motiondb.scene.body_frames import body_frames
-from motiondb.scene.clip_cutting import ShownMotion, instant
+from motiondb.scene.clip_cutting import ShownMotion, farthest_up, instant
 from motiondb.scene.clip_variants import VariantSettings
 from motiondb.scene.grammar_file import read_motion_grammar
+from motiondb.scene.motion_grammar import MotionGrammar
+from motiondb.scene.throws import throw_frames
 
 _INSTANTS = {"pass": "release", "shoot": "release", "layup": "release", "catch": "catch",
              "screen": "contact", "push": "contact", "block": "contact"}  # fmt: skip
@@ -152,3 +155,62 @@ def test_the_wrists_alone_tell_instants_to_a_few_frames(clips: SceneClips) -> No
     assert len(errors) > 30
     assert np.median(errors) <= 2
     assert max(errors) <= 4
+
+
+@pytest.mark.parametrize(
+    ("capture", "dribble", "throw", "end"),
+    [
+        ("chidi/long_8", 79, 173, 245),
+        ("chidi/long_play_1", 360, 431, 485),
+        ("goran/long_7", 300, 398, 456),
+    ],
+)
+def test_hands_tell_a_throw_from_the_dribble_before(
+    base: motiondb.MotionDB, capture: str, dribble: int, throw: int, end: int
+) -> None:
+    """Frames of the sample data's truth: a lay-up and two shots, each behind a dribble."""
+    number = store.load_capture(base.store, capture).capture_id
+    frames = body_frames(store.load_motion(base.store, number))
+    release = [e.frame for e in base.events(capture) if e.name == "release" and e.frame < end]
+    assert abs(farthest_up(frames, dribble, end) - release[-1]) <= 2
+    first, last = throw_frames(frames, dribble, end)
+    assert abs(first - throw) <= 8
+    assert abs(last - end) <= 12
+
+
+DRIBBLE_AND_SHOOT = """start S
+S -> dribble* shoot
+dribble := "dribble"
+shoot := "shoot", "jump shot" without "fake" event release
+"""
+
+
+def test_a_caption_of_several_actions_with_a_throw(learned_copy: Path) -> None:
+    told = {
+        "basketball - dribble, shoot": {"dribble": "before", "shoot": "throw"},
+        "crossover dribble, dribble, a jump shot": {"dribble": "before", "shoot": "throw"},
+        "shoot, dribble": {"shoot": "throw"},
+        "shoot": {"shoot": ""},
+        "dribble, fake shot, shoot": {},  # hands do the same twice
+        "dribble, shoot, dribble, shoot": {},
+        "dribble, sing, shoot": {},  # nobody knows what hands do in a song
+    }
+    grammar = read_motion_grammar(DRIBBLE_AND_SHOOT, "g")
+    with motiondb.open(learned_copy) as base:
+        number = store.load_capture(base.store, "goran/shoot_1").capture_id
+        for words, shown in told.items():
+            store.save_captions(base.store, number, [Caption(words)])
+            assert stretches(base, grammar) == shown, words
+        timed = [Caption("dribble, shoot"), Caption("shoot", 0.5, 2.0)]
+        store.save_captions(base.store, number, timed)
+        assert stretches(base, grammar) == {"shoot": ""}
+
+
+def stretches(base: motiondb.MotionDB, grammar: MotionGrammar) -> dict[str, str]:
+    """Of each action that a capture shows, which stretch of it."""
+    return {
+        name: part.stretch
+        for name, parts in find_actions(base, grammar).items()
+        for part in parts
+        if part.capture == "goran/shoot_1"
+    }
