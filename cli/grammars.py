@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,17 +14,21 @@ from motiondb.cli.options import (
     Json,
     Seed,
     database,
+    picture_name,
     print_json,
     print_table,
     progress,
 )
+
+if TYPE_CHECKING:
+    from motiondb import store
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]
 
 
 def register(app: typer.Typer) -> None:
     """Put the commands into the app."""
-    from motiondb.cli import sequences
+    from motiondb.cli import parsing, sequences
 
     group = typer.Typer(
         help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
@@ -33,6 +37,7 @@ def register(app: typer.Typer) -> None:
     group.command("learn")(learn)
     group.command("list")(list_grammars)
     group.command("show")(show)
+    parsing.register(group)
     sequences.register(group)
     group.command("compare")(compare)
     group.command("remove")(remove)
@@ -85,10 +90,12 @@ def learn(
     with database(db, writing=True) as base, progress(not json) as tell:
         learned, lost = base.grammars.learn(captures, name, settings, tell)
         facts = base.grammars.show(learned.name)
+        size = base.grammars.size(learned.name)
     if json:
         print_json(facts | {"no longer editable": lost})
         return
-    typer.echo(summary(facts))
+    typer.echo(summary(size))
+    _say_tried(facts)
     _say_lost(lost)
 
 
@@ -107,17 +114,29 @@ def _number(terminals: str | None) -> int | None:
     return int(terminals)
 
 
-def summary(facts: dict[str, Any]) -> str:
+def summary(size: store.GrammarSize) -> str:
     """A grammar in a line."""
-    seconds = sum(c["seconds"] for c in facts["captures"])
-    n = len(facts["captures"])
     return (
-        f"{facts['grammar']}: {n} capture{'s' * (n > 1)} ({seconds:.0f} s), "
-        f"{facts['segments']} segments of {len(facts['terminals'])} terminals, "
-        f"{facts['sentences']} sentence{'s' * (facts['sentences'] > 1)}, "
-        f"{facts['nonterminals']} nonterminal{'s' * (facts['nonterminals'] > 1)}, "
-        f"{facts['rules']} rule{'s' * (facts['rules'] > 1)}, {facts['bits']['sum']:.1f} bits."
+        f"{size.name}: {_counted(size.captures, 'capture')} ({size.seconds:.0f} s), "
+        f"{_counted(size.segments, 'segment')} of {_counted(size.terminals, 'terminal')}, "
+        f"{_counted(size.sentences, 'sentence')}, {_counted(size.nonterminals, 'nonterminal')}, "
+        f"{_counted(size.rules, 'rule')}, {sum(size.bits.values()):.1f} bits."
     )
+
+
+def _counted(n: int, what: str) -> str:
+    return f"{n} {what}{'s' * (n != 1)}"
+
+
+def _say_tried(facts: dict[str, Any]) -> None:
+    """Why there are so many terminals, where the data were asked."""
+    tried = facts["settings"].get("tried")
+    if tried:
+        said = ", ".join(f"{k}: {bits:.0f}" for k, bits in tried.items())
+        typer.echo(
+            f"bits by number of terminals {said}; of those within {facts['settings']['noise']:.0f}"
+            f" of the fewest, as much as chance makes, the smallest: {len(facts['terminals'])}"
+        )
 
 
 def _say_lost(lost: list[str]) -> None:
@@ -132,25 +151,38 @@ def _say_lost(lost: list[str]) -> None:
 def list_grammars(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """List the grammars."""
     with database(db) as base:
-        rows = [base.grammars.show(name) for name in base.grammars.names()]
+        sizes = base.grammars.sizes()
     if json:
-        keys = ("grammar", "run", "segments", "sentences", "nonterminals", "rules", "bits")
-        print_json([{k: r[k] for k in keys} | {"captures": len(r["captures"])} for r in rows])
+        print_json([_size_facts(size) for size in sizes])
         return
-    if not rows:
+    if not sizes:
         typer.echo("no grammars yet: motiondb grammar learn CAPTURE...")
-    for row in rows:
-        typer.echo(summary(row))
+    for size in sizes:
+        typer.echo(summary(size))
+
+
+def _size_facts(size: store.GrammarSize) -> dict[str, Any]:
+    counted = asdict(size)
+    named = {"grammar": counted.pop("name"), "run": counted.pop("run_id")}
+    bits = size.bits | {"sum": sum(size.bits.values())}
+    return named | counted | {"seconds": round(size.seconds, 3), "bits": bits}
 
 
 def show(
     name: Name,
     png: Annotated[
-        Path | None, typer.Option("--png", help="Draw the sentences' trees into this file.")
+        Path | None,
+        typer.Option(
+            "--png", callback=picture_name, help="Draw the sentences' trees into this file."
+        ),
     ] = None,
     strings: Annotated[
         Path | None,
-        typer.Option("--strings", help="Draw terminals and captures as strings into this file."),
+        typer.Option(
+            "--strings",
+            callback=picture_name,
+            help="Draw terminals and captures as strings into this file.",
+        ),
     ] = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
@@ -158,6 +190,7 @@ def show(
     """Show a grammar: its rules, its terminals with their words, the bits of its description."""
     with database(db) as base:
         facts = base.grammars.show(name)
+        size = base.grammars.size(name)
         if png:
             base.grammars.draw_trees(name, png)
         if strings:
@@ -165,7 +198,7 @@ def show(
     if json:
         print_json(facts)
         return
-    typer.echo(summary(facts))
+    typer.echo(summary(size))
     typer.echo(facts["text"])
     rows = [
         [t["terminal"], str(t["count"]), f"{t['seconds']:.2f}",
@@ -180,6 +213,7 @@ def show(
     bits = {part: value for part, value in facts["bits"].items() if part != "sum"}
     said = " + ".join(f"{part} {value:.1f}" for part, value in bits.items())
     typer.echo(f"description: {said} = {facts['bits']['sum']:.1f} bits")
+    _say_tried(facts)
     for capture in facts["captures"]:
         if not capture["there"]:
             typer.echo(

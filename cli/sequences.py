@@ -1,4 +1,4 @@
-"""grammar parse, suggest, generate, edit: sequences that a grammar allows."""
+"""grammar generate, edit: new sequences that a grammar allows."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from motiondb.cli.options import (
     Png,
     Seed,
     database,
+    picture_name,
     print_json,
     print_table,
     progress,
@@ -29,82 +30,16 @@ Name = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]
 Save = Annotated[str | None, typer.Option("--save", help="Keep it as a capture, by this name.")]
 
 
+TreesPng = Annotated[
+    Path | None,
+    typer.Option("--png", callback=picture_name, help="Draw the trees of the alternatives."),
+]
+
+
 def register(group: typer.Typer) -> None:
     """Put the commands into the group."""
-    group.command("parse")(parse)
-    group.command("suggest")(suggest)
     group.command("generate")(generate)
     group.command("edit")(edit)
-
-
-def parse(
-    name: Name,
-    example: Annotated[
-        str, typer.Argument(metavar="CAPTURE", help="A stored capture's name, or a file.")
-    ],
-    png: Png = None,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
-) -> None:
-    """Parse a capture: its sentences' trees, or where it fails and what was expected (exit 1)."""
-    from motiondb.database.grammar_facts import format_tree
-
-    with database(db) as base:
-        found = base.grammars.parse(name, example)
-        if png and found.trees:
-            base.grammars.draw_parse(name, found, png)
-    fault = found.fault
-    if json:
-        facts: dict[str, Any] = {
-            "string": list(found.string),
-            "spans": [list(span) for span in zip(found.starts, found.ends)],
-            "learned from": found.stored,
-            "sentences": [
-                {"string": list(tree.leaves()), "tree": format_tree(tree)} for tree in found.trees
-            ],
-            "fault": None,
-        }
-        if fault:
-            facts["fault"] = {
-                "position": fault.position, "found": fault.found,
-                "expected": list(fault.expected), "may end": fault.may_end, "says": str(fault),
-            }  # fmt: skip
-        print_json(facts)
-    else:
-        how = "as learned" if found.stored else "read anew"
-        typer.echo(f"{' '.join(found.string)} ({how})")
-        for number, tree in enumerate(found.trees, start=1):
-            typer.echo(f"{number}  {format_tree(tree)}")
-        if fault:
-            typer.echo(f"{fault}")
-            if fault.position < len(found.starts):
-                start, end = found.starts[fault.position], found.ends[fault.position]
-                typer.echo(f"that is {start:.2f}-{end:.2f} s of {example}")
-    if fault:
-        raise typer.Exit(1)
-
-
-def suggest(
-    name: Name,
-    beginning: Annotated[
-        str, typer.Argument(metavar="STRING", help='Terminals so far, such as "a b c"; or "".')
-    ] = "",
-    db: Db = DEFAULT_DB,
-    json: Json = False,
-) -> None:
-    """Say which actions the grammar allows next, with their probabilities."""
-    with database(db) as base:
-        found = base.grammars.suggest(name, beginning)
-        names = base.grammars.load(name).terminals.names
-        words = dict(zip(names, (m.text for m in base.grammars.meanings(name))))
-    if json:
-        print_json([{"terminal": t, "end": t is None, "probability": p} for t, p in found])
-        return
-    rows = [
-        ["the end" if t is None else t, f"{p:.3f}", words.get(t, "") if t else ""] for t, p in found
-    ]
-    columns = ["next", "probability", "words"][: 3 if any(row[2] for row in rows) else 2]
-    print_table("", columns, [row[: len(columns)] for row in rows])
 
 
 def generate(
@@ -122,7 +57,7 @@ def generate(
     """Make a new sequence that obeys the grammar; its sources go into a file beside it."""
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
-        if save:
+        if save is not None:
             base.check_name_free(save)
         made = base.grammars.generate(name, seed, length)
         facts = _hand_out(base, made, seed, output, save, png, {"length": length})
@@ -161,9 +96,7 @@ def edit(
     save: Annotated[
         str | None, typer.Option("--save", help="Keep the chosen one as a capture, by this name.")
     ] = None,
-    png: Annotated[
-        Path | None, typer.Option("--png", help="Draw the trees of the alternatives.")
-    ] = None,
+    png: TreesPng = None,
     seed: Seed = 0,
     db: Db = DEFAULT_DB,
     json: Json = False,
@@ -174,12 +107,12 @@ def edit(
     """
     from motiondb.errors import QueryError
 
-    if save and choose is None:
+    if save is not None and choose is None:
         raise QueryError("edit: expected a choice to keep, found --save alone. Add --choose N.")
-    if choose is not None and not (output or save):
+    if choose is not None and output is None and save is None:
         raise QueryError("edit: expected -o FILE or --save NAME beside --choose, found neither.")
     with database(db, writing=save is not None) as base:
-        if save:
+        if save is not None:
             base.check_name_free(save)
         edited = base.grammars.edit(name, sequence, at, (wider, narrower), number, seed)
         if png:
@@ -210,44 +143,61 @@ def _hand_out(
     png: Path | None,
     how: dict[str, object],
 ) -> dict[str, Any]:
-    """Keep, draw and write what was made; the facts."""
-    from motiondb.database import grammar_facts
-
-    if output:
-        facts = grammar_facts.write_sequence(made, seed, output)
-    else:
-        facts = grammar_facts.sequence_facts(made, seed)
-    if save:
-        base.grammars.save(save, made, seed, how)
-        facts["capture"] = save
+    """Write, draw and keep what was made; the facts."""
+    facts = _written(made, seed, output)
     if png:
         base.grammars.draw_sequence(made, png)
+    if save is not None:  # last, so that nothing is kept where a file cannot be written
+        base.grammars.save(save, made, seed, how)
+        facts["capture"] = save
     return facts
 
 
 def _offer(
     base: MotionDB, name: str, edited: Edit, seed: int, output: Path | None
 ) -> dict[str, Any]:
-    """The alternatives played; as files NAME-1, NAME-2, ... where an output is named."""
-    from motiondb.database import grammar_facts
+    """The alternatives played; as files NAME-1, NAME-2, ... where an output is named.
 
-    rows = []
+    One that cannot be played, for captures that are gone, is offered with the reason; where none
+    can, the reason is the answer.
+    """
+    from motiondb.errors import QueryError
+
+    rows: list[dict[str, Any]] = []
+    faults = []
     for number, alternative in enumerate(edited.alternatives):
-        made = base.grammars.play(name, edited, number, seed)
-        facts = grammar_facts.sequence_facts(made, seed)
+        known = {
+            "region": list(alternative.string),
+            "log probability": alternative.log_probability,
+        }
+        try:
+            made = base.grammars.play(name, edited, number, seed)
+        except QueryError as fault:
+            faults.append(fault)
+            string = list(edited.tree(number).leaves())
+            rows.append({"string": string, "not playable": str(fault)} | known)
+            continue
+        file = None
         if output:
             file = output.with_name(f"{output.stem}-{number + 1}{output.suffix}")
-            facts = grammar_facts.write_sequence(made, seed, file)
-        rows.append(
-            facts
-            | {"region": list(alternative.string), "log probability": alternative.log_probability}
-        )
+        rows.append(_written(made, seed, file) | known)
+    if rows and len(faults) == len(rows):
+        raise faults[0]
     return {
         "grammar": name,
         "string": list(edited.before.leaves()),
         "region": asdict(edited.region),
         "alternatives": rows,
     }
+
+
+def _written(made: GrammarSequence, seed: int, output: Path | None) -> dict[str, Any]:
+    """The facts of what was made, written where a file is named."""
+    from motiondb.database import grammar_facts
+
+    if output is None:
+        return grammar_facts.sequence_facts(made, seed)
+    return grammar_facts.write_sequence(made, seed, output)
 
 
 def _say_offer(facts: dict[str, Any]) -> None:
@@ -261,12 +211,17 @@ def _say_offer(facts: dict[str, Any]) -> None:
         return
     rows = [
         [str(number), " ".join(row["region"]) or "nothing", f"{row['log probability']:.2f}",
-         f"{row['seconds']:.2f}", f"{row['join cost']:.2f}", row.get("output", "")]
+         *([""] * 2 if "not playable" in row
+           else [f"{row['seconds']:.2f}", f"{row['join cost']:.2f}"]),
+         row.get("output", "")]
         for number, row in enumerate(facts["alternatives"], start=1)
     ]  # fmt: skip
     columns = ["rank", "region", "log probability", "seconds", "join cost", "file"]
     used = len(columns) if any(row[-1] for row in rows) else len(columns) - 1
     print_table("", columns[:used], [row[:used] for row in rows])
+    for number, row in enumerate(facts["alternatives"], start=1):
+        if "not playable" in row:
+            typer.echo(f"note: {number} cannot be played: {row['not playable']}", err=True)
 
 
 def _say_made(facts: dict[str, Any], output: Path | None) -> None:

@@ -67,6 +67,15 @@ class Grammars:
         """The names of all grammars."""
         return store.load_grammar_names(self._database.store)
 
+    def sizes(self) -> list[store.GrammarSize]:
+        """How much each grammar holds, by name."""
+        return store.load_grammar_sizes(self._database.store)
+
+    def size(self, name: str) -> store.GrammarSize:
+        """How much a grammar holds (QueryError: none of this name)."""
+        name = self.load(name).name
+        return next(size for size in self.sizes() if size.name == name)
+
     def load(self, name: str) -> store.LearnedGrammar:
         """A grammar with terminals, sentences and parses (QueryError: none of this name)."""
         return self.material(name).learned

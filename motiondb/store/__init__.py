@@ -23,6 +23,7 @@ from motiondb.store.catalogue import (
 from motiondb.store.check import check_store
 from motiondb.store.compaction import compact, count_rows
 from motiondb.store.connection import Store, content_revision, open_store, transaction
+from motiondb.store.derivations import Derivation, load_derivation, save_derivation
 from motiondb.store.events import load_events, save_events
 from motiondb.store.generated import (
     Provenance,
@@ -32,16 +33,15 @@ from motiondb.store.generated import (
     to_provenance,
 )
 from motiondb.store.grammars import (
-    Derivation,
+    GrammarSize,
     GrammarSource,
     LearnedGrammar,
     grammar_mark,
-    load_derivation,
     load_grammar,
     load_grammar_names,
+    load_grammar_sizes,
     load_source_numbers,
     remove_grammar,
-    save_derivation,
     save_grammar,
 )
 from motiondb.store.learned import (
@@ -77,6 +77,7 @@ from motiondb.store.where import Condition, matches, parse_where
 __all__ = [
     "Condition",
     "Derivation",
+    "GrammarSize",
     "GrammarSource",
     "LearnedGrammar",
     "LearningSize",
@@ -108,6 +109,7 @@ __all__ = [
     "load_events",
     "load_grammar",
     "load_grammar_names",
+    "load_grammar_sizes",
     "load_learning",
     "load_learning_size",
     "load_motion",

@@ -1,4 +1,4 @@
-"""Grammars with their terminals, sentences and parses; and how generated captures were derived.
+"""Grammars with their terminals, sentences and parses.
 
 A grammar is saved, replaced (by its name) and removed as a whole, in one transaction. It keeps the
 names and digests of the captures it rests on, not their numbers: when one is removed the grammar
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import Grammar, Rule
-from motiondb.records import IntArray
+from motiondb.records import MOTION_FPS, IntArray
 from motiondb.store.columns import fetch, insert
 from motiondb.store.connection import Store, read_meta, transaction
 from motiondb.store.names import unknown_name
@@ -82,12 +82,24 @@ class LearnedGrammar:
 
 
 @dataclass(frozen=True)
-class Derivation:
-    """How a generated capture came about: its tree's rules in preorder, and per leaf the clip."""
+class GrammarSize:
+    """How much a grammar holds; frames of its captures at 30 a second, bits of its description."""
 
-    grammar: str
-    rules: tuple[int, ...]
-    clips: tuple[int, ...]
+    name: str
+    run_id: int
+    captures: int
+    frames: int
+    terminals: int
+    segments: int
+    sentences: int
+    nonterminals: int
+    rules: int
+    bits: dict[str, float]
+
+    @property
+    def seconds(self) -> float:
+        """Of all captures."""
+        return self.frames / MOTION_FPS
 
 
 def save_grammar(store: Store, learned: LearnedGrammar, run_id: int) -> list[str]:
@@ -269,6 +281,25 @@ def load_grammar_names(store: Store) -> list[str]:
     return [row[0] for row in rows]
 
 
+def load_grammar_sizes(store: Store) -> list[GrammarSize]:
+    """How much each grammar holds, by name: counted where it is stored, nothing is loaded."""
+    rows = store.connection.execute(
+        """SELECT name, run_id,
+           (SELECT count(*) FROM grammar_source s WHERE s.grammar_id = g.grammar_id),
+           (SELECT sum(n_frames)::BIGINT FROM grammar_source s WHERE s.grammar_id = g.grammar_id),
+           (SELECT count(*) FROM terminal t WHERE t.grammar_id = g.grammar_id),
+           (SELECT count(*) FROM terminal_segment t WHERE t.grammar_id = g.grammar_id),
+           (SELECT count(*) FROM sentence t WHERE t.grammar_id = g.grammar_id),
+           (SELECT count(DISTINCT left_symbol) FROM grammar_rule r
+            WHERE r.grammar_id = g.grammar_id),
+           (SELECT count(*) FROM grammar_rule r WHERE r.grammar_id = g.grammar_id),
+           (SELECT map(list(part ORDER BY ordinal), list(bits ORDER BY ordinal))
+            FROM grammar_bits b WHERE b.grammar_id = g.grammar_id)
+           FROM grammar g ORDER BY name"""
+    ).fetchall()
+    return [GrammarSize(*row) for row in rows]
+
+
 def remove_grammar(store: Store, name: str) -> list[str]:
     """Take a grammar out; gives the generated captures that can no longer be edited (QueryError).
 
@@ -297,27 +328,6 @@ def _remove(store: Store, name: str) -> list[str]:
 def _unknown(store: Store, name: str) -> str:
     remedy = "Learn one: motiondb grammar learn CAPTURE..."
     return unknown_name(store, name, "grammar", load_grammar_names(store), remedy)
-
-
-def save_derivation(
-    store: Store, capture_id: int, grammar_id: int, derivation: Derivation, run_id: int
-) -> None:
-    """Write down how a generated capture was derived."""
-    with transaction(store) as connection:
-        connection.execute(
-            "INSERT INTO derivation VALUES (?, ?, ?, ?, ?)",
-            [capture_id, grammar_id, list(derivation.rules), list(derivation.clips), run_id],
-        )
-
-
-def load_derivation(store: Store, capture_id: int) -> Derivation | None:
-    """How a capture was derived; None where no grammar made it."""
-    row = store.connection.execute(
-        "SELECT name, rules, clips FROM derivation JOIN grammar USING (grammar_id) "
-        "WHERE capture_id = ?",
-        [capture_id],
-    ).fetchone()
-    return None if row is None else Derivation(row[0], tuple(row[1]), tuple(row[2]))
 
 
 def load_source_numbers(store: Store, learned: LearnedGrammar) -> dict[int, int]:
