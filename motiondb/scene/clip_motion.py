@@ -11,7 +11,7 @@ import numpy as np
 
 from motiondb.errors import SceneError
 from motiondb.pose import pose_vectors, retarget, rotation
-from motiondb.records import FloatArray, IntArray, Motion
+from motiondb.records import IntArray, Motion
 from motiondb.scene.clip_variants import edited_stretch
 from motiondb.scene.clips import ClipSource
 from motiondb.scene.ground import compose, inverse
@@ -69,20 +69,6 @@ def clip_motion(
         motion.leg_length,
         motion.notes,
     )
-
-
-def clip_poses(
-    source: ClipSource, motions: Mapping[str, Motion], before: int = 0, after: int = 0
-) -> tuple[FloatArray, FloatArray]:
-    """Heights of the pelvis (frames,), metres, and local rotations (frames, 21, 4) of an entry.
-
-    The pelvis's rotation is relative to the heading, so that a polished path can be put under the
-    poses: world rotation = yaw(heading) * rotation. Frames as in :func:`clip_motion`.
-    """
-    motion = _motion_of(source, motions)
-    frames = source_frames(source, motion.n_frames, before, after)
-    local, _ = pose_vectors.heading_rotations(motion)
-    return motion.root_positions[frames, 1].astype(np.float64), local[frames]
 
 
 def _motion_of(source: ClipSource, motions: Mapping[str, Motion]) -> Motion:

@@ -105,11 +105,6 @@ class ClipLibrary:
     events: tuple[tuple[Event, ...], ...] = ()
     rest: Float32Array = field(default_factory=lambda: np.zeros((0, 2), dtype=np.float32))
 
-    @property
-    def n_entries(self) -> int:
-        """K."""
-        return len(self.terminal)
-
     def of(self, terminal: str) -> range:
         """The entries of a terminal by its name."""
         number = self.terminals.index(terminal)

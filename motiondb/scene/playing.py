@@ -105,8 +105,8 @@ def play(
         for start, end in kept:
             parts.append(Part(part_of(library.source[entry], start, end), end - start, clip))
             rows.append(firsts[clip] + np.arange(start, end))
-        event = int(library.event_frame[entry])
-        instants.append(at + (event if event >= 0 else (length - 1) // 2))
+        cut = length < whole[clip]
+        instants.append(at + ((length - 1) // 2 if cut else library.instant_of(entry)))
         at += length
         ends.append(at)
         if clip in after:
