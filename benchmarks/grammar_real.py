@@ -1,14 +1,13 @@
 """Task ``real`` of ``benchmarks/grammar.py``: break-dance, boxing, salsa and basketball.
 
 Every take of a style goes into one grammar; sentences never cross the end of a capture. For each
-number of terminals the ledger's bits are told, and ``auto`` is the number of fewest. Basketball's
-captures are one sentence each, as the clips of the paper are.
+number of terminals the ledger's bits are told, and which of them ``auto`` is. Basketball's captures
+are one sentence each, as the clips of the paper are.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +25,8 @@ from motiondb.grammar.language import (
     held_out_coverage,
     share_with_unseen_pairs,
 )
-from motiondb.grammar.ledger import CANDIDATES, Choice, choose_terminals
 from motiondb.grammar.partition import Sentences, find_sentences, sentences_between
+from motiondb.grammar.terminal_number import CANDIDATES, Choice, Trial, choose_terminals
 from motiondb.grammar.terminals import Terminals, strings_of
 from motiondb.pose import body, retarget
 from motiondb.records import IntArray
@@ -42,14 +41,6 @@ STYLES: dict[str, Callable[[Capture], bool]] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Tried:
-    """What was learned with a number of terminals."""
-
-    terminals: Terminals
-    sentences: Sentences
-
-
 def real(data: Path, style: str, candidates: Sequence[int] = CANDIDATES) -> str:
     """The section of a style."""
     own = [capture for capture in load_cmu(data) if STYLES[style](capture)]
@@ -58,12 +49,13 @@ def real(data: Path, style: str, candidates: Sequence[int] = CANDIDATES) -> str:
 
 def style_rows(captures: Sequence[Capture], are_sentences: bool, candidates: Sequence[int]) -> str:
     """Sizes and bits by K; the grammar of fewest bits beside simpler ones; shots."""
-    tried, choice = try_all(captures, are_sentences, candidates)
+    choice = try_all(captures, are_sentences, candidates)
+    tried = choice.trials
     n_frames = sum(capture.motion.n_frames for capture in captures)
-    best = len(choice.terminals.names)
+    best = choice.number
     rows = []
     for k, one in tried.items():
-        ledger, grammar = choice.ledgers[k], one.sentences.grammar
+        ledger, grammar = one.ledger, one.sentences.grammar
         counts = len(one.terminals.starts), len(one.sentences.sentences), len(grammar.nonterminals)
         bits = ledger.motion, ledger.string, ledger.grammar, ledger.total
         rows.append(
@@ -79,11 +71,8 @@ def style_rows(captures: Sequence[Capture], are_sentences: bool, candidates: Seq
     return "\n\n".join(parts)
 
 
-def try_all(
-    captures: Sequence[Capture], are_sentences: bool, candidates: Sequence[int]
-) -> tuple[dict[int, Tried], Choice]:
+def try_all(captures: Sequence[Capture], are_sentences: bool, candidates: Sequence[int]) -> Choice:
     """Every number of terminals, and the choice among them."""
-    tried: dict[int, Tried] = {}
 
     def learn(terminals: Terminals, rng: np.random.Generator) -> Sentences:
         strings = strings_of(terminals)
@@ -91,13 +80,12 @@ def try_all(
             found = sentences_between(strings, [[] for _ in strings])
         else:
             found = find_sentences(strings, rng)
-        tried[len(terminals.names)] = Tried(terminals, found)
         print(f"  {len(terminals.names)} terminals, {len(terminals.starts)} segments", flush=True)
         return found
 
     rng = np.random.default_rng(0)
     motions = [capture.motion for capture in captures]
-    return tried, choose_terminals(motions, rng, candidates=candidates, learn=learn)
+    return choose_terminals(motions, rng, candidates=candidates, learn=learn)
 
 
 def kind_rows(found: Sentences) -> str:
@@ -129,7 +117,7 @@ def _held_out(learn: Callable[[list[tuple[str, ...]]], Grammar], sentences: list
     return f"{held_out_coverage(learn, sentences, np.random.default_rng(0), folds=folds):.0%}"
 
 
-def shot_rows(captures: Sequence[Capture], tried: dict[int, Tried]) -> str:
+def shot_rows(captures: Sequence[Capture], tried: dict[int, Trial]) -> str:
     """Shots a derived sentence, for every number of terminals.
 
     A terminal is a shot where one of its segments holds a moment at which both wrists are above

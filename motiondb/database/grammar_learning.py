@@ -16,7 +16,8 @@ import numpy as np
 from motiondb import store
 from motiondb.errors import QueryError
 from motiondb.grammar import cfg, parse, partition
-from motiondb.grammar.ledger import Ledger, choose_terminals, make_ledger
+from motiondb.grammar.ledger import Ledger, make_ledger
+from motiondb.grammar.terminal_number import choose_terminals
 from motiondb.grammar.terminals import (
     Terminals,
     TerminalSettings,

@@ -1,9 +1,8 @@
-"""One ledger of bits for terminals, sentences and rules: how many terminals there should be.
+"""One ledger of bits for terminals, sentences and rules.
 
 More terminals show the motion more exactly, and make the string harder to describe. Both are
 counted in bits: *motion*, to send every frame once its terminal is known; *string*, the sentences
-given the rules; *grammar*, the rules. The fewest terminals are chosen whose bits are the fewest, as
-far as can be told.
+given the rules; *grammar*, the rules.
 
 The motion is sent as exactly as it is worth telling: to delta metres, root mean square, in the
 distance of poses. Delta is measured in the motion itself (``performance_noise``): half of all half
@@ -28,59 +27,36 @@ the longest length, for its own.
 
 A terminal more pays where the segments that it takes over are then better told by more bits than
 its medoid, its name and the longer rules cost. So there is a smallest sum between K = 1 and a
-terminal for every segment. But terminals are searched for at random: with another seed the sum
-comes out otherwise, by more than neighbouring numbers differ. So the numbers that were tried are
-taken for drawn around
-
-    b_0 + b_1 log K + b_2 K
-
-(left-overs shrink with K, medoids and rules grow), and of those whose sum is above the smallest by
-no more than the standard deviation about that curve, the smallest K is chosen: more terminals must
-earn more than chance gives. It is the rule of one standard error, which costs no search more.
+terminal for every segment; ``terminal_number`` looks for it.
 
 Sources: J. Rissanen, "Modeling by shortest data description", Automatica 14 (1978), for one ledger
 of all parts and the price of a parameter; T. M. Cover and J. A. Thomas, "Elements of Information
-Theory" (2006), theorem 10.3.3, for the bits of Gaussian axes; L. Breiman, J. H. Friedman, R. A.
-Olshen and C. J. Stone, "Classification and Regression Trees" (1984), section 3.4.3, for the rule of
-one standard error.
+Theory" (2006), theorem 10.3.3, for the bits of Gaussian axes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from motiondb.grammar.cfg import GrammarError
-from motiondb.grammar.partition import Sentences, find_sentences
+from motiondb.grammar.partition import Sentences
 from motiondb.grammar.poses import Poses, make_poses
-from motiondb.grammar.terminals import Terminals, TerminalSettings, find_terminals, strings_of
+from motiondb.grammar.terminals import Terminals
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 
 COARSEST, FINEST = 0.2, 0.02
 """Bounds of delta, as shares of the root mean square distance of poses from the mean pose: above,
 unlike actions would seem alike; below is the noise of capture itself."""
 
-CANDIDATES = (4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 30, 36, 44, 52, 60)
-"""Numbers of terminals, about a fifth apart: every fourth is tried, then those between around the
-best."""
-
 _WINDOW, _COMPARED = 15, 3
 """Frames of the half seconds that are compared, and from one to the next that is looked at."""
 
-_STEPS, _FIRST = (4, 2, 1), 2
-_TRIED = 10
-"""How many of the candidates are tried, about, for the progress bar."""
-
-_FEWEST_FITTED = 5
-"""Numbers that tell the noise of their sums: three are spent on the curve."""
-
 _MOST_WINDOWS = 1500
 """Windows whose like is looked for, evenly spaced."""
-
-Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -95,21 +71,6 @@ class Ledger:
     def total(self) -> float:
         """All bits."""
         return self.motion + self.string + self.grammar
-
-
-@dataclass(frozen=True, eq=False)
-class Choice:
-    """What was learned for the number of terminals that is chosen.
-
-    ledgers : of each number that was tried. precision : delta, metres. noise : bits, by which the
-    sums differ by chance.
-    """
-
-    terminals: Terminals
-    sentences: Sentences
-    ledgers: dict[int, Ledger]
-    precision: float
-    noise: float
 
 
 def motion_bits(
@@ -243,11 +204,12 @@ def make_ledger(
     poses = make_poses(takes)
     if precision is None:
         precision = performance_noise(poses.values, poses.bounds)
-    return _ledger(poses, terminals, sentences, precision)
+    return ledger_of(poses, terminals, sentences, precision)
 
 
-def _ledger(poses: Poses, terminals: Terminals, sentences: Sentences, precision: float) -> Ledger:
-    if precision == 0.0:  # nothing moves
+def ledger_of(poses: Poses, terminals: Terminals, sentences: Sentences, precision: float) -> Ledger:
+    """The ledger of terminals of poses; precision : delta in metres, 0 where nothing moves."""
+    if precision == 0.0:
         return Ledger(0.0, sentences.bits.sentences, sentences.bits.grammar)
     offsets = poses.bounds[terminals.takes]
     motion = motion_bits(
@@ -259,101 +221,3 @@ def _ledger(poses: Poses, terminals: Terminals, sentences: Sentences, precision:
         precision,
     )
     return Ledger(motion, sentences.bits.sentences, sentences.bits.grammar)
-
-
-def search_noise(bits: Mapping[int, float]) -> float:
-    """The standard deviation of bits about b_0 + b_1 log K + b_2 K, fitted by least squares.
-
-    bits : number of terminals -> the sum that was found for it. 0 for fewer than five numbers.
-
-    >>> curve = {k: 900.0 - 200.0 * float(np.log(k)) + 30.0 * k for k in (4, 6, 8, 12, 24)}
-    >>> round(search_noise(curve), 6)
-    0.0
-    """
-    if len(bits) < _FEWEST_FITTED:
-        return 0.0
-    numbers, sums = np.array(list(bits), dtype=np.float64), np.array(list(bits.values()))
-    basis = np.stack([np.ones(len(numbers)), np.log(numbers), numbers], axis=1)
-    left = sums - basis @ np.linalg.lstsq(basis, sums, rcond=None)[0]
-    return float(np.sqrt((left**2).sum() / (len(sums) - basis.shape[1])))
-
-
-def choose_number(ledgers: Mapping[int, Ledger]) -> tuple[int, float]:
-    """The smallest K whose bits are the fewest but for noise; the noise, bits."""
-    bits = {number: ledger.total for number, ledger in ledgers.items()}
-    noise = search_noise(bits)
-    most = min(bits.values()) + noise
-    return min(number for number, total in bits.items() if total <= most), noise
-
-
-def choose_terminals(
-    takes: Sequence[Motion],
-    rng: np.random.Generator,
-    *,
-    candidates: Sequence[int] | None = None,
-    settings: TerminalSettings | None = None,
-    learn: Callable[[Terminals, np.random.Generator], Sentences] | None = None,
-    progress: Progress | None = None,
-) -> Choice:
-    """Terminals, sentences and rules for the number of terminals that bits ask for.
-
-    Parameters
-    ----------
-    candidates : numbers that are all tried. Unless given, some of ``CANDIDATES`` are, from coarse
-        to fine: about ten. Numbers for which the takes are too short are left out.
-    learn : makes the sentences of terminals; :func:`partition.find_sentences` unless given.
-    progress : told how many numbers were tried, of how many at most.
-
-    Raises
-    ------
-    GrammarError where no candidate is given, or the takes are too short for each.
-    """
-    learn = learn or _learn
-    poses = make_poses(takes)
-    precision = performance_noise(poses.values, poses.bounds)
-    ledgers: dict[int, Ledger] = {}
-    found: dict[int, tuple[Terminals, Sentences]] = {}
-    fault: GrammarError | None = None
-    tried: set[int] = set()
-    grid = CANDIDATES if candidates is None else sorted(set(candidates))
-    while waiting := _next_numbers(grid, tried, ledgers, candidates is None):
-        for number in waiting:
-            if progress is not None:
-                progress(len(tried), max(_TRIED, len(tried) + 1), f"try {number} terminals")
-            tried.add(number)
-            try:
-                terminals = find_terminals(takes, number, rng, settings=settings)
-            except GrammarError as error:
-                fault = fault or error
-                continue
-            sentences = learn(terminals, rng)
-            ledgers[number] = _ledger(poses, terminals, sentences, precision)
-            found[number] = terminals, sentences
-    if not found:
-        raise fault or GrammarError(
-            "terminals: expected numbers to choose from, found none. Give some, such as 12 20 40."
-        )
-    number, noise = choose_number(ledgers)
-    return Choice(*found[number], dict(sorted(ledgers.items())), precision, noise)
-
-
-def _next_numbers(
-    grid: Sequence[int], tried: Set[int], ledgers: Mapping[int, Ledger], coarse_to_fine: bool
-) -> list[int]:
-    """What is to be tried next: all, or every fourth, then what is two and one from the best."""
-    if not coarse_to_fine:
-        return [number for number in grid if number not in tried]
-    if not tried:
-        return list(grid[_FIRST :: _STEPS[0]])
-    if not ledgers:  # too many for these takes: fewer, if there are
-        return [number for number in reversed(grid) if number < min(tried)][:1]
-    place = grid.index(min(ledgers, key=lambda number: ledgers[number].total))
-    for step in _STEPS:
-        around = [p for p in (place - step, place + step) if 0 <= p < len(grid)]
-        if new := [grid[p] for p in around if grid[p] not in tried]:
-            return new
-    return []
-
-
-def _learn(terminals: Terminals, rng: np.random.Generator) -> Sentences:
-    return find_sentences(strings_of(terminals), rng)

@@ -400,6 +400,6 @@ def test_the_number_of_terminals_may_be_the_data_s(db: MotionDB) -> None:
     assert isinstance(tried, dict)
     chosen = str(len(learned.terminals.names))
     assert sum(learned.bits.values()) == pytest.approx(tried[chosen])
-    enough = min(tried.values()) + run.parameters["noise"]
+    enough = min(tried.values()) + run.parameters["noise"] / 2**0.5
     assert int(chosen) == min(int(number) for number, bits in tried.items() if bits <= enough)
     assert set(learned.bits) == {"motion", "sentences", "rules"}

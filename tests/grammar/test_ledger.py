@@ -1,4 +1,4 @@
-"""The ledger: bits of motion counted by hand, and the choice of the number of terminals."""
+"""The ledger: bits of motion counted by hand."""
 
 from __future__ import annotations
 
@@ -7,14 +7,7 @@ import pytest
 
 from motiondb.grammar import ledger
 from motiondb.grammar.cfg import GrammarError
-from motiondb.grammar.ledger import (
-    choose_number,
-    motion_bits,
-    performance_noise,
-    rate,
-    samples_a_frame,
-    search_noise,
-)
+from motiondb.grammar.ledger import motion_bits, performance_noise, rate, samples_a_frame
 
 
 def test_motion_that_its_medoids_show_exactly_costs_the_medoids_and_the_lengths():
@@ -98,75 +91,3 @@ def test_motion_that_stands_still_costs_its_lengths_only():
 def test_a_precision_of_nothing_is_refused():
     with pytest.raises(GrammarError, match="expected metres above 0, found 0"):
         motion_bits(np.ones((2, 1)), np.array([0]), np.array([2]), np.array([0]), np.array([0]), 0)
-
-
-@pytest.mark.parametrize("least", [4, 7, 12, 24, 60])
-def test_numbers_are_tried_from_coarse_to_fine_and_the_least_is_found(least):
-    grid, ledgers, tried = ledger.CANDIDATES, {}, set()
-    while waiting := ledger._next_numbers(grid, tried, ledgers, True):
-        for number in waiting:
-            tried.add(number)
-            ledgers[number] = ledger.Ledger(abs(np.log(number / least)), 0.0, 0.0)
-    assert min(ledgers, key=lambda number: ledgers[number].total) == least
-    assert len(tried) <= 11
-    assert set(ledger._next_numbers([5, 9, 30], {9}, {}, False)) == {5, 30}
-
-
-def test_takes_too_short_for_many_terminals_are_tried_with_fewer():
-    tried = {7, 16, 36}
-    assert ledger._next_numbers(ledger.CANDIDATES, tried, {}, True) == [6]
-    assert ledger._next_numbers(ledger.CANDIDATES, tried | {4, 5, 6}, {}, True) == []
-
-
-def ledgers_of(bits):
-    return {number: ledger.Ledger(total, 0.0, 0.0) for number, total in bits.items()}
-
-
-def curve(number):
-    return 900.0 - 200.0 * np.log(number) + 25.0 * number  # least at 8
-
-
-def test_noise_is_what_the_curve_leaves():
-    numbers = (4, 6, 8, 10, 12, 24)
-    rng = np.random.default_rng(0)
-    bits = {k: curve(k) + rng.normal(scale=30.0) for k in numbers}
-    # by projection onto what is orthogonal to the curve's three terms
-    basis = np.array([[1.0, np.log(k), k] for k in numbers])
-    rest = np.linalg.qr(basis, mode="complete")[0][:, 3:]
-    left = rest.T @ np.array(list(bits.values()))
-    assert search_noise(bits) == pytest.approx(np.sqrt((left**2).sum() / 3))
-    assert search_noise({k: curve(k) for k in numbers}) == pytest.approx(0.0, abs=1e-9)
-    assert search_noise({4: 100.0, 6: 50.0, 8: 70.0, 10: 90.0}) == 0.0  # too few to tell
-
-
-def test_the_fewest_terminals_within_the_noise_are_chosen():
-    exact = {k: curve(k) for k in (4, 6, 8, 10, 12, 24)}
-    assert choose_number(ledgers_of(exact)) == (8, pytest.approx(0.0, abs=1e-9))
-    lucky = exact | {10: exact[8] - 1.0}  # by chance, not by worth
-    number, noise = choose_number(ledgers_of(lucky))
-    assert 1.0 < noise < exact[6] - lucky[10]
-    assert number == 8
-    worth = exact | {10: exact[8] - 500.0}
-    assert choose_number(ledgers_of(worth))[0] == 10
-    assert choose_number(ledgers_of({4: 100.0, 6: 50.0, 8: 49.0}))[0] == 8
-
-
-def test_what_is_handed_back_belongs_to_the_chosen_number(monkeypatch):
-    totals = {4: 980.0, 6: 700.0, 7: 705.0, 8: 690.0, 10: 760.0, 12: 795.0}
-    monkeypatch.setattr(ledger, "make_poses", lambda takes: Takes)
-    monkeypatch.setattr(ledger, "performance_noise", lambda values, bounds: 0.5)
-    monkeypatch.setattr(ledger, "find_terminals", lambda takes, number, rng, settings: number)
-    monkeypatch.setattr(
-        ledger, "_ledger", lambda p, number, s, d: ledger.Ledger(totals[number], 0.0, 0.0)
-    )
-    found = ledger.choose_terminals(
-        [], np.random.default_rng(0), candidates=totals, learn=lambda number, rng: -number
-    )
-    assert found.noise == pytest.approx(search_noise(totals))
-    assert found.noise > 10.0
-    assert (found.terminals, found.sentences, found.precision) == (6, -6, 0.5)
-    assert list(found.ledgers) == sorted(totals)
-
-
-class Takes:
-    values = bounds = None
