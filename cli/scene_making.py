@@ -60,12 +60,15 @@ def make(
     json: Json = False,
 ) -> None:
     """Make an animated scene of a tactics diagram, with every rule's error in the report."""
+    from motiondb.database.scene_files import read_tactics
     from motiondb.database.scenes import SceneSettings, check_folder
 
     settings = SceneSettings(seed=seed, chains=chains, minutes=minutes, gaze=gaze)
     check_folder(out)
     began = time.monotonic()
     with database(db, writing=bool(name)) as base, scene_progress(not json) as tell:
+        if name:
+            base.scenes.check_name(name, read_tactics(file).player)
         scene = base.scenes.make(file, settings, tell, name)
         _finish(base, scene, out, bool(name), drawn, tell)
     _print(scene, out, time.monotonic() - began, json)
@@ -86,11 +89,15 @@ def update(
     """Make the scene of a folder again for a changed diagram, beginning from what it is."""
     from dataclasses import replace
 
-    from motiondb.database.scenes import SceneSettings
+    from motiondb.database.scene_files import read_tactics
+    from motiondb.database.scenes import SceneSettings, check_folder
 
     began = time.monotonic()
     with database(db, writing=bool(name)) as base, scene_progress(not json) as tell:
         earlier = base.scenes.find(folder)
+        check_folder(folder)
+        if name:
+            base.scenes.check_name(name, read_tactics(file).player)
         settings = replace(SceneSettings(**earlier.settings), minutes=minutes)
         settings = settings if seed is None else replace(settings, seed=seed)
         earlier = replace(earlier, name=name) if name else earlier
@@ -108,9 +115,7 @@ def _finish(
     tell: Callable[[str, float, float], None],
 ) -> None:
     """Write the folder, and keep the scene where it has a name."""
-    base.scenes.write(scene, folder, tell, drawn)
-    if kept:
-        base.scenes.keep(scene)
+    base.scenes.write(scene, folder, tell, drawn, kept)
 
 
 def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -38,7 +39,7 @@ from motiondb.scene.tactics_file import read_diagram
 RECORD = "scene.json"
 
 
-def write_scene_folder(
+def fill_scene_folder(
     made: MadeScene,
     record: store.StoredScene,
     provenance: Mapping[str, store.Provenance],
@@ -46,38 +47,33 @@ def write_scene_folder(
     progress: SceneProgress,
     drawn: bool = True,
 ) -> None:
-    """Write everything of a scene into a folder, in place of an earlier scene's.
+    """Write everything of a scene into an empty folder, as :func:`whole_folder` gives one.
 
     Parameters
     ----------
     provenance : of every player's frames. drawn : whether pictures are made.
-
-    Raises
-    ------
-    MotionDBError : the folder cannot be written, or holds something else than a scene.
     """
-    with _whole_folder(folder) as part:
-        motions = {player.player: player.motion for player in made.polished.players}
-        for player in made.polished.players:
-            name = player.player
-            capture.write_bvh(in_world(player.motion), part / f"{name}.bvh")
-            facts = {
-                "scene": record.name,
-                "player": name,
-                "seed": made.settings.seed,
-                "actions": list(made.state.players[_number(made, name)].tree.leaves()),
-                "sources": source_facts(provenance[name]),
-                "frames": action_runs(player.clips, made, name, provenance[name]),
-            }
-            _write(part / f"{name}.provenance.json", json.dumps(facts, indent=1))
-        _write_gltf(part / "scene.glb", made.text.diagram, motions, record)
-        _write(part / RECORD, to_json(record))
-        _write(part / f"diagram{TACTICS}", record.diagram)
-        _write(part / f"{made.text.diagram.grammar}{GRAMMAR}", record.grammar)
-        _write(part / "report.json", json.dumps(report_facts(record), indent=1))
-        _write(part / "report.txt", report_text(record) + "\n")
-        if drawn:
-            _draw(part, made.text.diagram, motions, record, progress)
+    motions = {player.player: player.motion for player in made.polished.players}
+    for player in made.polished.players:
+        name = player.player
+        capture.write_bvh(in_world(player.motion), folder / f"{name}.bvh")
+        facts = {
+            "scene": record.name,
+            "player": name,
+            "seed": made.settings.seed,
+            "actions": list(made.state.players[_number(made, name)].tree.leaves()),
+            "sources": source_facts(provenance[name]),
+            "frames": action_runs(player.clips, made, name, provenance[name]),
+        }
+        _write(folder / f"{name}.provenance.json", json.dumps(facts, indent=1))
+    _write_gltf(folder / "scene.glb", made.text.diagram, motions, record)
+    _write(folder / RECORD, to_json(record))
+    _write(folder / f"diagram{TACTICS}", record.diagram)
+    _write(folder / f"{made.text.diagram.grammar}{GRAMMAR}", record.grammar)
+    _write(folder / "report.json", json.dumps(report_facts(record), indent=1))
+    _write(folder / "report.txt", report_text(record) + "\n")
+    if drawn:
+        _draw(folder, made.text.diagram, motions, record, progress)
 
 
 def in_world(motion: Motion) -> Clip:
@@ -176,6 +172,10 @@ def check_scene_folder(folder: Path) -> None:
         raise MotionDBError(
             f"{folder}: expected the folder {folder.parent}, found none. Make the folder first."
         )
+    try:
+        Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.absolute().parent)).rmdir()
+    except OSError as error:
+        raise _unwritable(folder, error) from None
     if not folder.exists():
         return
     if not folder.is_dir():
@@ -187,6 +187,13 @@ def check_scene_folder(folder: Path) -> None:
         )
 
 
+def _unwritable(folder: Path, error: OSError) -> MotionDBError:
+    return MotionDBError(
+        f"{folder}: expected a folder that can be written, found: {error.strerror or error}."
+        " Check its permissions and the room on its disk."
+    )
+
+
 def read_scene_folder(folder: Path) -> store.StoredScene:
     """The record that lies in a scene's folder.
 
@@ -196,13 +203,21 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
     """
     path = folder / RECORD
     try:
-        return from_json(path.read_text(encoding="utf-8"), str(path))
+        record = from_json(path.read_text(encoding="utf-8"), str(path))
     except (OSError, UnicodeDecodeError) as error:
         found = getattr(error, "strerror", None) or "other bytes than text"
         raise SceneError(
             f"{path}: expected the record of a scene, found: {found}."
             " Make the scene with motiondb scene make, or name the folder of one."
         ) from None
+    try:
+        report_text(record)
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
+        raise SceneError(
+            f"{path}: expected a record that can be reported, found"
+            f" {type(error).__name__}: {error}. It was changed by hand: make the scene anew."
+        ) from None
+    return record
 
 
 def read_motions(folder: Path, names: list[str]) -> dict[str, Motion]:
@@ -221,8 +236,13 @@ def draw_folder(folder: Path, png: Path) -> Path:
 
 
 @contextmanager
-def _whole_folder(folder: Path) -> Iterator[Path]:
-    """A folder to write into, renamed to ``folder`` when the block ends well, removed when not."""
+def whole_folder(folder: Path) -> Iterator[Path]:
+    """A folder to write into, renamed to ``folder`` when the block ends well, removed when not.
+
+    Raises
+    ------
+    MotionDBError : the folder cannot be written, or holds something else than a scene.
+    """
     check_scene_folder(folder)
     folder = folder.absolute()
     part = folder.with_name(f".{folder.name}.{os.getpid()}.part")
@@ -240,10 +260,7 @@ def _whole_folder(folder: Path) -> Iterator[Path]:
                 old.rename(folder)
             raise
     except OSError as error:
-        raise MotionDBError(
-            f"{folder}: expected a folder that can be written, found: {error.strerror or error}."
-            " Check its permissions and the room on its disk."
-        ) from None
+        raise _unwritable(folder, error) from None
     finally:
         shutil.rmtree(part, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from motiondb import store
-from motiondb.database.scene_making import MadeScene, SceneText
+from motiondb.database.scene_making import MadeScene, SceneSettings, SceneText
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg import choices_of, derive_by
 from motiondb.records import IntArray
@@ -149,6 +149,18 @@ def to_json(record: store.StoredScene) -> str:
     return json.dumps(facts, indent=1, ensure_ascii=False)
 
 
+_TYPES: dict[str, type | tuple[type, ...]] = {
+    "name": str, "diagram": str, "grammar": str, "error": (int, float), "n_frames": int,
+    "report": dict,
+}  # fmt: skip
+
+
+def _check_types(facts: Mapping[str, Any]) -> None:
+    for key, kind in _TYPES.items():
+        if not isinstance(facts[key], kind):
+            raise TypeError(f"{key} is of type {type(facts[key]).__name__}")
+
+
 def from_json(text: str, where: str) -> store.StoredScene:
     """The record of a text (SceneError: it is none)."""
     try:
@@ -170,8 +182,10 @@ def from_json(text: str, where: str) -> store.StoredScene:
         )
         rules = tuple(store.SceneRule(**rule) for rule in facts.pop("rules"))
         ball = np.array(facts.pop("ball"), dtype=float).reshape(-1, 3)
+        SceneSettings(**facts["settings"])
+        _check_types(facts)
         return store.StoredScene(**facts, players=players, rules=rules, ball=ball)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, SceneError) as error:
         raise SceneError(
             f"{where}: expected a scene as motiondb scene make writes it, found something else"
             f" ({type(error).__name__}: {error}). Make it anew."

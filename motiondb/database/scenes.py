@@ -7,7 +7,7 @@ capture, ``NAME/PLAYER``, with the origin of its frames.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import groupby, pairwise
 from pathlib import Path
@@ -20,8 +20,9 @@ from motiondb.database import updating
 from motiondb.database.keeping import check_name_free, keep_generated
 from motiondb.database.scene_folder import (
     check_scene_folder,
+    fill_scene_folder,
     read_scene_folder,
-    write_scene_folder,
+    whole_folder,
 )
 from motiondb.database.scene_library import scene_clips
 from motiondb.database.scene_making import (
@@ -34,7 +35,7 @@ from motiondb.database.scene_making import (
 )
 from motiondb.database.scene_records import record_state, record_text, scene_record
 from motiondb.database.scene_reports import source_list
-from motiondb.errors import QueryError
+from motiondb.errors import QueryError, suggestion
 from motiondb.pose import body
 from motiondb.records import MOTION_FPS, Caption
 from motiondb.scene.polish import Placed
@@ -134,10 +135,25 @@ class Scenes:
         )
 
     def write(
-        self, scene: Scene, folder: Path, progress: SceneProgress = _quiet, drawn: bool = True
+        self,
+        scene: Scene,
+        folder: Path,
+        progress: SceneProgress = _quiet,
+        drawn: bool = True,
+        kept: bool = False,
     ) -> None:
-        """Write a scene's folder, in place of an earlier scene's (MotionDBError)."""
-        write_scene_folder(scene.made, scene.record, scene.provenance, folder, progress, drawn)
+        """Write a scene's folder, in place of an earlier scene's; ``kept``: keep it as well.
+
+        Whatever goes wrong, the folder stays as it was, and so does the database.
+
+        Raises
+        ------
+        MotionDBError : the folder cannot be written. QueryError : as :meth:`keep`.
+        """
+        with whole_folder(folder) as part:
+            fill_scene_folder(scene.made, scene.record, scene.provenance, part, progress, drawn)
+            if kept:
+                self.keep(scene)
 
     def keep(self, scene: Scene) -> store.StoredScene:
         """Keep a scene under its name, with its players' motions as captures; all or nothing.
@@ -172,6 +188,20 @@ class Scenes:
             self._database.forget()
         return record
 
+    def check_name(self, name: str, players: Iterable[str]) -> None:
+        """Refuse a name under which a scene with these players cannot be kept (QueryError)."""
+        if not name.strip():
+            raise QueryError("name: expected a name for the scene, found nothing. Give one.")
+        database = self._database.store
+        replaced = (
+            store.load_scene_captures(database, name)
+            if name in store.load_scene_names(database)
+            else ()
+        )
+        for player in players:
+            if (capture := f"{name}/{player}") not in replaced:
+                check_name_free(database, capture)
+
     def names(self) -> list[str]:
         """The names of the scenes that are kept."""
         return store.load_scene_names(self._database.store)
@@ -189,6 +219,15 @@ class Scenes:
         """
         if Path(place).is_dir():
             return read_scene_folder(Path(place))
+        names = self.names()
+        if str(place) not in names:
+            there = suggestion(str(place), names) or (
+                f" There are: {', '.join(names)}." if names else " No scene is kept."
+            )
+            raise QueryError(
+                f"{place}: expected the folder of a scene, or the name of a kept one, found"
+                f" neither.{there}"
+            )
         return self.load(str(place))
 
     def remove(self, name: str) -> list[str]:

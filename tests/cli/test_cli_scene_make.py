@@ -112,7 +112,7 @@ def test_refusals_before_any_work(
     ended = command("scene", "make", "giv-and-go", "-o", tmp_path / "s", *db)
     assert "give-and-go" in ended.err
     ended = command("scene", "update", tmp_path / "none", diagram, *db)
-    assert "expected the name of a scene" in ended.err
+    assert "expected the folder of a scene, or the name of a kept one, found neither" in ended.err
     ended = command("scene", "report", full)
     assert "expected the record of a scene" in ended.err
     ended = command("scene", "remove", "none", *db)

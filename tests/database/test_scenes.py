@@ -160,6 +160,33 @@ def test_a_scene_is_kept_replaced_and_removed(made: Made, writable: motiondb.Mot
     }
 
 
+def test_folder_and_database_change_together(
+    made: Made, writable: motiondb.MotionDB, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = store.count_rows(writable.store)
+    named = replace(made.scene, record=replace(made.scene.record, name="play"))
+
+    def lost(*_: object) -> None:
+        raise QueryError("the database went away")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(store, "save_scene", lost)
+        with pytest.raises(QueryError, match="went away"):
+            writable.scenes.write(named, tmp_path / "play", drawn=False, kept=True)
+    assert store.count_rows(writable.store) == before
+    assert list(tmp_path.glob("*play*")) == []
+    writable.scenes.write(named, tmp_path / "play", drawn=False, kept=True)
+    assert writable.scenes.names() == ["play"]
+    assert (tmp_path / "play" / "scene.json").is_file()
+
+    writable.scenes.check_name("play", ["A1", "A2"])  # its own place may be taken
+    writable.scenes.check_name("new", ["A1"])
+    with pytest.raises(QueryError, match="ana/jump_1: expected a name that is free"):
+        writable.scenes.check_name("ana", ["jump_1"])
+    with pytest.raises(QueryError, match="expected a name for the scene"):
+        writable.scenes.check_name(" ", ["A1"])
+
+
 def test_a_scene_outlives_a_players_capture(made: Made, writable: motiondb.MotionDB) -> None:
     writable.scenes.keep(replace(made.scene, record=replace(made.scene.record, name="play")))
     writable.remove(["play/A1"])
@@ -210,6 +237,44 @@ def test_other_files_are_no_scenes(tmp_path: Path, text: str, found: str) -> Non
     (tmp_path / "scene.json").write_text(text)
     with pytest.raises(SceneError, match=f"expected a scene as motiondb.*({found})"):
         scene_folder.read_scene_folder(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("name", {}, "name is of type dict"),
+        ("diagram", 7, "diagram is of type int"),
+        ("grammar", [], "grammar is of type list"),
+        ("error", "low", "error is of type str"),
+        ("n_frames", None, "n_frames is of type NoneType"),
+        ("report", 7, "report is of type int"),
+        ("report", {"feet": 7}, "expected a record that can be reported, found"),
+        ("settings", 7, "expected a scene as motiondb scene make writes it, .*TypeError"),
+        ("settings", {"chains": -3}, "expected a scene as .*chains: expected 1 to 64"),
+        ("settings", {"wings": 2}, "expected a scene as .*wings"),
+        ("players", [{"name": "A1"}], "expected a scene as .*KeyError"),
+        ("rules", [[]], "expected a scene as .*TypeError"),
+        ("ball", {}, "expected a scene as .*TypeError"),
+    ],
+)
+def test_a_record_that_was_changed_is_refused(
+    made: Made, tmp_path: Path, key: str, value: object, said: str
+) -> None:
+    facts = json.loads((made.folder / "scene.json").read_text())
+    (tmp_path / "scene.json").write_text(json.dumps(facts | {key: value}))
+    with pytest.raises(SceneError, match=f"scene.json: .*{said}"):
+        scene_folder.read_scene_folder(tmp_path)
+
+
+def test_another_players_record_does_not_go_on(made: Made, tmp_path: Path) -> None:
+    facts = json.loads((made.folder / "scene.json").read_text())
+    facts["players"][0]["name"] = "Z9"
+    (tmp_path / "scene.json").write_text(json.dumps(facts))
+    with (
+        motiondb.open(made.file, read_only=True) as db,
+        pytest.raises(SceneError, match="expected the player A1 of its diagram, found none"),
+    ):
+        db.scenes.update(db.scenes.find(tmp_path), made.diagram)
 
 
 def test_nothing_is_overwritten_but_scenes(made: Made, tmp_path: Path) -> None:
