@@ -82,6 +82,8 @@ def learn_grammar(
     motions = [store.load_motion(database, info.capture_id) for info in infos]
     try:
         found = _search(database, infos, motions, settings, rng, tell)
+    except parse.ParseError:  # a fault of ours: what is learned parses
+        raise
     except cfg.GrammarError as error:  # these captures, or so many terminals, were the wrong wish
         raise QueryError(str(error)) from None
     tell("parses", 0.0, 1.0)

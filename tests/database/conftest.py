@@ -1,0 +1,78 @@
+"""Two dances and the grammars learned from them, for all tests of grammars in a database."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import motiondb
+from motiondb import store
+from motiondb.database import MotionDB
+from motiondb.database.grammar_learning import GrammarSettings
+from motiondb.grammar import cfg
+from motiondb.grammar.terminals import TerminalSettings
+
+TAKES = ("ana/long_dance_2", "dora/long_dance_1")
+QUICK = TerminalSettings(n_starts=1, n_trials=150)
+SETTINGS = GrammarSettings(n_terminals=8, seed=1, search=QUICK, evaluations=300)
+
+
+@pytest.fixture(scope="session")
+def learned_dance(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Path:
+    """Two dances and a third capture, and the grammar of the dances."""
+    folder = tmp_path_factory.mktemp("dances")
+    for name in (*TAKES, "fatou/dance_1"):
+        target = folder / "captures" / f"{name}.bvh"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(samples_folder / f"{name}.bvh", target)
+    sheet = folder / "words.tsv"
+    rows = (samples_folder.parent / "captions.tsv").read_text().splitlines()
+    own = [row for row in rows if row.startswith(("file", *TAKES))]
+    sheet.write_text("\n".join(own) + "\n")
+    path = folder / "motions.duckdb"
+    with motiondb.open(path) as db:
+        db.add(folder / "captures", words=sheet)
+        db.grammars.learn(TAKES, "dance", SETTINGS)
+        _keep_nested_grammar(db)
+    return path
+
+
+def _keep_nested_grammar(db: MotionDB) -> None:
+    """The grammar "nested": each take of "dance" one sentence of three parts, to be exchanged."""
+    learned = db.grammars.load("dance")
+    edges = [np.flatnonzero(learned.terminals.takes == take)[[0, -1]] + [0, 1] for take in (0, 1)]
+    strings = [learned.string(int(first), int(end)) for first, end in edges]
+    thirds = [(s[: 6 + n], s[6 + n : -3 - n], s[-3 - n :]) for n, s in enumerate(strings)]
+    rules = [cfg.Rule("S", ("A", "B")), cfg.Rule("B", ("C", "D"))]
+    rules += [cfg.Rule(left, t[k], 0.5) for k, left in enumerate("ACD") for t in thirds]
+    nested = replace(
+        learned,
+        name="nested",
+        grammar=cfg.Grammar("S", tuple(rules), learned.terminals.names),
+        sentences=np.array(edges),
+        parses=tuple((0, 2 + take, 1, 4 + take, 6 + take) for take in (0, 1)),
+    )
+    with store.transaction(db.store):
+        run_id = store.start_run(db.store, "grammar", {"name": "nested"})
+        store.save_grammar(db.store, nested, run_id)
+        store.finish_run(db.store, run_id)
+
+
+@pytest.fixture
+def dances(tmp_path: Path, learned_dance: Path) -> Iterator[MotionDB]:
+    """A copy of the database that a test may change."""
+    path = shutil.copy(learned_dance, tmp_path / "motions.duckdb")
+    with motiondb.open(path) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def asked_dances(learned_dance: Path) -> Iterator[MotionDB]:
+    """The database itself: only ask it."""
+    with motiondb.open(learned_dance, read_only=True) as opened:
+        yield opened
