@@ -40,9 +40,15 @@ from motiondb.scene.waiting import ON_GUARD, lead_in, lead_out
 _LEAST, _PATIENCE, _MOST = 2, 3, 8
 """How often time and ways are edited in turn, as balls fly as far as the ways say: at least, before
 giving up where it does not get better, and at most."""
-_HURRIES = (1.0, 0.5, 0.2, 0.05, 0.0)
-_WAYS = (*product(_HURRIES[:3], (COMFORT, 0.3)), *product(_HURRIES, (RADIUS,)))
-"""What a frame of the scene costs, and how far people stay apart: tried until every rule holds."""
+_MIDDLE = 0.3
+_WAYS = (
+    *product((1.0, 0.5), (COMFORT, _MIDDLE), (True,)),
+    *product((1.0,), (COMFORT, _MIDDLE), (False,)),
+    *product((0.2,), (COMFORT, RADIUS), (True, False)),
+    *product((0.0,), (RADIUS,), (True, False)),
+)
+"""What a frame of the scene costs, how far people stay apart, and whether who catches or guards turns
+to the ball or the opponent: tried one after another, until every rule holds."""
 _FASTEST = 7.0
 """Metres a second that nobody should be edited into."""
 CATCH_FACING = np.radians(75.0)
@@ -157,16 +163,16 @@ def _try(
     library: ClipLibrary,
     motions: Mapping[str, Motion],
     table: RuleTable,
-    how: tuple[float, float],
+    how: tuple[float, float, bool],
 ) -> _Tried:
-    """Clips and pauses scheduled, spliced, and edited; ``how`` : hurry, and radius of the discs."""
+    """Clips and pauses scheduled, spliced, and edited; ``how`` : one of :data:`_WAYS`."""
     scheduled = schedule_scene(state, library, table, how[0])
     longest = scene_bound(scheduled)
     spliced = [
         _spliced(player, playing, library, motions, longest)
         for player, playing in zip(state.players, scheduled.playing, strict=True)
     ]
-    maps, edited = _edit(state, library, table, (scheduled, spliced), how[1])
+    maps, edited = _edit(state, library, table, (scheduled, spliced), how[1:])
     return _Tried(spliced, maps, edited, _fault(table, edited))
 
 
@@ -187,7 +193,7 @@ def _edit(
     library: ClipLibrary,
     table: RuleTable,
     played: tuple[Scheduled, list[Spliced]],
-    radius: float,
+    how: tuple[float, bool],
 ) -> tuple[tuple[TimeMap, ...], Edited]:
     """Time and ways, edited in turn."""
     scheduled, spliced = played
@@ -216,9 +222,9 @@ def _edit(
         best = np.stack([_read(own, at) for own, at in zip(wished, shown, strict=True)])
         before = ways if done == 0 else _lasting(now.places, n_frames)
         times = Timeline(ways, begins, instants, ends)
-        facings = _facings(table, partners, times)
+        facings = _facings(table, partners, times) if how[1] else ()
         measured = replace(times, places=before)
-        edited = edit_paths(table, times, best, facings, measured, radius)
+        edited = edit_paths(table, times, best, facings, measured, how[0])
         now = edited.timeline
         amiss = excess(table, now)
         better = amiss < 0.9 * best_excess
