@@ -176,7 +176,10 @@ def tempering(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
 def timed(
     text: SceneText, clips: Any, settings: SamplerSettings, seed: int, seconds: float
 ) -> list[tuple[float, float]]:
-    """(seconds, best error so far), again from other numbers while there is time."""
+    """(seconds, best error so far), again from other numbers while there is time.
+
+    The error is what is sought, with the prices of time and of actions.
+    """
     began, curve, best = time.perf_counter(), [], np.inf
     for rng in np.random.default_rng(seed).spawn(1000):
 
@@ -187,7 +190,7 @@ def timed(
             return time.perf_counter() - began > seconds
 
         _, trace = sample(None, clips.library, text.diagram, text.grammar, settings, rng, heard)
-        best = min(best, trace.final)
+        best = min(best, trace.cooled)
         curve.append((time.perf_counter() - began, best))
         if time.perf_counter() - began > seconds:
             break

@@ -4,8 +4,9 @@
 
 over the semantic rules k: g_smooth sums the mismatch of poses and velocities at all seams,
 g_collision is 1 where anybody touches anybody, g_effort is the metres that all travel.
-What fails by more than its weight can often not be polished into holding. To a search, what is
-beyond may cost more: x = f / c then counts x + excess max(x - 1, 0); 0 is the paper's measure.
+What fails by more than its weight, but for time, can often not be polished into holding. To a
+search, what is beyond may cost more: x = f / c then counts x + excess max(x - 1, 0); an excess of 0
+is the paper's measure.
 
 :func:`swap`, :func:`move` and :func:`shift` change a scene's arrays in place, evaluate anew only
 what the change can touch (the rest of one player's string, the rules that read it, their pairs),
@@ -310,7 +311,9 @@ def _refresh(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> fl
 def _set_rule(scene: SceneArrays, library: ClipArrays, r: int) -> None:
     value, scene.seen[r], scene.meant[r] = rule_value(scene, library, r)
     cost = value / scene.rows[r].weight
-    scene.cost[r] = cost + scene.scale[3] * max(cost - 1.0, 0.0)
+    if scene.rows[r].kind != SYNCHRONISATION:
+        cost += scene.scale[3] * max(cost - 1.0, 0.0)
+    scene.cost[r] = cost
 
 
 @compiled

@@ -48,7 +48,8 @@ class Prices:
     delay : for every frame that a player stands before they begin.
     duration : for every frame until the last player's last.
     action : for every action; ``stray`` : beside, for every one that the diagram does not ask for.
-    excess : for every multiple of its weight by which a rule fails beyond the first.
+    excess : for every multiple of its weight by which a rule fails beyond the first; not for
+        synchronisations, as polishing bends time more easily than ways.
     """
 
     delay: float = 0.0

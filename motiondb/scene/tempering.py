@@ -66,7 +66,7 @@ class SamplerSettings:
         and that only draw the clips of a stretch anew.
     attention : share of a jump's inner steps that look at the player who jumped.
     shares : of the kinds of inner steps, see :data:`.metropolis.KINDS`; need not sum to 1.
-    patience : rounds without a better scene (by 1 %) after which to stop, when all is cold.
+    patience : rounds without a better scene (by 1 %) after which to stop.
     cooling : steps of the final cooling. most_actions : of a player.
     prices : of delays, frames, actions and failing far.
     threads : chains that run at the same time; of no influence on the result.
@@ -122,8 +122,8 @@ class Trace:
     Attributes
     ----------
     energies : array (rounds + 1, chains), -log P(Z) by temperature; row 0 is the start.
-    best : array (rounds + 1,), the best so far. final : after cooling, of prices only that of
-        delays.
+    best : array (rounds + 1,), the best so far. cooled : the same after cooling. final : of that
+        scene, of all prices only that of delays.
     jumps : array (chains, 3), by chain: tried, refused as too long or too early, taken.
     steps : array (kinds, 2), inner steps of all chains, tried and taken.
     exchanges : array (chains - 1, 2), tried and taken, by temperature.
@@ -131,6 +131,7 @@ class Trace:
 
     energies: FloatArray
     best: FloatArray
+    cooled: float
     final: float
     jumps: IntArray
     steps: IntArray
@@ -264,6 +265,7 @@ def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], foun
     return Trace(
         np.array(energies),
         np.array(best),
+        found.best,
         Chain(replace(found.play, prices=delays), found.best_state, found.rng).energy,
         np.array(jumps, dtype=np.int64),
         steps,

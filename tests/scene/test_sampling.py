@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,8 +23,17 @@ from motiondb.scene.binding import bind
 from motiondb.scene.clip_choice import clip_groups, smooth_entry
 from motiondb.scene.energy import change, energy, scene_arrays, token_errors, unchange
 from motiondb.scene.grammar_file import read_motion_grammar
-from motiondb.scene.metropolis import DELAY, MEET, SMOOTH, VARIANT, lateness, origin_for_tail
+from motiondb.scene.metropolis import (
+    DELAY,
+    MEET,
+    SMOOTH,
+    VARIANT,
+    lateness,
+    linked,
+    origin_for_tail,
+)
 from motiondb.scene.play import Prices, make_play
+from motiondb.scene.rule_table import ROW, SYNCHRONISATION
 from motiondb.scene.scene_chain import Chain
 from motiondb.scene.scene_state import PlayerState, SceneState
 from motiondb.scene.tactics_file import read_diagram
@@ -283,6 +293,20 @@ def test_meeting_is_meeting(wandering) -> None:
     after = Chain(play, _standing(play, 40 + frames, 9), np.random.default_rng(0))
     assert frames != 0
     assert after.scene.cost[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_whom_synchronisations_link_are_one_group() -> None:
+    """P and Q by a rule, R and S by another of R's, T by none."""
+    row = np.zeros(2, dtype=ROW)
+    row["kind"], row["player"], row["partner"] = SYNCHRONISATION, (1, 2), (0, 3)
+    scene = SimpleNamespace(rows=row.view(np.recarray))
+    assert [linked.py_func(scene, player) for player in range(5)] == [
+        0b11,
+        0b11,
+        0b1100,
+        0b1100,
+        16,
+    ]
 
 
 def _standing(play, *delays: int) -> SceneState:

@@ -115,7 +115,7 @@ def test_what_comes_out_fits_and_is_the_best_of_the_trace(wandering) -> None:
     assert trace.energies.shape == (4, 3)
     assert trace.best.shape == (4,)
     assert (np.diff(trace.best) <= 0.0).all()
-    assert trace.final <= trace.best[-1] < trace.best[0]
+    assert trace.final <= trace.cooled <= trace.best[-1] < trace.best[0]
     play = make_play(diagram, grammar, library, prices=Prices(delay=SHORT.prices.delay))
     assert Chain(play, found, np.random.default_rng(0)).energy == pytest.approx(trace.final)
     for player, items in zip(found.players, play.binder.items, strict=True):
