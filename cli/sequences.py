@@ -47,7 +47,8 @@ def generate(
     output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
     seed: Seed = 0,
     length: Annotated[
-        int | None, typer.Option("--length", min=1, help="Terminals wished, the nearest possible.")
+        int | None,
+        typer.Option("--length", min=1, max=10_000, help="Terminals wished, the nearest possible."),
     ] = None,
     save: Save = None,
     png: Png = None,

@@ -58,6 +58,9 @@ def test_learn_says_what_was_learned(command: Any, copy: Path) -> None:
     assert facts["no longer editable"] == []
     found = answer(command("grammar", "list", "--json", "--db", copy))
     assert [row["grammar"] for row in found] == ["fight", "punch", "punch_1"]
+    assert found[2]["captures"] == 1
+    for key in ("run", "segments", "sentences", "nonterminals", "rules", "bits"):
+        assert found[2][key] == facts[key], key
     assert command("grammar", "list", "--db", copy).out.count("\n") == 3
     assert command("check", "--db", copy).code == 0
 
@@ -93,6 +96,28 @@ def test_parse_tells_sentences_or_where_it_fails(command: Any, taught: Path) -> 
     if found["fault"]:
         assert found["fault"]["says"] in ended.out
         assert "that is " in ended.out or found["fault"]["found"] is None
+
+
+def test_parse_tells_what_is_unlike_anything_learned(
+    command: Any, taught: Path, samples_folder: Path
+) -> None:
+    words = ("grammar", "parse", "fight", samples_folder / "chidi" / "layup_1.bvh", "--db", taught)
+    ended = command(*words)
+    found = answer(command(*words, "--json"), 1)
+    assert found["is unlike"]
+    far = [n for n, distance in enumerate(found["distances"]) if distance > found["usual distance"]]
+    assert found["unlike"] == far
+    said = f"is unlike what fight was learned from for {found['share unlike']:.0%} of its time"
+    assert (ended.code, said in ended.out) == (1, True), ended.out
+    worst = max(far, key=lambda n: found["distances"][n])
+    first = next(x for x in ended.out.splitlines() if x.split()[:1] == [str(worst)])
+    assert first.split()[1] == found["string"][worst]
+    assert first.split()[-1] == f"{found['distances'][worst]:.2f}"
+    assert f"usual: within {found['usual distance']:.2f} m" in ended.out
+    own = answer(
+        command("grammar", "parse", "fight", "boris/long_fight_1", "--json", "--db", taught)
+    )
+    assert (own["unlike"], own["is unlike"], own["usual distance"]) == ([], False, None)
 
 
 def test_suggest_lists_what_may_come_next(command: Any, taught: Path) -> None:
@@ -140,6 +165,28 @@ def test_generate_edit_and_choose(command: Any, copy: Path) -> None:
     assert ended.err.startswith("note: new/edited, new/fight can no longer be edited")
 
 
+def test_nothing_is_kept_where_a_file_cannot_be_written(command: Any, copy: Path) -> None:
+    words = ("grammar", "generate", "fight", "-o", "x.bvh", "--save", "new/fight", "--db", copy)
+    ended = command(*words, "--png", "nowhere/x.png")
+    assert (ended.code, "nowhere/x.png" in ended.err) == (1, True), ended.err
+    with motiondb.open(copy) as db:
+        assert len(db.captures()) == 2
+
+
+def test_auto_says_what_was_tried(command: Any, copy: Path, monkeypatch: Any) -> None:
+    from motiondb.grammar import terminal_number
+
+    monkeypatch.setattr(terminal_number, "CANDIDATES", (2, 3, 4))
+    words = ("grammar", "learn", "boris/punch_1", "--terminals", "auto", "--db", copy)
+    ended = command(*words)
+    assert ended.code == 0, ended.err
+    (line,) = [x for x in ended.out.splitlines() if x.startswith("bits by number of terminals ")]
+    facts = answer(command("grammar", "show", "punch_1", "--json", "--db", copy))
+    assert line.endswith(f": {len(facts['terminals'])}")
+    assert all(f"{k}: {bits:.0f}" in line for k, bits in facts["settings"]["tried"].items())
+    assert line in command("grammar", "show", "punch_1", "--db", copy).out
+
+
 def test_a_wish_that_no_sentence_fulfils_is_told(command: Any, copy: Path) -> None:
     ended = command("grammar", "generate", "fight", "-o", "x.bvh", "--length", 1, "--db", copy)
     n = len(next(x for x in ended.out.splitlines() if x.startswith("string: ")).split()) - 1
@@ -173,7 +220,8 @@ def test_compare_shows_the_baselines(command: Any, taught: Path) -> None:
         (("remove", "figth"), 2, "Did you mean fight?"),
         (("learn", "boris/punch_1", "--terminals", "many"), 2, "expected a number of 1 or more"),
         (("learn", "boris/punch_1", "--terminals", "0"), 2, "expected a number of 1 or more"),
-        (("learn", "boris/punch_1", "--terminals", "200"), 1, "long enough for 200 terminals"),
+        (("learn", "boris/punch_1", "--terminals", "200"), 2, "long enough for 200 terminals"),
+        (("learn", "boris/punch_1", "--terminals", "1"), 2, "at least two different symbols"),
         (("learn", "boris/punch_1", "--from-symbols"), 2, "motiondb learn"),
         (
             ("learn", "boris/punch_1", "--from-symbols", "--terminals", "9"),
@@ -190,6 +238,20 @@ def test_compare_shows_the_baselines(command: Any, taught: Path) -> None:
         (("edit", "fight", "x", "--at", "0", "--choose", "1"), 2, "-o FILE or --save NAME"),
         (("generate", "fight", "-o", "x.txt"), 2, "expected an ending .bvh, .glb or .gltf"),
         (("generate", "fight", "-o", "x.bvh", "--save", "boris/punch_1"), 2, "a name that is free"),
+        (("generate", "fight", "-o", "x.bvh", "--save", ""), 2, "expected a name for the capture"),
+        (("generate", "fight", "-o", "x.bvh", "--length", "20000"), 2, "--length"),
+        (("edit", "fight", "x", "--at", "0", "--save", ""), 2, "Add --choose"),
+        (
+            ("edit", "fight", "x", "--at", "0", "--choose", "1", "--save", ""),
+            2,
+            "expected a name for the capture, found nothing",
+        ),
+        (("suggest", "fight", "d d d d d d d"), 1, "expected"),
+        (("edit", "fight", "", "--at", "0"), 1, "expected"),
+        (("show", "fight", "--png", "t.jpg"), 2, "expected a name that ends in .png"),
+        (("show", "fight", "--strings", "t"), 2, "expected a name that ends in .png"),
+        (("edit", "fight", "x", "--at", "0", "--png", "t.gif"), 2, "expected a name that ends in"),
+        (("parse", "fight", "x.bvh"), 2, "expected a file or the name of a capture"),
     ],
 )
 def test_what_cannot_be_done_is_told(

@@ -151,3 +151,42 @@ def test_passages_are_cut_where_sentences_end() -> None:
         parse_passage(toy, ["a", "b", "b"])
     assert (error.value.position, error.value.expected) == (2, ("a",))
     assert error.value.may_end
+
+
+def test_the_reach_is_the_lesser_of_two_bounds() -> None:
+    # log D: middle log 0.2, deviations 0 or log 2, their middle log 2: 2.5 * 1.4826 log 2 above
+    spread = np.array([0.1, 0.1, 0.2, 0.2, 0.4, 0.4, 0.4])
+    assert reading.find_reach(spread) == pytest.approx(0.4)  # the quantile
+    one_far = np.array([0.1, 0.1, 0.2, 0.2, 0.2, 0.4, 50.0])
+    bound = 0.2 * 2 ** (2.5 * 1.4826)
+    assert np.quantile(one_far, 0.95) > 10 * bound
+    assert reading.find_reach(one_far) == pytest.approx(bound)
+    assert np.isnan(reading.find_reach(np.array([0.1, 0.2, 0.3, 0.4])))  # too few
+    assert reading.find_reach(np.zeros(9)) == 0.0
+
+
+def test_members_are_as_far_as_segments_at_a_uniform_pace() -> None:
+    motion, terminals = true_terminals("ana/long_dance_2")
+    values = pose_vectors(motion)
+    found = []
+    for i, (a, b, k) in enumerate(zip(terminals.starts, terminals.ends, terminals.labels)):
+        m = terminals.medoids[k]
+        if i != m:
+            long, short = values[a:b], values[terminals.starts[m] : terminals.ends[m]]
+            if len(long) < len(short):
+                long, short = short, long
+            matched = short[np.arange(len(long)) * len(short) // len(long)]
+            found.append(np.linalg.norm(long - matched, axis=1).mean())
+    reader = reading.make_reader(terminals, {0: motion})
+    assert reader.reach == pytest.approx(reading.find_reach(np.array(found)))
+
+
+def test_another_action_is_beyond_reach(dance: tuple[Motion, reading.Reader]) -> None:
+    motion, reader = dance
+    own = reading.read_string(reader, motion)
+    assert own.reach == reader.reach
+    assert np.mean(own.distances <= own.reach) > 0.8
+    fight, _ = true_terminals("boris/long_fight_1")
+    strange = reading.read_string(reader, fight)
+    known = (strange.ends - strange.starts)[strange.distances <= strange.reach]
+    assert known.sum() < 0.1 * fight.n_frames  # standing idle at both ends
