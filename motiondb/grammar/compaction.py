@@ -36,7 +36,7 @@ Pool = dict[float, RuleSet]
 _ELITE = 16
 """Rule sets, those of fewest bits, that are taken apart."""
 
-_CARRIED = 4
+_CARRIED = 2
 """Rule sets of a sample, those of fewest bits, that are made those of all sentences."""
 
 _WARM = 2.0
@@ -67,17 +67,20 @@ def effort_for(flat: RuleSet) -> Effort:
     n = len(flat.rules[flat.start])
     sampled = max(2, n * _SAMPLE_SIZE // size)
     tries = min(_TRIES_A_SYMBOL * size, _MOST_TRIES)
-    repeated = max(2, min(_REPEATED, _REPEATED * 800 // size))
-    if sampled >= n:
-        return Effort(4, repeated, tries)
-    return Effort(0, repeated, tries, _SAMPLES, sampled)
+    begun, repeated = (max(2, min(times, times * _LARGE // size)) for times in _OF_ALL)
+    return Effort(begun, repeated, tries, _SAMPLES if sampled < n else 0, sampled)
 
 
-_TRIES_A_SYMBOL = 60
-_MOST_TRIES = 60_000
+_TRIES_A_SYMBOL = 30
+_MOST_TRIES = 40_000
 _EFFORTS = ((20, 10, 20), (50, 60, 160), (170, 40, 240))
-_SAMPLES, _SAMPLE_SIZE, _REPEATED = 4, 130, 15
-_OF_SAMPLE = 10, 40
+_SAMPLES, _SAMPLE_SIZE = 6, 160
+_OF_SAMPLE = 10, 60
+"""Searches begun and repeated of each sample, and, below, of all sentences after the samples."""
+
+_OF_ALL = 20, 100
+_LARGE = 800
+"""Symbols from which on there are fewer searches of all sentences."""
 
 
 def compact(

@@ -34,7 +34,8 @@ _LARGEST_CHART = 20_000_000
 def refit(donor: RuleSet, flat: RuleSet) -> RuleSet | None:
     """The donor's rules as far as the sentences of the flat rules use them, and rules for the rest.
 
-    None where the donor is cyclic, or a sentence too long.
+    None where a sentence is too long, the donor is cyclic, or what the sentences use of it breaks
+    the laws.
 
     >>> from motiondb.grammar.rule_set import flat_rules
     >>> donor = RuleSet(4, {4: {(0, 5, 3): 1}, 5: {(1,): 1, (2,): 1, (1, 1): 1}})
