@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from motiondb.grammar.partition import Room, cutting_room, draw_best, search_cuts
+from motiondb.grammar.cutting import Room, cutting_room, draw_best, search_cuts
 from motiondb.grammar.repeats import cover_repeats, maximal_repeats, suffix_array
 
 LENGTHS = (125_000, 250_000, 500_000, 1_000_000)

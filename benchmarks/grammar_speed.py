@@ -18,9 +18,9 @@ from measured_run import machine
 
 from motiondb.grammar import terminals, tuning
 from motiondb.grammar.cfg import Grammar, Rule
+from motiondb.grammar.cutting import Room, cutting_room
 from motiondb.grammar.derive import derive
 from motiondb.grammar.parse import parse
-from motiondb.grammar.partition import Room, cutting_room
 from motiondb.grammar.poses import Poses, make_poses
 from motiondb.records import Motion
 

@@ -1,80 +1,96 @@
 """Cut strings into sentences: the partition that is described in the fewest bits.
 
-The ends of strings are cuts that always stand. Further cuts may stand anywhere but inside a chosen
-occurrence of a repeat (``repeats.cover_repeats``) and no nearer to each other than the shortest
-sentence; sentences longer than the longest are made only where nothing else is allowed. A
-candidate is judged by the grammar that ``context_bits`` induces for it.
+A partition costs the bits of the rules learned from its sentences, and of the sentences given the
+rules. To learn rules in full takes seconds, so partitions race:
 
-Where sentences begin and end alike, the border of two is a repeat itself, and the cover forbids
-just the true cuts. So strings are also split first wherever one symbol follows another, or before
-or after every occurrence of a symbol; a cut at all places alike divides no repeat in one
-occurrence only. The cover is then that of the pieces. Which of these splits, or none, is best is
-judged by the bits after a quick compaction of the rules.
+1. *Candidates.* The paper's: drawn and bettered so that no cut divides a chosen repeat
+   (``cutting``). In a long string, though, some repeat lies over nearly every true border by
+   chance: of strings of ten and more sentences of known grammars the cover leaves one border in
+   ten to be cut. So further candidates are cut freely, and others wherever one symbol follows
+   another, or before or after every occurrence of a symbol (``borders``).
+2. *Race.* Rules are annealed from each candidate; a third, those of fewest bits, is annealed three
+   times as often, and so on, until a few finalists are left.
+3. *Better.* Each finalist is changed again and again, and rules annealed for what results, from
+   the rules before and from plain sentences: strings are cut anew where the present rules say so
+   (``reparsing``), or all cuts of a kind are made, taken away or moved (``borders``). A change that
+   costs bits is accepted with a probability that falls with the cost and with time.
+4. The best is learned from in full.
 
-The paper draws candidates at random and keeps the best. Here a fourth of the evaluations is spent
-in that way, with the same draws. The rest goes on from the best: single cuts are moved, added and
-taken out, and stretches of the strings, or all, are cut anew where the grammar of the present
-sentences would gain most, its gains shaken at random (``recutting``). A change that costs bits is
-still accepted with a probability that falls with the cost and with time (simulated annealing), for
-the bits change by leaps. The best of all is returned: it is never worse than the fourth drawn.
+No sentence is shorter than the shortest; longer than the longest only where nothing else is
+allowed. The ends of strings are cuts that always stand.
 
 Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
-Computer Graphics Forum 30 (2011), section 5.2.
+Computer Graphics Forum 30 (2011), section 5.2, for partitions judged by their bits and the cover of
+repeats; O. Maron and A. W. Moore, "The Racing Algorithm", Artificial Intelligence Review 11 (1997).
 """
 
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, bisect_right
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
-from motiondb.grammar.annealing import anneal
+from motiondb.grammar.annealing import WARMEST, anneal
+from motiondb.grammar.borders import (
+    Cuts,
+    border_places,
+    change_alike,
+    longest_between,
+    recurring_splits,
+)
 from motiondb.grammar.cfg import Grammar, GrammarError
-from motiondb.grammar.context_bits import CoveredString, context_bits, cover_string
+from motiondb.grammar.cutting import (
+    LONGEST,
+    SHORTEST,
+    Progress,
+    Room,
+    cutting_room,
+    search_cuts,
+)
 from motiondb.grammar.description import DescriptionLength, Sentence
 from motiondb.grammar.induction import Induction, induce_with_bits
-from motiondb.grammar.recutting import recut
-from motiondb.grammar.repeats import join_strings
-from motiondb.grammar.rule_set import flat_rules
+from motiondb.grammar.perturbation import perturb
+from motiondb.grammar.refitting import refit
+from motiondb.grammar.reparsing import cut_by_rules
+from motiondb.grammar.rule_set import RuleSet, flat_rules
 
-IntArray = npt.NDArray[np.int64]
-Cuts = tuple[tuple[int, ...], ...]
-"""For each string the places of its inner cuts, in rising order."""
-
-Progress = Callable[[int, int], None]
-"""Told how much is done, of how much."""
-
-SHORTEST = 4
-LONGEST = 20
 EVALUATIONS = 4000
-_DRAWN = 0.25
-_SHORTER = 20
-"""How many times fewer evaluations a split is given than strings that are not split."""
+_SEARCHES = 3
+"""Rooms searched for candidates: the covered one, and the free one twice."""
 
-_SYMBOLS_COMPARED, _FEWEST_COMPARED = 6000, 5
-"""Splits whose sentences are compacted, those of fewest bits, no split at all among them: so many
-symbols of strings in all, but not fewer splits than six."""
-
-_QUICK_TRIES, _TRIES = 5_000, 20_000
-"""Tries of the annealing by which splits are compared, first all, then the finalists."""
-
-_FULLY_SEARCHED = 400
+_FULLY_SEARCHED = 200
 """Symbols of strings up to which as many evaluations are spent as are wished; then fewer."""
 
-_SINGLE = 0.3
-"""Share of changes that are of one cut."""
+_FINALISTS, _STEPS = 4, 6
+"""Partitions that are bettered: all, then half, then the best. Steps of progress told."""
 
-_FINALISTS, _SMALL = 3, 40
-"""Symbols of strings up to which each finalist is learned from in full."""
+_TRIES_A_SYMBOL, _MOST_TRIES = 25, 5000
+"""Tries of each annealing."""
 
-_WARMTH = 0.004
-"""First temperature, as a share of the bits of the best candidate drawn."""
+_CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 12
+"""Changes of each finalist at most, and of how many evaluations one change takes the place."""
+
+_FIRST_ANNEALINGS = 6
+"""Annealings of each candidate in the first heat; three times as many in the next."""
+
+_FRESH, _WARM, _AGAIN = 1, 1, 4
+"""Annealings that judge a change, from plain sentences and from rules taken apart; and from rules
+taken apart where the cuts stay."""
+
+_REWARMED = 2.0
+"""Bits: the first temperature of annealings that begin with rules."""
+
+_WARMTH = 0.01
+"""First temperature of changes, as a share of the bits."""
+
+_BY_RULES, _BY_KINDS = 0.4, 0.4
+"""Shares of changes that cut anew by the rules, and alike at borders of a kind; else the rules
+alone are learned further."""
 
 
 @dataclass(frozen=True)
@@ -102,24 +118,12 @@ class Sentences:
 
 
 @dataclass(frozen=True, eq=False)
-class Room:
-    """Where cuts may stand: the covered strings, their bounds, and what lengths are wished."""
+class Judged:
+    """A partition with the best rules that were annealed for it so far."""
 
-    covered: CoveredString
-    bounds: tuple[int, ...]
-    allowed: tuple[int, ...]
-    shortest: int
-    longest: int
-
-    def spans(self, cuts: Sequence[int]) -> tuple[IntArray, IntArray]:
-        """Starts and ends of sentences; the separators at the ends of strings are left out."""
-        starts = np.union1d(np.array(cuts, dtype=np.int64), np.array(self.bounds[:-1]))
-        ends = np.append(starts[1:], self.bounds[-1])
-        return starts, ends - np.isin(ends, self.bounds)
-
-    def bits(self, cuts: Sequence[int]) -> float:
-        """Description length of the partition."""
-        return context_bits(self.covered, *self.spans(cuts))
+    cuts: Cuts
+    rules: RuleSet
+    bits: float
 
 
 def find_sentences(
@@ -138,101 +142,184 @@ def find_sentences(
     GrammarError where there is no string, one is empty, lengths make no sense, or all strings hold
     one and the same symbol only.
     """
-    cutting_room(strings, shortest, longest)  # faults, before any work
-    splits = [tuple(() for _ in strings), *recurring_splits(strings, shortest, longest)]
-    found: list[tuple[float, int, Cuts]] = []
+    lengths = shortest, longest
     total = sum(map(len, strings))
+    tell = progress or (lambda _done, _of: None)
+    room = cutting_room(strings, *lengths)
     evaluations = max(1, round(evaluations * min(1.0, _FULLY_SEARCHED / total) ** 2))
-    compared = max(_FEWEST_COMPARED, _SYMBOLS_COMPARED // total)
-    steps = len(splits) + compared + 1
-    for number, split in enumerate(splits):
-        spent = evaluations if number == 0 else max(1, evaluations // _SHORTER)
-        cuts, bits = _cuts_within(strings, split, (shortest, longest), rng, spent)
-        found.append((bits, number, cuts))
-        if progress is not None:
-            progress(number + 1, steps)
-    judged = []
-    promising = [found[0], *sorted(found[1:])[: compared - 1]]
-    for number, (_, place, cuts) in enumerate(promising):
-        judged.append((_compacted_bits(strings, cuts, _QUICK_TRIES), place, cuts))
-        if progress is not None:
-            progress(len(splits) + number + 1, steps)
-    finalists = sorted(judged)[:_FINALISTS]
-    if total <= _SMALL:
-        learned = [sentences_between(strings, cuts) for *_, cuts in finalists]
-    else:
-        best = min((_compacted_bits(strings, cuts, _TRIES), k, cuts) for _, k, cuts in finalists)
-        learned = [sentences_between(strings, best[2])]
-    if progress is not None:
-        progress(steps, steps)
-    return min(learned, key=lambda sentences: round(sentences.bits.total, 6))
+    candidates = [
+        *_searched(strings, room, lengths, rng, evaluations),
+        *recurring_splits(strings, *lengths),
+    ]
+    tell(1, _STEPS)
+    bettered = race(strings, candidates, rng)
+    tell(2, _STEPS)
+    changes = min(evaluations // _EVALUATIONS_A_CHANGE, _CHANGES_A_SYMBOL * total)
+    for heat, number in enumerate((_FINALISTS, _FINALISTS // 2, 1), start=3):
+        spent = changes // number
+        bettered = [better(strings, one, lengths, rng, spent) for one in bettered[:number]]
+        bettered.sort(key=lambda judged: judged.bits)
+        tell(heat, _STEPS)
+    found = _learned(strings, bettered[0].cuts, [bettered[0].rules])
+    tell(_STEPS, _STEPS)
+    return found
 
 
-def recurring_splits(strings: Sequence[Sentence], shortest: int, longest: int) -> list[Cuts]:
-    """Cuts at every place where one symbol follows another, or before or after every symbol.
-
-    A cut inside a repeat does harm where it divides one occurrence and not the others. A cut that
-    is made at every occurrence divides all alike, and where sentences end and begin alike their
-    border is a repeat itself, which no cover would let be cut. Only such places are given whose
-    pieces are, in the mean, no shorter than the shortest sentence and no longer than the longest;
-    pieces that would be too short stay with the one before.
-    """
-    places: dict[tuple[str, ...], list[tuple[int, int]]] = {}
-    for k, string in enumerate(strings):
-        for i in range(1, len(string)):
-            pair = (string[i - 1], string[i])
-            kinds: tuple[tuple[str, ...], ...] = (
-                ("before", pair[1]),
-                ("after", pair[0]),
-                ("between", *pair),
-            )
-            for kind in kinds:
-                places.setdefault(kind, []).append((k, i))
-    total = sum(map(len, strings))
-    splits: dict[Cuts, None] = {}
-    for kind in sorted(places):
-        cuts: list[list[int]] = [[] for _ in strings]
-        for k, i in places[kind]:
-            last = cuts[k][-1] if cuts[k] else 0
-            if i - last >= shortest and len(strings[k]) - i >= shortest:
-                cuts[k].append(i)
-        pieces = len(strings) + sum(map(len, cuts))
-        if pieces > len(strings) and shortest <= total / pieces <= longest:
-            splits[tuple(map(tuple, cuts))] = None
-    return list(splits)
-
-
-def _cuts_within(
+def _searched(
     strings: Sequence[Sentence],
-    split: Cuts,
+    room: Room,
     lengths: tuple[int, int],
     rng: np.random.Generator,
     evaluations: int,
-) -> tuple[Cuts, float]:
-    """Cuts of strings that are split already: each piece is cut as a string of its own."""
-    pieces: list[Sentence] = []
-    origins: list[tuple[int, int]] = []
-    for k, (string, inner) in enumerate(zip(strings, split, strict=True)):
-        for a, b in pairwise((0, *inner, len(string))):
-            pieces.append(tuple(string[a:b]))
-            origins.append((k, a))
-    room = cutting_room(pieces, *lengths)
-    cuts, bits = search_cuts(room, rng, evaluations)
-    made = [set(inner) for inner in split]
-    for (k, offset), low, high in zip(origins, room.bounds[:-1], room.bounds[1:], strict=True):
-        made[k].update(cut - low + offset for cut in cuts if low < cut < high)
-    return tuple(tuple(sorted(inner)) for inner in made), bits
+) -> Iterator[Cuts]:
+    """The best of a search of the covered room, and of the free room."""
+    free = cutting_room(strings, *lengths, free=True)
+    for searched in (room, free, free):
+        found, _ = search_cuts(searched, rng, max(1, evaluations // _SEARCHES))
+        yield _by_string(found, room)
 
 
-def _compacted_bits(strings: Sequence[Sentence], cuts: Cuts, tries: int) -> float:
-    """Bits after a quick annealing of one rule a sentence."""
+def _by_string(cuts: Sequence[int], room: Room) -> Cuts:
+    bounds = pairwise(room.bounds)
+    return tuple(tuple(c - low for c in cuts if low < c < high) for low, high in bounds)
+
+
+def _joined(
+    strings: Sequence[Sentence], number: dict[str, int]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Strings as one array, a separator of its own after each, and where each begins."""
+    joined = [[*(number[name] for name in s), len(number) + k] for k, s in enumerate(strings)]
+    bounds = np.cumsum([0, *map(len, joined)])
+    return np.array([symbol for part in joined for symbol in part], dtype=np.int64), bounds
+
+
+def race(
+    strings: Sequence[Sentence], candidates: Sequence[Cuts], rng: np.random.Generator
+) -> list[Judged]:
+    """A few of the candidates, those for which annealing finds the fewest bits; best first."""
+    number = _numbers(strings)
+    live = [
+        _judged(cuts, _flat(strings, cuts, number), rng, _FIRST_ANNEALINGS)
+        for cuts in dict.fromkeys(candidates)
+    ]
+    times = _FIRST_ANNEALINGS
+    while True:
+        live.sort(key=lambda judged: judged.bits)
+        kept = live[: max(_FINALISTS, len(live) // 3)]
+        if len(kept) <= _FINALISTS:
+            return _unlike(live)
+        times *= 3
+        live = [
+            _judged(one.cuts, _flat(strings, one.cuts, number), rng, times // 2, times // 2, one)
+            for one in kept
+        ]
+
+
+def _unlike(judged: Sequence[Judged]) -> list[Judged]:
+    """The best of each number of sentences, and more only where there are too few numbers."""
+    chosen: dict[int, Judged] = {}
+    for one in judged:
+        chosen.setdefault(sum(map(len, one.cuts)), one)
+    first = list(chosen.values())[:_FINALISTS]
+    return [*first, *(one for one in judged if one not in first)][:_FINALISTS]
+
+
+def better(
+    strings: Sequence[Sentence],
+    begun: Judged,
+    lengths: tuple[int, int],
+    rng: np.random.Generator,
+    changes: int,
+) -> Judged:
+    """The best partition that so many changes lead to; the one given at worst."""
+    number, places = _numbers(strings), border_places(strings)
+    current = best = begun
+    seen = {begun.cuts}
+    for done in range(changes):
+        kind = rng.random()
+        if kind < _BY_RULES:
+            cuts = _cut_anew(strings, current.rules, lengths, rng, number)
+        elif kind < _BY_RULES + _BY_KINDS:
+            cuts = change_alike(strings, places, current.cuts, lengths[0], rng)
+        else:
+            cuts = current.cuts
+        if cuts == current.cuts:
+            changed = _judged(cuts, _flat(strings, cuts, number), rng, 1, _AGAIN, current)
+        elif cuts in seen or longest_between(strings, cuts) > lengths[1]:
+            continue
+        else:
+            flat = _flat(strings, cuts, number)
+            changed = _judged(cuts, flat, rng, _FRESH, _WARM, None, refit(current.rules, flat))
+        seen.add(cuts)
+        warmth = _WARMTH * best.bits * (1.0 - done / changes)
+        if changed.bits <= current.bits or rng.random() < math.exp(
+            (current.bits - changed.bits) / warmth
+        ):
+            current = changed
+            best = min(best, current, key=lambda judged: judged.bits)
+    return best
+
+
+def _cut_anew(
+    strings: Sequence[Sentence],
+    rules: RuleSet,
+    lengths: tuple[int, int],
+    rng: np.random.Generator,
+    number: dict[str, int],
+) -> Cuts:
+    symbols, bounds = _joined(strings, number)
+    shaken = 4.0 * rng.random() * rng.exponential(size=symbols.size)
+    novelty = rng.uniform(0.3, 1.2)
+    return cut_by_rules(
+        symbols, bounds, rules, lengths, novelty=novelty, shaken=shaken - shaken.mean()
+    )
+
+
+def _judged(
+    cuts: Cuts,
+    flat: RuleSet,
+    rng: np.random.Generator,
+    fresh: int,
+    again: int = 0,
+    known: Judged | None = None,
+    begun: RuleSet | None = None,
+) -> Judged:
+    """The best of rules annealed from plain sentences, and again from rules taken apart."""
+    state = np.array([rng.integers(1 << 62)], dtype=np.uint64)
+    found = [_annealed(flat, rng) for _ in range(fresh)]
+    if known is not None:
+        found.append(known.rules)
+    if begun is not None:
+        found.append(_annealed(begun, rng, _REWARMED))
+    best = min(found, key=RuleSet.bits)
+    for _ in range(again):
+        apart = perturb(best, flat, _tries(flat), state)
+        if apart is not None:
+            best = min(best, _annealed(apart, rng, _REWARMED), key=RuleSet.bits)
+    return Judged(cuts, best, best.bits())
+
+
+def _annealed(begun: RuleSet, rng: np.random.Generator, warmest: float = WARMEST) -> RuleSet:
+    return anneal(begun, tries=_tries(begun), warmest=warmest, seed=int(rng.integers(1 << 30)))
+
+
+def _tries(begun: RuleSet) -> int:
+    size = sum(len(right) for _, right in begun.uses())
+    return min(_MOST_TRIES, max(200, _TRIES_A_SYMBOL * size))
+
+
+def _numbers(strings: Sequence[Sentence]) -> dict[str, int]:
     names = sorted({name for string in strings for name in string})
-    number = {name: place for place, name in enumerate(names)}
+    return {name: place for place, name in enumerate(names)}
+
+
+def _flat(strings: Sequence[Sentence], cuts: Cuts, number: dict[str, int]) -> RuleSet:
+    """One rule a sentence."""
     counted: Counter[tuple[int, ...]] = Counter()
     for string, inner in zip(strings, cuts, strict=True):
         for a, b in pairwise((0, *inner, len(string))):
             counted[tuple(number[name] for name in string[a:b])] += 1
-    return anneal(flat_rules(counted, len(names)), tries=tries).bits()
+    return flat_rules(counted, len(number))
 
 
 def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]) -> Sentences:
@@ -242,7 +329,6 @@ def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]
     ------
     GrammarError where cuts are no rising places inside their string.
     """
-    sentences: list[Sentence] = []
     for number, (string, inner) in enumerate(zip(strings, cuts, strict=True), start=1):
         edges = [0, *inner, len(string)]
         if any(low >= high for low, high in pairwise(edges)):
@@ -251,138 +337,13 @@ def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]
                 f" {', '.join(map(str, inner)) or 'none in an empty string'}."
                 " Give each cut as the number of the symbol that begins a sentence."
             )
-        sentences.extend(tuple(string[a:b]) for a, b in pairwise(edges))
-    kept = tuple(tuple(int(cut) for cut in inner) for inner in cuts)
-    return Sentences(kept, tuple(sentences), induce_with_bits(sentences))
+    return _learned(strings, tuple(tuple(int(cut) for cut in inner) for inner in cuts))
 
 
-def cutting_room(
-    strings: Sequence[Sentence], shortest: int = SHORTEST, longest: int = LONGEST
-) -> Room:
-    """The cuts that strings allow; faults as in :func:`find_sentences`."""
-    if not 1 <= shortest <= longest:
-        raise GrammarError(
-            f"sentence lengths: expected 1 <= shortest <= longest, found {shortest} and {longest}."
-            " Give lengths in symbols."
-        )
-    for number, string in enumerate(strings, start=1):
-        if not string:
-            raise GrammarError(
-                f"string {number}: expected at least one symbol, found none. Leave it out."
-            )
-    kinds = {symbol for string in strings for symbol in string}
-    if len(kinds) < 2:
-        raise GrammarError(
-            f"strings: expected at least two different symbols, found {len(kinds)}."
-            " A grammar of one symbol says nothing: find more terminals, or take longer captures."
-        )
-    symbols, bounds = join_strings(strings)
-    covered = cover_string(symbols, len(kinds))
-    allowed = [
-        place
-        for low, high in pairwise(bounds.tolist())
-        for place in range(low + shortest, high - shortest)
-        if not covered.inside[place]
-    ]
-    return Room(covered, tuple(bounds.tolist()), tuple(allowed), shortest, longest)
-
-
-def search_cuts(
-    room: Room, rng: np.random.Generator, evaluations: int, progress: Progress | None = None
-) -> tuple[tuple[int, ...], float]:
-    """The cuts of fewest bits that so many evaluations find, and their bits."""
-    drawn = max(1, round(_DRAWN * evaluations))
-    best, best_bits = draw_best(room, rng, drawn, progress, evaluations)
-    current, bits = best, best_bits
-    for number in range(drawn, evaluations):
-        warmth = _WARMTH * best_bits * (1.0 - number / evaluations)
-        change = _changed if rng.random() < _SINGLE else _recut
-        changed = change(room, current, rng)
-        changed_bits = room.bits(changed)
-        if changed_bits <= bits or rng.random() < math.exp((bits - changed_bits) / warmth):
-            current, bits = changed, changed_bits
-            if bits < best_bits - 1e-9:
-                best, best_bits = current, bits
-        if progress is not None:
-            progress(number + 1, evaluations)
-    return best, best_bits
-
-
-def draw_best(
-    room: Room,
-    rng: np.random.Generator,
-    evaluations: int,
-    progress: Progress | None = None,
-    of: int = 0,
-) -> tuple[tuple[int, ...], float]:
-    """The best of so many random candidates: the paper's search."""
-    best: tuple[int, ...] = ()
-    best_bits = math.inf
-    for number in range(evaluations):
-        cuts = draw_cuts(room, rng)
-        bits = room.bits(cuts)
-        if bits < best_bits:
-            best, best_bits = cuts, bits
-        if progress is not None:
-            progress(number + 1, of or evaluations)
-    return best, best_bits
-
-
-def draw_cuts(room: Room, rng: np.random.Generator) -> tuple[int, ...]:
-    """A random candidate: from each cut to the next, a wished length, as near as is allowed."""
-    cuts: list[int] = []
-    typical = int(rng.integers(room.shortest, room.longest + 1))
-    for low, high in pairwise(room.bounds):
-        last = low
-        places = _between(room.allowed, low, high)
-        while True:
-            reach = max(room.shortest, round(typical * rng.uniform(0.5, 1.5)))
-            near = _between(places, last + room.shortest, last + room.longest + 1)
-            later = places[bisect_left(places, last + room.shortest) :]
-            if not later:
-                break
-            last = min(near or later[:1], key=lambda place: abs(place - last - reach))
-            cuts.append(last)
-    return tuple(cuts)
-
-
-def _changed(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tuple[int, ...]:
-    """One cut moved, added or taken out at random; the same cuts where that is not allowed."""
-    kind = rng.random()
-    edges = sorted({*cuts, *room.bounds})
-    if kind < 0.6 and cuts:
-        place = cuts[rng.integers(len(cuts))]
-        around = bisect_left(edges, place)
-        rest = tuple(cut for cut in cuts if cut != place)
-        return _placed(room, rest, edges[around - 1], edges[around + 1], rng)
-    if kind < 0.8 or not cuts:
-        first = int(rng.integers(len(edges) - 1))
-        return _placed(room, cuts, edges[first], edges[first + 1], rng)
-    place = cuts[rng.integers(len(cuts))]
-    around = bisect_left(edges, place)
-    if edges[around + 1] - edges[around - 1] > room.longest + 1:
-        return cuts
-    return tuple(cut for cut in cuts if cut != place)
-
-
-def _recut(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tuple[int, ...]:
-    lengths = room.shortest, room.longest
-    return recut(room.covered.symbols, room.allowed, room.bounds, lengths, cuts, rng)
-
-
-def _placed(
-    room: Room, cuts: tuple[int, ...], low: int, high: int, rng: np.random.Generator
-) -> tuple[int, ...]:
-    """A cut added somewhere between two neighbouring edges, neither sentence growing too long."""
-    places = _between(room.allowed, low + room.shortest, high - room.shortest + 1)
-    fitting = [
-        place for place in places if max(place - low, high - place) <= room.longest
-    ] or places
-    if not fitting:
-        return cuts
-    return tuple(sorted((*cuts, int(fitting[int(rng.integers(len(fitting)))]))))
-
-
-def _between(places: Sequence[int], low: int, high: int) -> Sequence[int]:
-    """The rising places from low up to, not including, high."""
-    return places[bisect_left(places, low) : bisect_right(places, high - 1)]
+def _learned(strings: Sequence[Sentence], cuts: Cuts, known: Sequence[RuleSet] = ()) -> Sentences:
+    sentences = tuple(
+        tuple(string[a:b])
+        for string, inner in zip(strings, cuts, strict=True)
+        for a, b in pairwise((0, *inner, len(string)))
+    )
+    return Sentences(cuts, sentences, induce_with_bits(sentences, known=known))

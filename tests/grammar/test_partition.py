@@ -9,17 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motiondb.grammar.borders import recurring_splits
 from motiondb.grammar.cfg import GrammarError
 from motiondb.grammar.context_bits import context_bits, context_rules
-from motiondb.grammar.partition import (
-    cutting_room,
-    draw_best,
-    draw_cuts,
-    find_sentences,
-    recurring_splits,
-    search_cuts,
-    sentences_between,
-)
+from motiondb.grammar.cutting import cutting_room, draw_best, draw_cuts, search_cuts
+from motiondb.grammar.partition import find_sentences, sentences_between
 from motiondb.grammar.recutting import cheapest_cuts, recut, shared_symbols
 
 PAPER = tuple("abxcdabycdabxcd")
