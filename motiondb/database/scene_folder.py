@@ -9,6 +9,7 @@ place under another name and then renamed, so that it is there whole or not at a
 
 from __future__ import annotations
 
+import glob
 import json
 import os
 import shutil
@@ -235,6 +236,34 @@ def draw_folder(folder: Path, png: Path) -> Path:
     return pictures.draw_scene_paths(diagram, motions, png, record.ball)
 
 
+def _mend(folder: Path) -> None:
+    """Put right what processes left that were killed while they wrote this folder.
+
+    The earlier scene comes back where it had been moved away already; parts are removed.
+    """
+    for left in folder.parent.glob(f".{glob.escape(folder.name)}.*.*"):
+        owner, _, kind = left.name.removeprefix(f".{folder.name}.").rpartition(".")
+        if kind not in ("part", "old") or not owner.isdigit() or _runs(int(owner)):
+            continue
+        if kind == "old" and not folder.exists():
+            left.rename(folder)
+        else:
+            shutil.rmtree(left, ignore_errors=True)
+
+
+def _runs(process: int) -> bool:
+    """Whether a process lives, or nobody can tell."""
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
+
+
 @contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
     """A folder to write into, renamed to ``folder`` when the block ends well, removed when not.
@@ -243,6 +272,7 @@ def whole_folder(folder: Path) -> Iterator[Path]:
     ------
     MotionDBError : the folder cannot be written, or holds something else than a scene.
     """
+    _mend(folder.absolute())
     check_scene_folder(folder)
     folder = folder.absolute()
     part = folder.with_name(f".{folder.name}.{os.getpid()}.part")

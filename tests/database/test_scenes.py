@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +29,7 @@ attack A2 at -3.5 5
 1 pass A1 to A2
 2 shoot A2
 """
+PIPED: dict[str, Any] = {"capture_output": True, "text": True, "check": True}
 QUICK = SceneSettings(seed=2, minutes=0.02, tries=1)
 
 
@@ -290,6 +295,22 @@ def test_nothing_is_overwritten_but_scenes(made: Made, tmp_path: Path) -> None:
         db.scenes.write(made.scene, tmp_path / "two", drawn=False)
     assert (tmp_path / "two" / "scene.glb").is_file()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "two"]
+
+
+def test_what_killed_processes_left_is_put_right(made: Made, tmp_path: Path) -> None:
+    """One was killed while it wrote, another between moving the old away and the new in place."""
+    ended = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], **PIPED)
+    dead = int(ended.stdout)
+    with scene_folder.whole_folder(tmp_path / "two") as part:
+        (part / "scene.json").write_text("{}")
+    (tmp_path / "two").rename(tmp_path / f".two.{dead}.old")
+    (tmp_path / f".two.{dead}.part").mkdir()
+    mine = tmp_path / f".two.{os.getppid()}.part"  # still at work
+    mine.mkdir()
+    with pytest.raises(KeyboardInterrupt), scene_folder.whole_folder(tmp_path / "two"):
+        raise KeyboardInterrupt
+    assert sorted(tmp_path.iterdir()) == [mine, tmp_path / "two"]
+    assert (tmp_path / "two" / "scene.json").read_text() == "{}"
 
 
 def test_nothing_half_is_left(made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
