@@ -48,6 +48,7 @@ MOST_ROUNDS = 60
 OWN_SHARE = 0.8
 """Share of a correction between two players that falls to whose rule it is."""
 _BEND, _RETURN, _HOLD = 60.0, 1.0 / 60.0**2, 50.0
+_RETURN_TURNS = 1.0 / 15.0**2
 _STANDING, _WALKING = 8.0, 0.6
 """How much stiffer standing is than moving, and the metres a second that count as moving."""
 
@@ -146,7 +147,8 @@ def _solve(path: FloatArray, wished: FloatArray, turned: _Held, held: _Held) -> 
     speed = np.linalg.norm(step[:, :2], axis=1) * MOTION_FPS
     stiff = 1.0 + _STANDING * np.clip(1.0 - speed / _WALKING, 0.0, 1.0)
     stiff[np.all(step == 0.0, axis=1)] *= 4.0
-    phi = _displace(stiff, wished[:, 2:] - path[:, 2:], turned, path[:, 2:])[:, 0]
+    back = wished[:, 2:] - path[:, 2:]
+    phi = _displace(stiff, back, turned, path[:, 2:], _RETURN_TURNS)[:, 0]
     middle = (phi[1:] + phi[:-1]) / 2.0
     c, s = np.cos(middle), np.sin(middle)
     steps = np.stack([step[:, 0] * c + step[:, 1] * s, step[:, 1] * c - step[:, 0] * s], axis=1)
@@ -155,13 +157,15 @@ def _solve(path: FloatArray, wished: FloatArray, turned: _Held, held: _Held) -> 
     return np.column_stack([way, path[:, 2] + phi])
 
 
-def _displace(stiff: FloatArray, wished: FloatArray, held: _Held, now: FloatArray) -> FloatArray:
+def _displace(
+    stiff: FloatArray, wished: FloatArray, held: _Held, now: FloatArray, back: float = _RETURN
+) -> FloatArray:
     """Displacements u (frames, values): least a |du|^2 + b |ddu|^2 + c |u - wished|^2, held."""
     from scipy.linalg import solveh_banded
 
     n_frames = len(wished)
     bands = np.zeros((3, n_frames))  # bands[2] the diagonal, bands[1] one above it, bands[0] two
-    bands[2] += _RETURN + held.weight
+    bands[2] += back + held.weight
     bands[2, :-1] += stiff
     bands[2, 1:] += stiff
     bands[1, 1:] -= stiff
@@ -172,7 +176,7 @@ def _displace(stiff: FloatArray, wished: FloatArray, held: _Held, now: FloatArra
         bands[1, 1:-1] -= 2.0 * _BEND
         bands[1, 2:] -= 2.0 * _BEND
         bands[0, 2:] += _BEND
-    wanted = _RETURN * wished + held.weight[:, None] * (held.value - now)
+    wanted = back * wished + held.weight[:, None] * (held.value - now)
     return np.asarray(solveh_banded(bands, wanted))
 
 

@@ -47,8 +47,8 @@ _WAYS = (
     *product((0.2,), (COMFORT, RADIUS), (True, False)),
     *product((0.0,), (RADIUS,), (True, False)),
 )
-"""What a frame of the scene costs, how far people stay apart, and whether who catches or guards turns
-to the ball or the opponent: tried one after another, until every rule holds."""
+"""What a frame of the scene costs, how far people stay apart, and whether who catches or guards
+turns to the ball or the opponent: tried one after another, until every rule holds."""
 _FASTEST = 7.0
 """Metres a second that nobody should be edited into."""
 CATCH_FACING = np.radians(75.0)
