@@ -32,10 +32,10 @@ WARM = SamplerSettings(
     heat=1.0,
     rounds=4,
     jumps=4,
-    inner=500,
-    steps=1500,
+    inner=300,
+    steps=700,
     patience=2,
-    cooling=16_000,
+    cooling=10_000,
     threads=1,
 )
 """Settings for going on from a scene that is almost right."""
