@@ -35,7 +35,9 @@ def draw_sentences(material: Material, path: str | Path) -> Path:
         pictures.TreePicture(_caption(numbers), cfg.derive_by(learned.grammar, rules))
         for rules, numbers in order[:SHOWN_TREES]
     ]
-    title = f"{learned.name}: {len(learned.sentences)} sentences, {len(order)} different trees"
+    n, kinds = len(learned.sentences), len(order)
+    title = f"{learned.name}: {n} sentence{'s' * (n != 1)}, "
+    title += f"{kinds} different tree{'s' * (kinds != 1)}"
     if len(order) > SHOWN_TREES:
         title += f", {SHOWN_TREES} of them here"
     return pictures.draw_trees(trees, path, title, colours(learned))

@@ -174,7 +174,8 @@ def terminals_of(grammar: cfg.Grammar, text: str | Sequence[str]) -> tuple[str, 
         if name not in grammar.terminals:
             shown = ", ".join(grammar.terminals[:30])
             raise QueryError(
-                f"{name!r}: expected terminals of the grammar ({shown}), found another name."
+                f"{name!r}: expected terminals of the grammar ({shown}) with spaces between them,"
+                " found another name."
                 f"{suggestion(name, grammar.terminals) or ' motiondb grammar show tells them.'}"
             )
     return names

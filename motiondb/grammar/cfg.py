@@ -286,8 +286,11 @@ def derive_by(grammar: Grammar, choices: Sequence[int]) -> Tree:
 
     Raises
     ------
-    GrammarError where a choice does not rewrite its symbol, or choices are missing or left over.
+    GrammarError where a choice does not rewrite its symbol, choices are missing or left over, or
+        the grammar has no rule to begin with.
     """
+    if not grammar.is_nonterminal(grammar.start):
+        check_grammar(grammar)  # says that there is no rule to begin with
     waiting = list(choices)[::-1]
     tree = _build(grammar, waiting)
     if waiting:

@@ -101,3 +101,8 @@ def test_text_that_is_no_grammar_is_refused(text, message):
 def test_useless_grammars_are_refused(grammar, message):
     with pytest.raises(GrammarError, match=message):
         check_grammar(grammar)
+
+
+def test_an_empty_grammar_derives_nothing() -> None:
+    with pytest.raises(GrammarError, match="expected a rule for the start symbol 'S', found none"):
+        derive_by(Grammar("S", (), ("a",)), [0])
