@@ -179,6 +179,9 @@ def list_scenes(db: Db = DEFAULT_DB, json: Json = False) -> None:
         keys = ("scene", "characters", "clips", "frames", "seconds", "error", "rules", "broken")
         print_json([{key: fact[key] for key in keys} for fact in facts])
         return
+    if not facts:
+        typer.echo("no scenes; motiondb scene make DIAGRAM -o FOLDER --name NAME keeps one")
+        return
     print_table(
         "",
         ["scene", "characters", "clips", "seconds", "error", "broken rules"],

@@ -62,6 +62,7 @@ def test_make_update_report_list_remove(
     assert gone.code == 0, gone.err
     assert gone.out.strip() == "removed play with play/A2"
     assert command("check", *db).out.strip().endswith("is sound")
+    assert command("scene", "list", *db).out.startswith("no scenes; motiondb scene make DIAGRAM")
 
 
 @pytest.mark.parametrize(
