@@ -42,7 +42,7 @@ _LEAST, _PATIENCE, _MOST = 2, 3, 8
 giving up where it does not get better, and at most."""
 _MIDDLE = 0.3
 _WAYS = (
-    *product((1.0, 0.5), (COMFORT, _MIDDLE), (True,)),
+    *((hurry, radius, True) for radius, hurry in product((COMFORT, _MIDDLE), (1.0, 0.5))),
     *product((1.0,), (COMFORT, _MIDDLE), (False,)),
     *product((0.2,), (COMFORT, RADIUS), (True, False)),
     *product((0.0,), (RADIUS,), (True, False)),
@@ -304,7 +304,8 @@ def _facings(
     times: Timeline,
 ) -> tuple[Facing, ...]:
     """Who catches faces where the ball comes from, and who guards the opponent, more or less."""
-    found = []
+    found: list[Facing] = []
+    guards: dict[tuple[int, int], list[IntArray]] = {}
     for number, row in enumerate(table.rows):
         player, clip = int(row["player"]), int(row["first"])
         if row["kind"] == kinds.SYNCHRONISATION and np.isnan(row["lag"]):
@@ -312,11 +313,17 @@ def _facings(
             thrown = times.instants[player][clip : clip + 1]
             caught = times.instants[partner][partners[number], None]
             found.append(Facing(partner, caught, player, thrown, CATCH_FACING))
-        elif row["kind"] == kinds.DISTANCE and table.actions[player][clip] == ON_GUARD:
+        elif (
+            row["kind"] == kinds.DISTANCE
+            and row["target"] >= 0
+            and table.actions[player][clip] == ON_GUARD
+        ):
             since, end = int(times.begins[player][clip]), times.end_of(player, clip)
             frames = np.arange(since, max(end, since + 1), _EVERY)
-            if row["target"] >= 0:
-                found.append(Facing(player, frames, int(row["target"]), frames, GUARD_FACING))
+            guards.setdefault((player, int(row["target"])), []).append(frames)
+    for (player, target), parts in guards.items():
+        frames = np.unique(np.concatenate(parts))  # all at once, so that nobody spins between two
+        found.append(Facing(player, frames, target, frames, GUARD_FACING))
     return tuple(found)
 
 

@@ -144,8 +144,36 @@ def test_two_who_walk_through_one_another_pass_by() -> None:
 
 def test_who_catches_turns_towards_the_ball() -> None:
     timeline = still((0.0, 0.0, math.pi), (0.0, 4.0, 0.0), frames=60)
-    out = edited(a_table(), timeline, Facing(0, np.array([40]), 1, np.array([30]), math.radians(60.0)))
+    out = edited(
+        a_table(), timeline, Facing(0, np.array([40]), 1, np.array([30]), math.radians(60.0))
+    )
     assert direction_error(out.timeline.places[0, 40, 2], 0.0) <= math.radians(60.0)
+
+
+def test_turning_begins_shortly_before_it_is_asked_for() -> None:
+    there = walking((0.0, 0.0))  # along +z
+    back = still((0.0, -9.0, 0.0), frames=there.n_frames).places
+    timeline = Timeline(np.concatenate([there.places, back]), there.begins * 2, there.instants * 2)
+    last = there.n_frames - 1
+    facing = Facing(0, np.array([last]), 1, np.array([last]), math.radians(90.0))
+    turned = edited(a_table(), timeline, facing).timeline.places[0]
+    assert abs(turned[last, 2]) >= math.radians(89.0)  # the ball comes from behind
+    assert abs(turned[last - 60, 2]) < math.radians(10.0)
+    np.testing.assert_allclose(turned[: last - 60, :2], there.places[0, : last - 60, :2], atol=0.05)
+
+
+def test_who_faces_somebody_for_long_turns_one_way_round() -> None:
+    around = np.linspace(math.pi - 0.3, math.pi + 0.3, 60)  # the opponent passes behind
+    target = np.column_stack([np.sin(around), np.cos(around), np.zeros(60)])
+    own = np.zeros((60, 3))
+    timeline = Timeline(
+        np.stack([own, 3.0 * target]), (np.array([0, 60]),) * 2, (np.array([30]),) * 2
+    )
+    frames = np.arange(0, 60, 4)
+    out = edited(a_table(), timeline, Facing(0, frames, 1, frames, math.radians(45.0)))
+    assert np.abs(np.diff(out.timeline.places[0, :, 2])).max() < math.radians(6.0)
+    off = direction_error(out.timeline.places[0, frames, 2], around[frames])
+    assert off.max() <= math.radians(46.0)
 
 
 def test_what_cannot_hold_is_said() -> None:
