@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from motiondb.errors import MotionDBError
 from motiondb.pictures import style
-from motiondb.pictures.stick import draw_figure, view_motion
+from motiondb.pictures.stick import HEAD_RADIUS, draw_figure, view_motion
 from motiondb.pictures.timelines import Timeline, cut_timeline, draw_timeline, n_lanes
 from motiondb.records import Motion
 
@@ -26,6 +26,8 @@ _WIDTH, _LEFT, _RIGHT, _TITLE = 12.0, 0.95, 0.25, 0.45
 _CARD, _CARDS, _LANE, _NAME, _GAP, _AXIS = 1.45, 6, 0.2, 0.2, 0.1, 0.22
 """Inches, and cards in a row."""
 _SECONDS_PER_ROW, _MAX_ROWS = 20.0, 40
+_CLOSE = 0.8
+"""Share of their widths that figures in a card have at least: who lies is drawn smaller."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,10 +128,12 @@ def _draw_card(axes: Axes, card: TerminalCard, width: float) -> None:
     from matplotlib.patches import Rectangle
 
     view = view_motion(card.motion)
-    body = max(view.top, 1.2) + 0.25
-    scale = body / (_CARD - 0.26)
-    across = width * scale
-    high = body + 0.26 * scale
+    frames = [moment * (view.n_frames - 1) // 2 for moment in (0, 1, 2)]
+    sides = [(float(x.min()) - HEAD_RADIUS, float(x.max()) + HEAD_RADIUS)
+             for x in (view.points[frame, :, 0] for frame in frames)]  # fmt: skip
+    taken = sum(right - left for left, right in sides)
+    scale = max((max(view.top, 1.2) + 0.25) / (_CARD - 0.26), _CLOSE * taken / width)
+    across, high = width * scale, _CARD * scale
     axes.set_xlim(0.0, across)
     axes.set_ylim(-0.25, high - 0.25)
     axes.set_axis_off()
@@ -150,9 +154,10 @@ def _draw_card(axes: Axes, card: TerminalCard, width: float) -> None:
     text = card.text if len(card.text) <= room else card.text[: max(room - 1, 0)] + "…"
     axes.text(across - 0.06 * scale, y, text, fontsize=7, va="center", ha="right", gid="words")
     axes.plot([0.0, across], [0.0, 0.0], color=style.GROUND, lw=0.6, zorder=0)
-    last = view.n_frames - 1
-    for moment in (0, 1, 2):
-        draw_figure(axes, view, moment * last // 2, (moment + 0.5) / 3 * across, 1.4)
+    place, free = 0.0, (across - taken) / len(frames)  # below 0 the figures overlap a little
+    for frame, (left, right) in zip(frames, sides):
+        draw_figure(axes, view, frame, place + free / 2.0 - left, 1.4)
+        place += right - left + free
 
 
 def _draw_row(

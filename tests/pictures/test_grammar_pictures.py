@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 
+import hand_made
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -24,13 +23,7 @@ from motiondb.pictures import (
 )
 from motiondb.pictures.strings import strings_figure
 from motiondb.pictures.trees import trees_figure
-
-_spec = importlib.util.spec_from_file_location(
-    "hand_made", Path(__file__).with_name("hand_made.py")
-)
-hand_made = importlib.util.module_from_spec(_spec)
-sys.modules[_spec.name] = hand_made
-_spec.loader.exec_module(hand_made)
+from motiondb.records import Motion
 
 GRAMMAR = read_grammar("S -> a F F d\nF -> X m X | X c\nX -> l r | r l | empty")
 FULL = derive_by(GRAMMAR, (0, 1, 3, 4, 2, 3))
@@ -119,3 +112,16 @@ def test_strings_show_cards_bars_and_times(tmp_path: Path) -> None:
     assert draw_strings(cards, bars, tmp_path / "s.png").stat().st_size > 1000
     with pytest.raises(MotionDBError, match="expected terminals or strings to draw, found none"):
         draw_strings([], [], tmp_path / "none.png")
+
+
+@pytest.mark.parametrize("motion", [hand_made.rest(20), hand_made.swing(20)], ids=["wide", "slim"])
+def test_figures_stay_in_their_card(motion: Motion) -> None:
+    (axes,) = strings_figure([TerminalCard("a", "", 0, motion)], []).axes
+    drawn = [child for child in axes.get_children() if child.get_gid() == "figure"]
+    sides = [(x.min(), x.max()) for x in (np.array(d.get_segments())[..., 0] for d in drawn)]
+    left, right = axes.get_xlim()
+    room = 0.1 * (right - left)
+    assert min(low for low, _ in sides) >= left - room
+    assert max(high for _, high in sides) <= right + room
+    middles = [(low + high) / 2 for low, high in sides]
+    assert np.diff(middles).min() > 0.2 * (right - left)
