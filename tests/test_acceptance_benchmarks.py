@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
-import pytest
+import quality_captures as quality
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,24 +17,8 @@ from motiondb.records import Motion
 ROOT = Path(__file__).resolve().parents[1]
 
 
-@pytest.fixture(scope="module")
-def quality() -> Iterator[ModuleType]:
-    """``benchmarks/quality_captures.py``; benchmarks are no package."""
-    path = ROOT / "benchmarks" / "quality_captures.py"
-    spec = importlib.util.spec_from_file_location("quality_captures", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["quality_captures"] = module
-    spec.loader.exec_module(module)
-    yield module
-    del sys.modules["quality_captures"]
-
-
 @given(st.lists(st.sampled_from("abcdefgh"), min_size=1, max_size=40), st.integers(1, 6))
-def test_no_performer_is_on_both_sides(
-    quality: ModuleType, performers: list[str], n_folds: int
-) -> None:
+def test_no_performer_is_on_both_sides(performers: list[str], n_folds: int) -> None:
     folds = quality.performer_folds(performers, n_folds)
     assert len(folds) == len(performers)
     assert ((folds >= 0) & (folds < n_folds)).all()
@@ -46,7 +26,7 @@ def test_no_performer_is_on_both_sides(
         assert len({int(f) for f, p in zip(folds, performers) if p == name}) == 1
 
 
-def test_copies_and_mirror_images_are_left_out(quality: ModuleType) -> None:
+def test_copies_and_mirror_images_are_left_out() -> None:
     walk, kick = (
         retarget.to_motion(read_capture(ROOT / f"sample_data/captures/{name}.bvh"))
         for name in ("ana/walk_1", "boris/kick_1")

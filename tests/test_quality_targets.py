@@ -2,38 +2,23 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
-import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
+import quality_targets as targets
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "quality.md"
 
 
-@pytest.fixture(scope="module")
-def targets() -> ModuleType:
-    """``benchmarks/quality_targets.py``; benchmarks are no package."""
-    path = ROOT / "benchmarks" / "quality_targets.py"
-    spec = importlib.util.spec_from_file_location("quality_targets", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_the_page_holds_the_table_of_its_sections(targets: ModuleType) -> None:
+def test_the_page_holds_the_table_of_its_sections() -> None:
     text = PAGE.read_text(encoding="utf-8")
     assert targets.section(text) in text
     assert text.index("<!-- task targets -->") == text.index("<!-- task ")
 
 
-def test_every_figure_of_the_table_stands_in_a_section(targets: ModuleType) -> None:
+def test_every_figure_of_the_table_stands_in_a_section() -> None:
     text = PAGE.read_text(encoding="utf-8")
     table, rest = targets.section(text), targets._SECTION.sub("", text)
     rows = [line.split(" | ") for line in table.splitlines() if line.startswith("| ")][2:]
@@ -52,9 +37,7 @@ def test_every_figure_of_the_table_stands_in_a_section(targets: ModuleType) -> N
         (".500", ".600", "-.100 (-.150 to -.050)", "no"),
     ],
 )
-def test_a_difference_is_judged_by_its_interval(
-    targets: ModuleType, ours: str, best: str, ahead: str, met: str
-) -> None:
+def test_a_difference_is_judged_by_its_interval(ours: str, best: str, ahead: str, met: str) -> None:
     rows = (
         ("motiondb", ours, ""), ("motiondb, half of it", ".900", "-.400 (-.500 to -.300)"),
         ("other", best, ahead), ("worse", ".100", ".400 (.300 to .500)"),

@@ -3,35 +3,19 @@
 from __future__ import annotations
 
 import doctest
-import importlib.util
 import re
 import shutil
-import sys
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
+import readme_blocks as readme
 import typer
 
 from motiondb.capture import CAPTURE_ENDINGS, capture_format
 from motiondb.pose import body, joint_names
 
-
-def _load() -> ModuleType:
-    """The module beside this file (tests are no package)."""
-    path = Path(__file__).with_name("readme_blocks.py")
-    spec = importlib.util.spec_from_file_location("readme_blocks", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["readme_blocks"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-readme = _load()
 TEXT = readme.README.read_text(encoding="utf-8")
 EXAMPLES = [e for block in readme.blocks("console", TEXT) for e in readme.examples(block)]
 

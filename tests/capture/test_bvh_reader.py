@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
-
+import naive_bvh
 import numpy as np
 import pytest
 
 from motiondb.capture.bvh import read_bvh
 from motiondb.pose import kinematics
-
-_spec = importlib.util.spec_from_file_location(
-    "naive_bvh", Path(__file__).with_name("naive_bvh.py")
-)
-assert _spec is not None
-assert _spec.loader is not None
-naive_bvh = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(naive_bvh)
 
 TWO_BONES = """HIERARCHY
 ROOT Hips

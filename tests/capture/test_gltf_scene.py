@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
 import pytest
+from test_gltf_writer import load, values, viewer_matrices
 
 from motiondb.capture import Character, write_gltf_scene
 from motiondb.errors import CaptureError
 from motiondb.pose import body, kinematics, rotation
 from motiondb.records import Clip
-
-_spec = importlib.util.spec_from_file_location(
-    "gltf_viewer", Path(__file__).with_name("test_gltf_writer.py")
-)
-assert _spec
-assert _spec.loader
-_viewer = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_viewer)
-load, values, viewer_matrices = _viewer.load, _viewer.values, _viewer.viewer_matrices
 
 
 def a_clip(seed: int, n_frames: int = 4) -> Clip:

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import errno
-import importlib.util
 import socket
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import cmu_site
 import pytest
 
 from motiondb.errors import MotionDBError, QueryError, SheetError
 from motiondb.fetch import CMU_TERMS, FetchProgress, fetch_cmu, transfer
 from motiondb.fetch.cmu import check_subjects
 from motiondb.fetch.transfer import Patience, UnreachableError
-
-_spec = importlib.util.spec_from_file_location("cmu_site", Path(__file__).with_name("cmu_site.py"))
-cmu_site = importlib.util.module_from_spec(_spec)
-sys.modules[_spec.name] = cmu_site
-_spec.loader.exec_module(cmu_site)
 
 HEADER = "file\tskeleton\tperformer\tfps\tlicence\twords\n"
 ROWS = (

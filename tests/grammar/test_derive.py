@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_grammars import grammars
 
-from motiondb.grammar.cfg import Grammar, GrammarError, Rule, choices_of, derive_by, read_grammar
+from motiondb.grammar.cfg import Grammar, GrammarError, choices_of, derive_by, read_grammar
 from motiondb.grammar.compiled import compile_grammar
 from motiondb.grammar.derive import damped, derive
 from motiondb.grammar.language import finite_language
@@ -23,22 +24,6 @@ from motiondb.grammar.lengths import (
     shortest_length,
 )
 from motiondb.grammar.parse import accepts, log_probability
-
-rules = st.builds(
-    Rule,
-    st.sampled_from(["S", "A", "B"]),
-    st.lists(st.sampled_from(["S", "A", "B", "a", "b"]), max_size=3).map(tuple),
-    st.sampled_from([1.0, 2.0, 3.0]),
-)
-
-
-@st.composite
-def grammars(draw: st.DrawFn) -> Grammar:
-    """Small grammars that may go on for ever, with empty rules and cycles as they come."""
-    found = [*draw(st.lists(rules, min_size=2, max_size=6))]
-    for left in ("S", "A", "B"):
-        found.append(Rule(left, tuple(draw(st.lists(st.sampled_from(["a", "b"]), max_size=2)))))
-    return Grammar("S", tuple(found), ("a", "b")).with_probabilities([r.probability for r in found])
 
 
 @given(grammars(), st.integers(0, 2**32 - 1), st.sampled_from([None, 0, 1, 4, 9]))

@@ -8,6 +8,7 @@ from math import comb, exp, inf, log
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
+from random_grammars import grammars
 
 from motiondb.grammar.cfg import Grammar, GrammarError, Rule, choices_of, read_grammar
 from motiondb.grammar.compiled import compile_grammar
@@ -28,22 +29,6 @@ X2 -> p | s
 X3 -> f | empty
 X4 -> d | empty
 """)
-
-rules = st.builds(
-    Rule,
-    st.sampled_from(["S", "A", "B"]),
-    st.lists(st.sampled_from(["S", "A", "B", "a", "b"]), max_size=3).map(tuple),
-    st.sampled_from([1.0, 2.0, 3.0]),
-)
-
-
-@st.composite
-def grammars(draw: st.DrawFn) -> Grammar:
-    """Small grammars, every nonterminal with a rule, with empty rules and cycles as they come."""
-    found = [*draw(st.lists(rules, min_size=2, max_size=6))]
-    for left in ("S", "A", "B"):
-        found.append(Rule(left, tuple(draw(st.lists(st.sampled_from(["a", "b"]), max_size=2)))))
-    return Grammar("S", tuple(found), ("a", "b")).with_probabilities([r.probability for r in found])
 
 
 def plain_chart(grammar: Grammar, sentence: tuple[str, ...], best: bool) -> float | None:

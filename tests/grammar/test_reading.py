@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from functools import lru_cache
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
+from test_synthesis import true_terminals
 
 from motiondb.errors import QueryError
 from motiondb.grammar import reading
@@ -18,19 +15,6 @@ from motiondb.grammar.parse import ParseError
 from motiondb.grammar.passage import parse_passage, passage_grammar
 from motiondb.grammar.poses import pose_vectors
 from motiondb.records import FloatArray, Motion
-
-
-def _load() -> ModuleType:
-    spec = importlib.util.spec_from_file_location(
-        "synthesis_samples", Path(__file__).with_name("test_synthesis.py")
-    )
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-true_terminals = _load().true_terminals
 
 
 def part(motion: Motion, start: int, end: int) -> Motion:

@@ -1,9 +1,6 @@
 """Pose and segment distances: what they do not see, worked numbers, the slow twin."""
 
-import importlib.util
-from pathlib import Path
-from types import ModuleType
-
+import naive_terminals as naive
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,18 +11,6 @@ from motiondb.grammar.cfg import GrammarError
 from motiondb.grammar.segment_distance import distances_to, segment_distance, segment_distances
 from motiondb.pose import rotation
 from motiondb.records import Motion
-
-
-def _load(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-naive = _load("naive_terminals")
 
 
 def line(*places: float) -> np.ndarray:

@@ -1,11 +1,10 @@
 """Terminals of takes: known truth, determinism, limits, errors; symbols as terminals."""
 
 import csv
-import importlib.util
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 
+import naive_terminals as naive
 import numpy as np
 import pytest
 
@@ -21,19 +20,6 @@ from motiondb.grammar.terminals import (
 )
 from motiondb.pose.retarget import to_motion
 from motiondb.records import Motion, SegmentTable
-
-
-def _load(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-naive = _load("naive_terminals")
-
 
 QUICK = TerminalSettings(n_starts=4, n_trials=400)
 ORDERS = ("abcabdacb", "dacbacabd")

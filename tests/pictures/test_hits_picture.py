@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
-
+import hand_made
 import numpy as np
 import pytest
 from PIL import Image
@@ -15,13 +12,6 @@ from motiondb.pictures import draw_animation, draw_hits
 from motiondb.pictures.animation import animation_images
 from motiondb.pictures.hits import comparison_figure, cut_motion, hit_label, hits_figure
 from motiondb.records import Match
-
-_spec = importlib.util.spec_from_file_location(
-    "hand_made", Path(__file__).with_name("hand_made.py")
-)
-hand_made = importlib.util.module_from_spec(_spec)
-sys.modules[_spec.name] = hand_made
-_spec.loader.exec_module(hand_made)
 
 HIT = Match(1, "16/16_01", 1.0, 2.0, 0.912345, ("walk", "swing"))
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from dataclasses import replace
-from pathlib import Path
 
+import hand_made
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,13 +13,6 @@ from hypothesis import strategies as st
 from motiondb.errors import MotionDBError
 from motiondb.pictures import stick, style
 from motiondb.pose import body
-
-_spec = importlib.util.spec_from_file_location(
-    "hand_made", Path(__file__).with_name("hand_made.py")
-)
-hand_made = importlib.util.module_from_spec(_spec)
-sys.modules[_spec.name] = hand_made
-_spec.loader.exec_module(hand_made)
 
 L_WRIST = body.INDEX["l_wrist"]
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from itertools import pairwise
-from pathlib import Path
 
+import hand_made
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,13 +15,6 @@ from motiondb.errors import MotionDBError
 from motiondb.pictures import Timeline, draw_strip, style
 from motiondb.pictures.strip import strip_figure
 from motiondb.pictures.timelines import lanes, n_lanes
-
-_spec = importlib.util.spec_from_file_location(
-    "hand_made", Path(__file__).with_name("hand_made.py")
-)
-hand_made = importlib.util.module_from_spec(_spec)
-sys.modules[_spec.name] = hand_made
-_spec.loader.exec_module(hand_made)
 
 SYMBOLS = Timeline("symbols", [(0.0, 1.0, "17", 17), (1.0, 3.0, "4", 4)])
 WORDS = Timeline("words", [(0.0, 2.0, "walk", "walk"), (0.5, 3.0, "swing arms", "swing arms")])

@@ -2,37 +2,22 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
+import naive_acquisition as naive
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from naive_hmm import random_symbols
 
 from motiondb.errors import MotionDBError
 from motiondb.records import MotionSymbols
 from motiondb.symbols import acquisition, description, hmm, seeding, segmentation
 from motiondb.symbols.acquisition import Acquired, AcquisitionSettings
 
-
-def _load(name: str) -> ModuleType:
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-        assert spec is not None
-        assert spec.loader is not None
-        sys.modules[name] = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(sys.modules[name])
-    return sys.modules[name]
-
-
-naive = _load("naive_acquisition")
-random_symbols = _load("naive_hmm").random_symbols
 Planted: Any = naive.Planted
 plant, rand_index = naive.plant, naive.rand_index
 

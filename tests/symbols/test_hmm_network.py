@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
 from itertools import pairwise
-from pathlib import Path
-from types import ModuleType
 
+import naive_hmm as naive
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,19 +13,6 @@ from hypothesis import strategies as st
 from motiondb.errors import MotionDBError
 from motiondb.records import FloatArray, MotionSymbols
 from motiondb.symbols import hmm, network
-
-
-def _load(name: str) -> ModuleType:
-    path = Path(__file__).with_name(f"{name}.py")
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-naive = _load("naive_hmm")
 
 
 def value_of(

@@ -1,0 +1,26 @@
+"""Small grammars for hypothesis, which tests of deriving and of parsing share."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+
+from motiondb.grammar.cfg import Grammar, Rule
+
+rules = st.builds(
+    Rule,
+    st.sampled_from(["S", "A", "B"]),
+    st.lists(st.sampled_from(["S", "A", "B", "a", "b"]), max_size=3).map(tuple),
+    st.sampled_from([1.0, 2.0, 3.0]),
+)
+
+
+@st.composite
+def grammars(draw: st.DrawFn) -> Grammar:
+    """Small grammars that may go on for ever, with empty rules and cycles as they come.
+
+    Every nonterminal has a rule that ends.
+    """
+    found = [*draw(st.lists(rules, min_size=2, max_size=6))]
+    for left in ("S", "A", "B"):
+        found.append(Rule(left, tuple(draw(st.lists(st.sampled_from(["a", "b"]), max_size=2)))))
+    return Grammar("S", tuple(found), ("a", "b")).with_probabilities([r.probability for r in found])
