@@ -87,16 +87,21 @@ def fly(acts: BallActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]:
 def bounced(start: FloatArray, end: FloatArray, n_frames: int) -> FloatArray:
     """From a hand to the floor half way and up to a hand: array (n_frames, 3), ends included.
 
+    The floor is touched in a frame, the middle one or the one before; 3 frames at least.
+
     >>> bounced(np.array([0.0, 1.0, 0.0]), np.array([1.0, 1.0, 0.0]), 3)[1].round(3).tolist()
     [0.5, 0.12, 0.0]
     """
     share = np.linspace(0.0, 1.0, n_frames)[:, None]
     way = start + share * (end - start)
     seconds = (n_frames - 1) / MOTION_FPS
-    half = seconds / 2.0
+    half = (n_frames - 1) // 2 / MOTION_FPS
     time = share[:, 0] * seconds
-    down, up = thrown(start[1], RADIUS, half, time), thrown(RADIUS, end[1], half, time - half)
-    way[:, 1] = np.maximum(np.where(time <= half, down, up), RADIUS)
+    down, up = (
+        thrown(start[1], RADIUS, half, time),
+        thrown(RADIUS, end[1], seconds - half, time - half),
+    )
+    way[:, 1] = np.maximum(np.where(time <= half + 1e-9, down, up), RADIUS)
     return np.asarray(way)
 
 

@@ -235,6 +235,9 @@ def test_thrown_and_bounced() -> None:
     assert way[6, 1] == pytest.approx(RADIUS)
     assert way[:, 1].min() == pytest.approx(RADIUS)
     assert BOUNCE < 1.0
+    even = bounced(np.array([0.0, 1.0, 0.0]), np.array([0.3, 0.9, 0.6]), 12)
+    assert even[5, 1] == pytest.approx(RADIUS)  # in a frame, so that it is seen
+    assert even[-1].tolist() == pytest.approx([0.3, 0.9, 0.6])
 
 
 def test_a_shot_comes_down_at_its_angle() -> None:
