@@ -5,12 +5,19 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import motiondb
+from motiondb.cli import sequences
+from motiondb.database.grammar_editing import Edit
 from motiondb.database.grammar_learning import GrammarSettings
+from motiondb.errors import QueryError
+from motiondb.grammar.cfg import derive_by, read_grammar
+from motiondb.grammar.edit import alternatives, region_at
 from motiondb.grammar.terminals import TerminalSettings
 
 
@@ -199,6 +206,41 @@ def test_a_string_may_be_edited_too(command: Any, taught: Path) -> None:
     ended = command("grammar", "edit", "fight", string, "--at", 1, "--db", taught)
     assert ended.code == 0, ended.err
     assert "derives" in ended.out
+
+
+def test_alternatives_that_cannot_be_played_are_offered_with_the_reason(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    toy = read_grammar("S -> a B\nB -> b | c | d")
+    tree = derive_by(toy, (0, 1))
+    region = region_at(tree, 1)
+    found = alternatives(toy, tree, region, 2, np.random.default_rng(0))
+    edited = Edit(tree, (), region, found)
+
+    def play(_name: str, edited: Edit, number: int, _seed: int) -> tuple[str, ...]:
+        if edited.tree(number).leaves()[1] in gone:
+            raise QueryError("d: expected a capture with this terminal, found none. Add it.")
+        return edited.tree(number).leaves()
+
+    def written(made: tuple[str, ...], _seed: int, _output: object) -> dict[str, Any]:
+        return {"string": list(made), "seconds": 2.0, "join cost": 0.5}
+
+    gone = ["d"]
+    base: Any = SimpleNamespace(grammars=SimpleNamespace(play=play))
+    monkeypatch.setattr(sequences, "_written", written)
+    facts = sequences._offer(base, "toy", edited, 0, None)
+    rows = {row["string"][1]: row for row in facts["alternatives"]}
+    assert rows["d"]["not playable"].startswith("d: expected a capture")
+    assert rows["d"]["region"] == ["d"]
+    assert (rows["c"]["seconds"], "not playable" in rows["c"]) == (2.0, False)
+    sequences._say_offer(facts)
+    out, err = capsys.readouterr()
+    number = 1 + list(rows).index("d")
+    assert f"note: {number} cannot be played: d: expected a capture" in err
+    assert out.count("2.00") == 1
+    gone = ["c", "d"]
+    with pytest.raises(QueryError, match="d: expected a capture with this terminal"):
+        sequences._offer(base, "toy", edited, 0, None)
 
 
 def test_compare_shows_the_baselines(command: Any, taught: Path) -> None:
