@@ -72,7 +72,7 @@ _FINALISTS, _STEPS = 4, 6
 _TRIES_A_SYMBOL, _MOST_TRIES = 25, 5000
 """Tries of each annealing."""
 
-_CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 12
+_CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 20
 """Changes of each finalist at most, and of how many evaluations one change takes the place."""
 
 _FIRST_ANNEALINGS = 6
