@@ -233,4 +233,4 @@ class _Problem:
         lengths = np.clip(lengths, own.least, own.lengths)
         pauses = [int(np.rint(frames)) for frames in self.pauses(player)]
         start = float(self._found[self._begins[player][0]])
-        return Schedule(tuple(lengths.tolist()), (*pauses, 0), max(start, 0.0))
+        return Schedule(tuple(lengths.tolist()), (*pauses, 0), max(start, 0.0) + 0.0)
