@@ -16,9 +16,8 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "scenes.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 
 
-def block(language: str) -> str:
-    (found,) = re.findall(rf"```{language}\n(.*?)```", TEXT, re.DOTALL)
-    return str(found)
+def block(language: str, number: int = 0) -> str:
+    return str(re.findall(rf"```{language}\n(.*?)```", TEXT, re.DOTALL)[number])
 
 
 def test_the_grammar_of_the_page_is_one() -> None:
@@ -35,6 +34,12 @@ def test_the_diagram_of_the_page_is_one() -> None:
     diagram = read_diagram(block("tactics"), "page")
     asked = ["".join(map(str, items)) for items in expressions(diagram).values()]
     assert asked == ["(hold)(pass)(run)*(catch)(layup)", "(catch)(pass)", "(guard)*"]
+
+
+def test_the_diagram_with_real_captures_is_one() -> None:
+    diagram = read_diagram(block("tactics", 1), "page")
+    asked = ["".join(map(str, items)) for items in expressions(diagram).values()]
+    assert asked == ["(hold)(dribble)*(shoot)", "(run)*", "(run)*"]
 
 
 def test_the_weights_of_the_page_are_the_defaults() -> None:
