@@ -1,9 +1,10 @@
 """Polishing: what sampling leaves over is taken out by editing time, ways and bodies.
 
-In this order: time is bent so that synchronisations meet, ways so that rules of place hold and
-nobody overlaps (which changes how long balls fly, so both are done again), clips are spliced on
-the edited ways with seams blended and feet held, hands are brought to the ball, and heads may
-follow it.
+In this order: clips and pauses are scheduled and spliced; time is bent so that synchronisations
+meet, ways so that rules of place hold and nobody overlaps (which changes how long balls fly, so
+both are done again, and all of it in less of a hurry where rules stay broken); who waits turns to
+the ball; seams are blended and feet held, or take small steps; hands are brought to the ball, and
+heads may follow it.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), end of section 3.2, after M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized

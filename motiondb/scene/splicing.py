@@ -3,7 +3,8 @@
 Every clip is taken from its capture with some frames more at both ends, mirrored, bent and
 stretched as its entry says; neighbours are cross-faded by :mod:`motiondb.generate.stitching`, their
 ways as steps and turns, their poses as rotations relative to the heading. Who waits before or
-behind their string does not freeze in the midst of a step: a clip in place is played to and fro.
+behind their string, or between two clips of it, does not freeze: a clip in place is played to and
+fro.
 What comes out has the frames of the string, one after the other, and knows of each which frame of
 which clip it is. Then time is read at the frames of the scene (poses interpolated along the
 shortest arc), the edited way is put under the poses, and feet are held where they stand.
