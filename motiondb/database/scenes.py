@@ -137,7 +137,7 @@ class Scenes:
     def write(
         self,
         scene: Scene,
-        folder: Path,
+        folder: str | Path,
         progress: SceneProgress = _quiet,
         drawn: bool = True,
         kept: bool = False,
@@ -150,7 +150,7 @@ class Scenes:
         ------
         MotionDBError : the folder cannot be written. QueryError : as :meth:`keep`.
         """
-        with whole_folder(folder) as part:
+        with whole_folder(Path(folder)) as part:
             fill_scene_folder(scene.made, scene.record, scene.provenance, part, progress, drawn)
             if kept:
                 self.keep(scene)
@@ -265,9 +265,9 @@ class Scenes:
         )
 
 
-def check_folder(folder: Path) -> None:
+def check_folder(folder: str | Path) -> None:
     """Refuse a folder that cannot hold a scene (MotionDBError)."""
-    check_scene_folder(folder)
+    check_scene_folder(Path(folder))
 
 
 def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:

@@ -180,7 +180,7 @@ def test_folder_and_database_change_together(
             writable.scenes.write(named, tmp_path / "play", drawn=False, kept=True)
     assert store.count_rows(writable.store) == before
     assert list(tmp_path.glob("*play*")) == []
-    writable.scenes.write(named, tmp_path / "play", drawn=False, kept=True)
+    writable.scenes.write(named, str(tmp_path / "play"), drawn=False, kept=True)
     assert writable.scenes.names() == ["play"]
     assert (tmp_path / "play" / "scene.json").is_file()
 
