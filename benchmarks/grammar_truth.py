@@ -1,7 +1,8 @@
 """Task ``truth`` of ``benchmarks/grammar.py``: takes of the sample data, made from known grammars.
 
 Boundaries count as found within 5 frames. The adjusted Rand index compares frames' terminals with
-frames' labels. For the language every terminal is taken for the label that most of its frames have;
+frames' labels. For the language a true segment belongs to the found segment that holds most of it,
+and every terminal is taken for the labels that its segments hold most often, one, several or none;
 labels that the true grammar does not know (standing idle at the ends of takes) are left out.
 """
 
@@ -10,6 +11,7 @@ from __future__ import annotations
 import csv
 import json
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import permutations
@@ -39,7 +41,13 @@ SEEDS = 3
 TOLERANCE = 5
 GIVEN = (10, 20, 40)
 ORDERS = 24
-PARTS = ("boundaries", "languages of takes", "languages of sentences", "the toy grammar")
+PARTS = (
+    "boundaries",
+    "languages of takes",
+    "languages of long takes",
+    "languages of sentences",
+    "the toy grammar",
+)
 TOY = ("rfdpm", "rfdsm", "rdfsm", "rdpm", "rdsm", "rpm")
 KINDS: dict[str, Callable[[Sequence[tuple[str, ...]]], Grammar]] = {
     "motiondb": induce,
@@ -75,6 +83,10 @@ def truth(part: str) -> str:
         return boundary_rows(takes)
     if part == "languages of takes":
         return language_rows(grammars, takes)
+    if part == "languages of long takes":
+        from grammar_long import long_take_rows  # which needs this module
+
+        return long_take_rows(grammars)
     return given_rows(grammars) if part == "languages of sentences" else toy_rows()
 
 
@@ -182,20 +194,20 @@ def language_rows(grammars: dict[str, Grammar], takes: dict[str, list[TrueTake]]
     rows = []
     for name, own in takes.items():
         begins = _true_begins(name, own)
-        for what, strings, starts, meaning in (_true_strings(own), _found_strings(own)):
-            for how in ("found", "given"):
-                if how == "given":
-                    sentences = _given(strings, starts, begins)
-                else:
-                    sentences = find_sentences(strings, np.random.default_rng(0)).sentences
+        for what, strings, starts, meaning in (true_strings(own), found_strings(own)):
+            found = find_sentences(strings, np.random.default_rng(0))
+            given = given_sentences(strings, starts, begins)
+            for how, sentences in (("found", found.sentences), ("given", given)):
                 for kind, learn in KINDS.items():
-                    learned = _as_labels(learn(sentences), meaning, grammars[name])
+                    whole = kind == "motiondb" and how == "found"
+                    grammar = found.grammar if whole else learn(sentences)
+                    learned = as_labels(grammar, meaning, grammars[name])
                     from_what = f"{name}: {what}, sentences {how}"
-                    rows.append([from_what, kind, *_match([learned], grammars[name])])
+                    rows.append([from_what, kind, *match_row([learned], grammars[name])])
     return table(["learned from", "grammar", "precision", "recall", "F1"], rows)
 
 
-def _given(
+def given_sentences(
     strings: Sequence[tuple[str, ...]], starts: Sequence[IntArray], begins: Sequence[list[int]]
 ) -> tuple[tuple[str, ...], ...]:
     """The true sentences, as found segments tell them; what stands before the first is none."""
@@ -207,56 +219,72 @@ def _given(
     return sentences_between(told, cuts).sentences
 
 
-Strings = tuple[str, list[tuple[str, ...]], list[IntArray], dict[str, str]]
+Meaning = dict[str, tuple[str, ...]]
+Strings = tuple[str, list[tuple[str, ...]], list[IntArray], Meaning]
 """What they are made of, the strings, their segments' starts, labels of terminals."""
 
 
 def _true_begins(name: str, takes: Sequence[TrueTake]) -> list[list[int]]:
-    """The frames at which the sentences of each take begin; before the first may be a rest."""
+    """The frames at which the sentences of each take begin."""
     said = json.loads((SAMPLES / "grammars.json").read_text(encoding="utf-8"))
-    found = []
-    for take, made in zip(takes, said[name]["takes"], strict=True):
-        lengths = [len(sentence["words"]) for sentence in made["sentences"]]
-        firsts = np.cumsum([0, *lengths])[:-1]
-        idle = 1 if take.labels[0] == "idle" else 0
-        found.append([int(take.cuts[idle + first]) for first in firsts])
-    return found
+    return [
+        sentence_begins(take, [sentence["words"] for sentence in made["sentences"]])
+        for take, made in zip(takes, said[name]["takes"], strict=True)
+    ]
 
 
-def _true_strings(takes: Sequence[TrueTake]) -> Strings:
+def sentence_begins(take: TrueTake, sentences: Sequence[Sequence[str]]) -> list[int]:
+    """The frames at which sentences begin; before the first may be a rest."""
+    firsts = np.cumsum([0, *map(len, sentences)])[:-1]
+    idle = 1 if take.labels[0] == "idle" else 0
+    return [int(take.cuts[idle + first]) for first in firsts]
+
+
+def true_strings(takes: Sequence[TrueTake]) -> Strings:
+    """Each label a terminal."""
     labels = [take.labels for take in takes]
-    own = {label: label for label in _labels(takes)}
+    own = {label: (label,) for label in _labels(takes)}
     return "true labels", labels, [take.cuts[:-1] for take in takes], own
 
 
-def _found_strings(takes: Sequence[TrueTake]) -> Strings:
+def found_strings(takes: Sequence[TrueTake]) -> Strings:
+    """Terminals found in the motion, as many as labels, and the labels that each stands for."""
     motions = [take.motion for take in takes]
     terminals = find_terminals(motions, len(_labels(takes)), np.random.default_rng(0))
-    names, said = _frames(takes, Found(terminals.takes, terminals.starts, terminals.labels))
-    meaning = {}
-    for k, name in enumerate(terminals.names):
-        labels, counts = np.unique(np.array(names)[np.array(said) == k], return_counts=True)
-        meaning[name] = str(labels[int(np.argmax(counts))])
     starts = [terminals.starts[terminals.takes == number] for number in range(len(takes))]
-    return "motion", list(strings_of(terminals)), starts, meaning
+    strings = list(strings_of(terminals))
+    held: dict[str, Counter[tuple[str, ...]]] = {name: Counter() for name in terminals.names}
+    for take, own, string in zip(takes, starts, strings, strict=True):
+        for name, labels in zip(string, _held_labels(take, own), strict=True):
+            held[name][labels] += 1
+    meaning = {name: counts.most_common(1)[0][0] for name, counts in held.items()}
+    return "motion", strings, starts, meaning
 
 
-def _as_labels(grammar: Grammar, meaning: dict[str, str], truth: Grammar) -> Grammar:
+def _held_labels(take: TrueTake, starts: IntArray) -> list[tuple[str, ...]]:
+    """The labels of the true segments that lie, with most of their frames, in each found one."""
+    held: list[list[str]] = [[] for _ in starts]
+    numbers = np.searchsorted(starts, np.arange(take.motion.n_frames), side="right") - 1
+    for label, low, high in zip(take.labels, take.cuts[:-1], take.cuts[1:], strict=True):
+        held[int(np.bincount(numbers[low:high]).argmax())].append(label)
+    return [tuple(labels) for labels in held]
+
+
+def as_labels(grammar: Grammar, meaning: Meaning, truth: Grammar) -> Grammar:
     """Terminals as labels; those that the true grammar does not know are left out."""
     known = set(truth.terminals)
-    rules = []
-    for rule in grammar.rules:
-        right = [meaning.get(symbol, symbol) for symbol in rule.right]
-        kept = [s for s, old in zip(right, rule.right) if old not in meaning or s in known]
-        rules.append(Rule(rule.left, tuple(kept), rule.probability))
     merged: dict[tuple[str, tuple[str, ...]], float] = {}
-    for rule in rules:  # rules that have become one
-        key = rule.left, rule.right
+    for rule in grammar.rules:  # rules may become one
+        right: list[str] = []
+        for symbol in rule.right:
+            said = meaning.get(symbol)
+            right += [symbol] if said is None else [label for label in said if label in known]
+        key = rule.left, tuple(right)
         merged[key] = merged.get(key, 0.0) + (rule.probability or 0.0)
     return Grammar(grammar.start, tuple(Rule(*key, p) for key, p in merged.items()))
 
 
-def _match(learned: Sequence[Grammar], truth: Grammar) -> list[str]:
+def match_row(learned: Sequence[Grammar], truth: Grammar) -> list[str]:
     """Precision, recall and their F1, means over grammars."""
     rng = np.random.default_rng(0)
     found = [match_languages(grammar, truth, rng) for grammar in learned]
@@ -274,7 +302,7 @@ def given_rows(grammars: dict[str, Grammar]) -> str:
             samples = [_drawn(truth, n, seed) for seed in range(SEEDS)]
             for kind, learn in KINDS.items():
                 learned = [learn(sample) for sample in samples]
-                rows.append([f"{name}, {n} sentences", kind, *_match(learned, truth)])
+                rows.append([f"{name}, {n} sentences", kind, *match_row(learned, truth)])
     return table(["learned from", "grammar", "precision", "recall", "F1"], rows)
 
 
@@ -298,7 +326,7 @@ def toy_rows() -> str:
     for kind, learn in KINDS.items():
         grammar = learn([tuple(s) for s in TOY])
         size = str(len(grammar.nonterminals)), str(len(grammar.rules))
-        rows.append([kind, *size, *_match([grammar], truth)])
+        rows.append([kind, *size, *match_row([grammar], truth)])
     said = (
         f"From the six strings {', '.join(TOY)} (the language has 14). "
         f"{ORDERS} of their 720 orders give {len(learned)} grammar{'s' * (len(learned) > 1)} "
