@@ -61,9 +61,9 @@ class Effort:
 def effort_for(flat: RuleSet) -> Effort:
     """What is spent on so many symbols: some seconds at most, where the machine is idle."""
     size = _size(flat)
-    for most, begun, repeated in _EFFORTS:
+    for most, begun, repeated, tries in _EFFORTS:
         if size <= most:
-            return Effort(begun, repeated, max(200, _TRIES_A_SYMBOL * size))
+            return Effort(begun, repeated, max(200, tries * size))
     n = len(flat.rules[flat.start])
     sampled = max(2, n * _SAMPLE_SIZE // size)
     tries = min(_TRIES_A_SYMBOL * size, _MOST_TRIES)
@@ -73,7 +73,7 @@ def effort_for(flat: RuleSet) -> Effort:
 
 _TRIES_A_SYMBOL = 30
 _MOST_TRIES = 40_000
-_EFFORTS = ((20, 10, 20), (50, 60, 160), (170, 40, 240))
+_EFFORTS = ((20, 10, 20, 30), (50, 60, 160, 30), (170, 80, 600, 20))
 _SAMPLES, _SAMPLE_SIZE = 6, 160
 _OF_SAMPLE = 10, 60
 """Searches begun and repeated of each sample, and, below, of all sentences after the samples."""
