@@ -1,10 +1,11 @@
 """What grammars of movement reach: times, known truth, real takes, pictures; docs/grammar.md.
 
-    python benchmarks/grammar.py --data DIR [--task speed truth real pictures] [--style salsa ...]
+    python benchmarks/grammar.py --data DIR [--task speed truth number real pictures]
+                                 [--style salsa ...]
 
-DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` needs the sample data only. Sections of tasks
-that are not run stay as they are on the page. What people saw in the pictures, and what falls
-short, is written in ``grammar_notes.md`` and goes under the section of its heading.
+DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` and ``number`` need the sample data only.
+Sections of tasks that are not run stay as they are on the page. What people saw in the pictures,
+and what falls short, is written in ``grammar_notes.md`` and goes under the section of its heading.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from grammar_number import number_rows
 from grammar_pictures import pictures
 from grammar_real import STYLES, real
 from grammar_speed import speed
@@ -20,7 +22,8 @@ from grammar_tables import sections, write_sections
 from grammar_truth import PARTS, truth
 
 NOTES = Path(__file__).with_name("grammar_notes.md")
-TASKS = ("speed", "truth", "real", "pictures")
+TASKS = ("speed", "truth", "number", "real", "pictures")
+NUMBER = "Known truth: the number of terminals"
 COMMAND = "python benchmarks/grammar.py --data DIR"
 
 
@@ -32,14 +35,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--style", nargs="+", choices=tuple(STYLES), default=tuple(STYLES))
     parser.add_argument("--output", type=Path, default=Path("docs"))
     chosen = parser.parse_args(arguments)
-    if chosen.data is None and set(chosen.task) != {"truth"}:
-        parser.error("--data: expected the folder of the captures. Only the task truth needs none.")
+    if chosen.data is None and set(chosen.task) - {"truth", "number"}:
+        parser.error(
+            "--data: expected the folder of the captures. Only truth and number need none."
+        )
     jobs: dict[str, tuple[str, Callable[[], str]]] = {}
     if "speed" in chosen.task:
         jobs["Speed"] = f"{COMMAND} --task speed", lambda: speed(chosen.data)
     for part in PARTS if "truth" in chosen.task else ():
         command = "python benchmarks/grammar.py --task truth"
         jobs[f"Known truth: {part}"] = command, lambda part=part: truth(part)
+    if "number" in chosen.task:
+        jobs[NUMBER] = "python benchmarks/grammar.py --task number", number_rows
     for style in chosen.style if "real" in chosen.task else ():
         command = f"{COMMAND} --task real --style {style}"
         jobs[_title(style)] = command, lambda style=style: real(chosen.data, style)
@@ -60,7 +67,7 @@ def _write(page: Path, title: str, body: str) -> None:
     """Write a section at once, so that a run that is stopped keeps what it has."""
     notes = sections(NOTES.read_text(encoding="utf-8"))
     known = [f"Known truth: {part}" for part in PARTS]
-    order = ["Speed", *known, *(_title(style) for style in STYLES), "Pictures"]
+    order = ["Speed", *known, NUMBER, *(_title(style) for style in STYLES), "Pictures"]
     parts = [body, notes.get(title, "")]
     write_sections(page, notes[""], order, {title: "\n\n".join(part for part in parts if part)})
 
