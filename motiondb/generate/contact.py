@@ -22,12 +22,15 @@ MAX_SPEED = 0.45
 """Metres a second below which it is."""
 FADE = 6
 _I = body.INDEX
+FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"))
+"""Joints that tell contacts."""
 
 
 def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
     """Which foot is on the ground: array (frames, 2), left and right.
 
-    positions : array (frames, 21, 3), metres on the standard body, ground at y = 0.
+    positions : array (frames, 21, 3), metres on the standard body, ground at y = 0; only those of
+        :data:`FEET` are looked at.
     """
     contacts = np.zeros((len(positions), 2), dtype=bool)
     for foot, side in enumerate("lr"):
@@ -51,7 +54,7 @@ def foot_slip(motion: Motion) -> float:
 
 def contact_speeds(motion: Motion) -> FloatArray:
     """Ground speed of feet in contact: array (frames, 2), metres a second; NaN where in none."""
-    positions, _ = retarget.motion_positions(motion)
+    positions, _ = retarget.motion_positions(motion, FEET)
     contacts = find_contacts(positions)
     speeds = np.full(contacts.shape, np.nan)
     for foot, side in enumerate("lr"):

@@ -39,15 +39,18 @@ TIPPED = 0.5
 """Height of the body's upward axis (1: upright) below which it may have tipped over."""
 
 _I = body.INDEX
+TRUNK = (_I["pelvis"], _I["chest"])
+"""Joints that tell the heading."""
 
 
 def headings(rotations: FloatArray) -> FloatArray:
     """Heading (frames,), radians about y, 0 = facing +z, from world rotations (frames, 21, 4).
 
-    The facing direction is at right angles to the mean left axis of pelvis and chest, which stays
-    level in bows and somersaults. Where the body tips over sideways (a cartwheel) that axis turns
-    upside down, but the one that points ahead stays level and is taken. Where neither is level the
-    heading is interpolated between sure frames. Unwrapped in time.
+    Only those of :data:`TRUNK` are looked at. The facing direction is at right angles to the mean
+    left axis of pelvis and chest, which stays level in bows and somersaults. Where the body tips
+    over sideways (a cartwheel) that axis turns upside down, but the one that points ahead stays
+    level and is taken. Where neither is level the heading is interpolated between sure frames.
+    Unwrapped in time.
     """
     left, up, ahead = (_mean_axis(rotations, n) for n in range(3))
     facing = np.stack([-left[:, 2], left[:, 0]], axis=1)  # (x, z), at right angles to the left axis

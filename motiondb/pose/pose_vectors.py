@@ -39,7 +39,7 @@ def mean_rotations(rotations: FloatArray) -> FloatArray:
 
 def heading_rotations(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Local rotations (frames, 21, 4), pelvis relative to the heading; and headings (frames,)."""
-    _, world = retarget.motion_positions(motion)
+    _, world = retarget.motion_positions(motion, features.TRUNK)
     heading = features.headings(world)
     local = motion.local_rotations.astype(np.float64)
     local[:, 0] = rotation.multiply(yaw(-heading), local[:, 0])

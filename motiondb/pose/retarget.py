@@ -9,7 +9,7 @@ What is lost: rolling of head, hands and feet about their own bone, shoulder shr
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -95,13 +95,19 @@ def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
     )
 
 
-def motion_positions(motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """World positions (frames, 21, 3), metres on the standard body, and rotations of a motion."""
+def motion_positions(
+    motion: Motion, joints: Sequence[int] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """World positions (frames, 21, 3), metres on the standard body, and rotations of a motion.
+
+    joints : numbers of those that are asked for; others may be NaN. Default all.
+    """
     return kinematics.forward(
         body.PARENTS,
         body.OFFSETS,
         motion.local_rotations.astype(np.float64),
         motion.root_positions.astype(np.float64),
+        joints,
     )
 
 

@@ -53,6 +53,21 @@ def test_forward_equals_products_of_matrices(seed: int) -> None:
     np.testing.assert_allclose(bones, np.broadcast_to(lengths, bones.shape), atol=1e-12)
 
 
+@few
+@given(st.integers(0, 10**6), st.lists(st.integers(0, 20), min_size=1, max_size=3))
+def test_joints_that_are_asked_for_are_as_among_all(seed: int, joints: list[int]) -> None:
+    rng = np.random.default_rng(seed)
+    local, root = rotation.normalize(rng.normal(size=(4, 21, 4))), rng.normal(size=(4, 3))
+    whole = kinematics.forward(body.PARENTS, body.OFFSETS, local, root)
+    part = kinematics.forward(body.PARENTS, body.OFFSETS, local, root, joints)
+    for all_of_it, some in zip(whole, part, strict=True):
+        np.testing.assert_array_equal(some[:, joints], all_of_it[:, joints])
+    above = {0, *joints, *(int(body.PARENTS[joint]) for joint in joints)}
+    blank = np.isnan(part[0]).all(axis=(0, 2))
+    assert not blank[sorted(above - {-1})].any()
+    assert blank[20] == (20 not in joints)  # a wrist lies on the way to nothing else
+
+
 def test_joint_positions_of_a_clip_replace_its_offsets() -> None:
     skeleton = Skeleton(("a", "b"), np.array([-1, 0]), np.array([[0.0, 0, 0], [1, 0, 0]]))
     turns = np.tile(rotation.IDENTITY, (2, 2, 1))
