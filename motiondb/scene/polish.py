@@ -28,12 +28,12 @@ from motiondb.scene.collisions import RADIUS
 from motiondb.scene.facing import turn_who_waits
 from motiondb.scene.gaze import look
 from motiondb.scene.path_editing import Edited, Facing, edit_paths
-from motiondb.scene.playing import Playing
+from motiondb.scene.playing import Part, Playing
 from motiondb.scene.rule_table import RuleTable
 from motiondb.scene.scene_schedule import Scheduled, after_clips, scene_bound, schedule_scene
-from motiondb.scene.scene_state import PlayerState, SceneState
+from motiondb.scene.scene_state import SceneState
 from motiondb.scene.separation import COMFORT, overlaps
-from motiondb.scene.splicing import Spliced, show, splice, standing
+from motiondb.scene.splicing import Shelf, Spliced, show, splice, standing
 from motiondb.scene.time_editing import Meeting, TimeMap, edit_times
 from motiondb.scene.timeline import Timeline, excess, lag_of, own_places, sampled_timeline
 from motiondb.scene.waiting import ON_GUARD, lead_in, lead_out
@@ -58,6 +58,8 @@ GUARD_FACING = np.radians(45.0)
 """Radians from the opponent that whoever guards may face."""
 _EVERY = 4
 """Frames between those at which guards are looked at."""
+_Plan = tuple[tuple[tuple[Part, ...], ...], tuple[float, ...]]
+"""What everybody plays, and when they begin: equal where two schedules are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,14 +121,7 @@ def polish(
     ------
     SceneError : a capture is not among the motions.
     """
-    best: _Tried | None = None
-    for how in _WAYS:
-        tried = _try(state, library, motions, table, how)
-        if best is None or tried.fault < best.fault:
-            best = tried
-        if tried.fault == 0.0:
-            break
-    assert best is not None
+    best = _best(state, library, motions, table)
     timeline = best.edited.timeline
     acts = ball_acts(state, library, table, timeline)
     clock = _clock(timeline)
@@ -159,22 +154,33 @@ class _Tried:
     fault: float
 
 
-def _try(
-    state: SceneState,
-    library: ClipLibrary,
-    motions: Mapping[str, Motion],
-    table: RuleTable,
-    how: tuple[float, float, bool],
+def _best(
+    state: SceneState, library: ClipLibrary, motions: Mapping[str, Motion], table: RuleTable
 ) -> _Tried:
-    """Clips and pauses scheduled, spliced, and edited; ``how`` : one of :data:`_WAYS`."""
-    scheduled = schedule_scene(state, library, table, how[0])
-    longest = scene_bound(scheduled)
-    spliced = [
-        _spliced(player, playing, library, motions, longest)
-        for player, playing in zip(state.players, scheduled.playing, strict=True)
-    ]
-    maps, edited = _edit(state, library, table, (scheduled, spliced), how[1:])
-    return _Tried(spliced, maps, edited, _fault(table, edited))
+    """The first of :data:`_WAYS` in which every rule holds, else that in which they fail least.
+
+    What ways have in common is done once: schedules of the same hurry, what they splice, and
+    everything where two hurries lead to the same schedule.
+    """
+    schedules: dict[float, Scheduled] = {}
+    spliced: dict[_Plan, list[Spliced]] = {}
+    shelf: Shelf = {}
+    found: dict[tuple[_Plan, float, bool], _Tried] = {}
+    for hurry, radius, facing in _WAYS:
+        if hurry not in schedules:
+            schedules[hurry] = schedule_scene(state, library, table, hurry)
+        scheduled = schedules[hurry]
+        plan = tuple(own.parts for own in scheduled.playing), scheduled.delays
+        if (plan, radius, facing) in found:
+            continue
+        if plan not in spliced:
+            spliced[plan] = _spliced(state, library, motions, scheduled, shelf)
+        maps, edited = _edit(state, library, table, (scheduled, spliced[plan]), (radius, facing))
+        tried = _Tried(spliced[plan], maps, edited, _fault(table, edited))
+        if tried.fault == 0.0:
+            return tried
+        found[plan, radius, facing] = tried
+    return min(found.values(), key=lambda tried: tried.fault)
 
 
 def _fault(table: RuleTable, edited: Edited) -> float:
@@ -237,20 +243,23 @@ def _edit(
 
 
 def _spliced(
-    player: PlayerState,
-    playing: Playing,
+    state: SceneState,
     library: ClipLibrary,
     motions: Mapping[str, Motion],
-    longest: int,
-) -> Spliced:
-    """One player's clips, with what they do while they wait."""
-    entries = np.asarray(player.entries)
-    parts = (
-        *lead_in(library, entries, longest),
-        *playing.parts,
-        *lead_out(library, entries, longest),
-    )
-    return splice(parts, motions, np.array(player.origin, dtype=float))
+    scheduled: Scheduled,
+    shelf: Shelf,
+) -> list[Spliced]:
+    """Everybody's clips, with what they do while they wait."""
+    longest, found = scene_bound(scheduled), []
+    for player, playing in zip(state.players, scheduled.playing, strict=True):
+        entries = np.asarray(player.entries)
+        parts = (
+            *lead_in(library, entries, longest),
+            *playing.parts,
+            *lead_out(library, entries, longest),
+        )
+        found.append(splice(parts, motions, np.array(player.origin, dtype=float), shelf))
+    return found
 
 
 def _read(places: FloatArray, at: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import SceneError
-from motiondb.generate.contact import find_contacts, lock_feet
+from motiondb.generate.contact import FEET, find_contacts, lock_feet
 from motiondb.generate.stitching import BLEND_FRAMES, Piece, stitch
 from motiondb.pose import body, pose_vectors, retarget, rotation
 from motiondb.pose.features import runs
@@ -76,32 +76,50 @@ class Spliced:
         return np.clip(source + self.lead, 0.0, self.n_frames - 1.0)
 
 
-def splice(parts: Sequence[Part], motions: Mapping[str, Motion], origin: FloatArray) -> Spliced:
+@dataclass(frozen=True, eq=False)
+class Taken:
+    """A source with its margins, as it is spliced in: path values, rotations, frames, contacts."""
+
+    path: FloatArray
+    rotations: FloatArray
+    frames: IntArray
+    contacts: NDArray[np.bool_]
+
+
+Shelf = dict[tuple[ClipSource, bool], Taken]
+"""Sources that were taken already, to be played, or to wait in (True)."""
+
+
+def splice(
+    parts: Sequence[Part],
+    motions: Mapping[str, Motion],
+    origin: FloatArray,
+    shelf: Shelf | None = None,
+) -> Spliced:
     """Parts one after another, the first of the string beginning at ``origin`` (x, z, theta).
 
     Parameters
     ----------
     parts : of the string, with those before it, whose ``clip`` is -1, and behind.
+    shelf : of the same motions; what is taken is left there for the next splice.
 
     Raises
     ------
     SceneError : a capture is not among the motions.
     """
+    shelf = {} if shelf is None else shelf
     played, pieces = {}, []
     shown: dict[int, IntArray] = {}
     stands: dict[int, NDArray[np.bool_]] = {}
     for number, part in enumerate(parts):
-        if part.waits:
-            played[number], shown[number] = _waiting(part, motions)
-            stands[number] = np.zeros((part.n_frames, 2), dtype=bool)
-            pieces.append(Piece(number, 0, part.n_frames))
-            continue
-        source, around = _cut(part.source, motions)
-        moved = clip_motion(source, around, before=_HALF, after=_HALF + 1)
-        stands[number] = _contacts(source, around[source.capture], moved.n_frames)
-        played[number] = pose_vectors.to_path(moved)
-        pieces.append(Piece(number, _HALF, _HALF + part.n_frames))
-        shown[number] = part.source.start - _HALF + np.arange(moved.n_frames)
+        key = part.source, part.waits
+        if key not in shelf:
+            shelf[key] = _taken(part.source, motions, part.waits)
+        taken, start = shelf[key], 0 if part.waits else _HALF
+        taken = _waiting(taken, part.n_frames) if part.waits else taken
+        played[number] = taken.path, taken.rotations
+        shown[number], stands[number] = taken.frames, taken.contacts
+        pieces.append(Piece(number, start, start + part.n_frames))
     whole = stitch(pieces, played)
     begin = sum(part.n_frames for part in parts if part.clip < 0)
     frames = np.zeros(len(whole.path), dtype=np.int64)
@@ -123,26 +141,36 @@ def splice(parts: Sequence[Part], motions: Mapping[str, Motion], origin: FloatAr
     )
 
 
+def _taken(source: ClipSource, motions: Mapping[str, Motion], waits: bool) -> Taken:
+    """A source's frames, with those that blend with its neighbours unless somebody waits in it."""
+    inside, around = _cut(source, motions)
+    if waits:
+        path, turned = pose_vectors.to_path(clip_motion(inside, around))
+        frames = source.start + np.arange(len(path))
+        return Taken(path, turned, frames, np.zeros((len(path), 2), dtype=bool))
+    moved = clip_motion(inside, around, before=_HALF, after=_HALF + 1)
+    stands = _contacts(inside, around[source.capture], moved.n_frames)
+    frames = source.start - _HALF + np.arange(moved.n_frames)
+    return Taken(*pose_vectors.to_path(moved), frames, stands)
+
+
 def _contacts(source: ClipSource, motion: Motion, n_frames: int) -> NDArray[np.bool_]:
     """Feet that stand in the capture, at the clip's frames and its margin: array (frames, 2)."""
-    found = find_contacts(retarget.motion_positions(motion)[0])
+    found = find_contacts(retarget.motion_positions(motion, FEET)[0])
     found = found[:, ::-1] if source.mirrored else found
     return found[np.clip(source.start - _HALF + np.arange(n_frames), 0, len(found) - 1)]
 
 
-def _waiting(
-    part: Part, motions: Mapping[str, Motion]
-) -> tuple[tuple[FloatArray, FloatArray], IntArray]:
-    """Path values and rotations of a wait, forth and back, and frames of its capture."""
-    path, turned = pose_vectors.to_path(clip_motion(*_cut(part.source, motions)))
-    length = len(path)
-    there = np.arange(part.n_frames) % max(2 * length - 2, 1)
+def _waiting(taken: Taken, n_frames: int) -> Taken:
+    """A source played forth and back for ``n_frames``."""
+    length = len(taken.path)
+    there = np.arange(n_frames) % max(2 * length - 2, 1)
     which = np.where(there < length, there, 2 * length - 2 - there)
-    places = _ways(path, np.zeros(3), 0)[which]
-    values = np.zeros((part.n_frames, 4))
-    values[:, 0] = path[which, 0]
+    places = _ways(taken.path, np.zeros(3), 0)[which]
+    values = np.zeros((n_frames, 4))
+    values[:, 0] = taken.path[which, 0]
     values[:-1, 1:] = relative(places[1:], places[:-1]) * MOTION_FPS
-    return (values, turned[which]), part.source.start + which
+    return Taken(values, taken.rotations[which], taken.frames[which], taken.contacts[which])
 
 
 def _ways(path: FloatArray, origin: FloatArray, begin: int) -> FloatArray:

@@ -13,6 +13,7 @@ from motiondb.errors import SceneError
 from motiondb.grammar.parse import parse
 from motiondb.pose import body, retarget, rotation
 from motiondb.records import Event, Motion
+from motiondb.scene import polish as polishing
 from motiondb.scene.ball import BOUNCE, GRAVITY, RADIUS, RIM, bounced, shot_seconds, thrown
 from motiondb.scene.ball_acts import Possession
 from motiondb.scene.binding import bind
@@ -24,6 +25,7 @@ from motiondb.scene.grammar_file import read_motion_grammar
 from motiondb.scene.hands import palms, reach
 from motiondb.scene.polish import polish
 from motiondb.scene.report import report_scene
+from motiondb.scene.scene_schedule import schedule_scene
 from motiondb.scene.scene_state import PlayerState, SceneState
 from motiondb.scene.tactics_file import read_diagram
 
@@ -280,3 +282,32 @@ def test_which_hand_dribbles() -> None:
     own = Possession(0, 0, 40, 1, ((5, 30),), (Bounce(6, 14, 0), Bounce(18, 26, 1)))
     assert own.hand_at(50)[[10, 14, 20, 45]].tolist() == [0, 0, 1, 1]
     assert own.dribbled(50)[[4, 5, 29, 30]].tolist() == [0.0, 1.0, 1.0, 0.0]
+
+
+def each_way_anew(state, library, table):
+    """The slow twin of the search for the best way: nothing is kept from one to the next."""
+    tried = []
+    for hurry, *how in polishing._WAYS:
+        scheduled = schedule_scene(state, library, table, hurry)
+        spliced = polishing._spliced(state, library, MOTIONS, scheduled, {})
+        maps, edited = polishing._edit(state, library, table, (scheduled, spliced), tuple(how))
+        tried.append((polishing._fault(table, edited), spliced, maps, edited))
+        if tried[-1][0] == 0.0:
+            break
+    return min(tried, key=lambda one: one[0]), len(tried)
+
+
+@pytest.mark.parametrize("fastest", [7.0, 0.5])
+def test_what_ways_have_in_common_changes_nothing(library, monkeypatch, fastest) -> None:
+    monkeypatch.setattr(polishing, "_FASTEST", fastest)  # 0.5: nobody can hold it, in no way
+    state, table = scene(library, (3, 120))
+    (fault, spliced, maps, edited), ways = each_way_anew(state, library, table)
+    assert ways == (1 if fastest == 7.0 else len(polishing._WAYS))
+    best = polishing._best(state, library, MOTIONS, table)
+    assert best.fault == fault
+    np.testing.assert_array_equal(best.edited.timeline.places, edited.timeline.places)
+    for own, other in zip(best.maps, maps, strict=True):
+        np.testing.assert_array_equal(own.shown, other.shown)
+    for own, other in zip(best.spliced, spliced, strict=True):
+        for name in ("places", "heights", "rotations", "part", "source_frames", "contacts"):
+            np.testing.assert_array_equal(getattr(own, name), getattr(other, name))
