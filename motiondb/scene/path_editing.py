@@ -121,24 +121,33 @@ def edit_paths(
     n_players, n_frames, _ = spliced.places.shape
     places = [_Held(n_frames, 2) for _ in range(n_players)]
     turns = [_Held(n_frames, 1) for _ in range(n_players)]
-    timeline = spliced
+    ways = spliced.places.astype(float)
     frames = [moment_frames(row, before) for row in table.rows]
+    about = [_about(row) for row in table.rows]
+    changed = set(range(n_players))  # a rule about all others held in the round before
     for done in range(MOST_ROUNDS):
-        solved = [
-            _solve(spliced.places[p], wished[p], turns[p], places[p]) for p in range(n_players)
-        ]
-        timeline = replace(spliced, places=np.stack(solved))
+        for p in changed:
+            ways[p] = _solve(spliced.places[p], wished[p], turns[p], places[p])
+        timeline = replace(spliced, places=ways.copy())
         for number in range(len(table.rows)):
-            _correct(table.rows[number], frames[number], timeline, places, turns)
+            if about[number] & changed:
+                _correct(table.rows[number], frames[number], timeline, places, turns)
         for facing in facings:
-            _face(facing, timeline, turns)
+            if {facing.player, facing.target} & changed:
+                _face(facing, timeline, turns)
         for p, touching, by in pushes(table, timeline, SLACK, radius):
             places[p].move(touching, by)
         moved = [places[p].settle(timeline.places[p, :, :2]) for p in range(n_players)]
         turned = [turns[p].settle(timeline.places[p, :, 2:]) for p in range(n_players)]
-        if not any(moved) and not any(turned):
+        changed = {p for p in range(n_players) if moved[p] or turned[p]}
+        if not changed:
             return Edited(timeline, done, True)
     return Edited(timeline, MOST_ROUNDS, False)
+
+
+def _about(row: np.void) -> frozenset[int]:
+    """The players whose places a rule looks at."""
+    return frozenset(int(row[name]) for name in ("player", "target", "other") if row[name] >= 0)
 
 
 def _solve(path: FloatArray, wished: FloatArray, turned: _Held, held: _Held) -> FloatArray:

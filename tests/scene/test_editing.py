@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.scene.path_editing import Facing, edit_paths
+from motiondb.scene import path_editing
+from motiondb.scene.collisions import RADIUS
+from motiondb.scene.path_editing import Edited, Facing, edit_paths
 from motiondb.scene.rule_table import (
     AT_END,
     AT_START,
@@ -20,9 +23,9 @@ from motiondb.scene.rule_table import (
     THROUGHOUT,
 )
 from motiondb.scene.rules import direction_error
-from motiondb.scene.separation import overlaps
+from motiondb.scene.separation import overlaps, pushes
 from motiondb.scene.time_editing import SLOWEST, Meeting, TimeMap, edit_times
-from motiondb.scene.timeline import Timeline, excess, measure
+from motiondb.scene.timeline import Timeline, excess, measure, moment_frames
 
 from .test_timeline import a_row, a_table, still
 
@@ -183,3 +186,52 @@ def test_what_cannot_hold_is_said() -> None:
     out = edited(table, timeline)
     assert not out.settled
     assert excess(table, out.timeline) > 0.0
+
+
+def each_round_anew(table, spliced, wished, facings) -> Edited:
+    """The slow twin: every way is solved and every rule looked at in every round."""
+    everybody, n_frames = range(len(spliced.places)), spliced.n_frames
+    places = [path_editing._Held(n_frames, 2) for _ in everybody]
+    turns = [path_editing._Held(n_frames, 1) for _ in everybody]
+    frames = [moment_frames(row, spliced) for row in table.rows]
+    for done in range(path_editing.MOST_ROUNDS):
+        ways = [
+            path_editing._solve(spliced.places[p], wished[p], turns[p], places[p])
+            for p in everybody
+        ]
+        now = replace(spliced, places=np.stack(ways))
+        for row, at in zip(table.rows, frames, strict=True):
+            path_editing._correct(row, at, now, places, turns)
+        for facing in facings:
+            path_editing._face(facing, now, turns)
+        for p, at, by in pushes(table, now, path_editing.SLACK, RADIUS):
+            places[p].move(at, by)
+        moved = [places[p].settle(now.places[p, :, :2]) for p in everybody]
+        turned = [turns[p].settle(now.places[p, :, 2:]) for p in everybody]
+        if not any(moved) and not any(turned):
+            return Edited(now, done, True)
+    return Edited(now, path_editing.MOST_ROUNDS, False)
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 10**6))
+def test_who_was_not_moved_need_not_be_looked_at_again(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    timeline = walking(*rng.uniform(-2.0, 2.0, (4, 2)), frames=21)
+    rows = []
+    for player in range(4):
+        kind = int(rng.choice([POSITION, DIRECTION, DISTANCE, LINE]))
+        ends = {name: int((player + rng.integers(1, 4)) % 4) for name in ("target", "other")}
+        if kind != LINE or rng.random() < 0.5:
+            ends.pop("other")
+        if rng.random() < 0.3:
+            ends = {"x": rng.uniform(-2.0, 2.0), "z": rng.uniform(-2.0, 2.0)}
+        moment = int(rng.choice([AT_START, AT_END, THROUGHOUT]))
+        bounds = {"near": 0.5, "far": 1.5, "weight": 0.3}
+        rows.append(a_row(kind=kind, player=player, last=1, moment=moment, **bounds, **ends))
+    table = a_table(*rows, players=4)
+    facings = (Facing(0, np.array([12]), 1, np.array([10]), 0.5),)
+    quick = edit_paths(table, timeline, timeline.places, facings)
+    slow = each_round_anew(table, timeline, timeline.places, facings)
+    assert (quick.rounds, quick.settled) == (slow.rounds, slow.settled)
+    np.testing.assert_array_equal(quick.timeline.places, slow.timeline.places)
