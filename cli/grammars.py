@@ -132,10 +132,11 @@ def _say_tried(facts: dict[str, Any]) -> None:
     """Why there are so many terminals, where the data were asked."""
     tried = facts["settings"].get("tried")
     if tried:
-        said = ", ".join(f"{k}: {bits:.0f}" for k, bits in tried.items())
+        said = ", ".join(f"{k}: {tried[k]:.0f}" for k in sorted(tried, key=int))
+        allowed = facts["settings"].get("standard_error", 0.0)
         typer.echo(
-            f"bits by number of terminals {said}; of those within {facts['settings']['noise']:.0f}"
-            f" of the fewest, as much as chance makes, the smallest: {len(facts['terminals'])}"
+            f"bits by number of terminals {said}; of those within {allowed:.0f} of the fewest, one"
+            f" standard error, the smallest: {len(facts['terminals'])}"
         )
 
 

@@ -17,7 +17,7 @@ from motiondb import store
 from motiondb.errors import QueryError
 from motiondb.grammar import cfg, parse, partition
 from motiondb.grammar.ledger import Ledger, make_ledger
-from motiondb.grammar.terminal_number import choose_terminals
+from motiondb.grammar.terminal_number import choose_terminals, standard_error
 from motiondb.grammar.terminals import (
     Terminals,
     TerminalSettings,
@@ -92,6 +92,7 @@ def learn_grammar(
     if found.tried:
         parameters["tried"] = {str(k): ledger.total for k, ledger in found.tried.items()}
         parameters["noise"] = found.noise
+        parameters["standard_error"] = standard_error(found.noise)
     with store.transaction(database):
         run_id = store.start_run(database, "grammar", parameters, settings.seed)
         lost = store.save_grammar(database, learned, run_id)

@@ -100,6 +100,11 @@ def search_noise(bits: Mapping[int, float]) -> float:
     return float(np.sqrt((left**2).sum() / (len(sums) - basis.shape[1])))
 
 
+def standard_error(noise: float) -> float:
+    """Of the mean of two tries, bits; noise : s, of a single try."""
+    return noise / _TRIES**0.5
+
+
 def choose_number(bits: Mapping[int, float], noise: float) -> int:
     """The smallest number within one standard error of the fewest bits.
 
@@ -108,7 +113,7 @@ def choose_number(bits: Mapping[int, float], noise: float) -> int:
     >>> choose_number({6: 520.0, 8: 503.0, 12: 500.0}, 10.0)
     8
     """
-    most = min(bits.values()) + noise / _TRIES**0.5
+    most = min(bits.values()) + standard_error(noise)
     return min(number for number, total in bits.items() if total <= most)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.cli import sequences
+from motiondb.cli import grammars, sequences
 from motiondb.database.grammar_editing import Edit
 from motiondb.database.grammar_learning import GrammarSettings
 from motiondb.errors import QueryError
@@ -192,6 +192,16 @@ def test_auto_says_what_was_tried(command: Any, copy: Path, monkeypatch: Any) ->
     assert line.endswith(f": {len(facts['terminals'])}")
     assert all(f"{k}: {bits:.0f}" in line for k, bits in facts["settings"]["tried"].items())
     assert line in command("grammar", "show", "punch_1", "--db", copy).out
+
+
+def test_what_was_tried_is_told_by_number_with_the_bits_that_are_allowed(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    settings = {"tried": {"10": 90.0, "4": 100.0}, "noise": 17.0, "standard_error": 12.0}
+    grammars._say_tried({"settings": settings, "terminals": ["a", "b", "c", "d"]})
+    told = capsys.readouterr().out
+    assert "4: 100, 10: 90; of those within 12 of the fewest" in told
+    assert told.endswith("the smallest: 4\n")
 
 
 def test_a_wish_that_no_sentence_fulfils_is_told(command: Any, copy: Path) -> None:

@@ -323,6 +323,8 @@ def test_the_number_of_terminals_may_be_the_data_s(dances: MotionDB) -> None:
     assert isinstance(tried, dict)
     chosen = str(len(learned.terminals.names))
     assert sum(learned.bits.values()) == pytest.approx(tried[chosen])
-    enough = min(tried.values()) + run.parameters["noise"] / 2**0.5
+    allowed = run.parameters["standard_error"]
+    assert allowed == pytest.approx(run.parameters["noise"] / 2**0.5)
+    enough = min(tried.values()) + allowed
     assert int(chosen) == min(int(number) for number, bits in tried.items() if bits <= enough)
     assert set(learned.bits) == {"motion", "sentences", "rules"}
