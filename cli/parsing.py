@@ -92,7 +92,12 @@ def _say_parsed(found: ParsedMotion, example: str) -> None:
 
 
 def _say_unlike(found: ParsedMotion, name: str, example: str) -> None:
-    """What is unlike anything learned, the farthest segments first."""
+    """What is unlike anything learned, the farthest segments first; or that nothing can tell."""
+    if not found.stored and found.reach is None:
+        typer.echo(
+            f"note: the terminals of {name} have too few members to say what is unlike them",
+            err=True,
+        )
     if not found.unlike:
         return
     share = f"{found.share_unlike:.0%}"

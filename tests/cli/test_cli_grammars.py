@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.cli import grammars, sequences
+from motiondb.cli import grammars, parsing, sequences
 from motiondb.database.grammar_editing import Edit
 from motiondb.database.grammar_learning import GrammarSettings
+from motiondb.database.grammar_parsing import ParsedMotion
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import derive_by, read_grammar
 from motiondb.grammar.edit import alternatives, region_at
@@ -125,6 +126,18 @@ def test_parse_tells_what_is_unlike_anything_learned(
         command("grammar", "parse", "fight", "boris/long_fight_1", "--json", "--db", taught)
     )
     assert (own["unlike"], own["is unlike"], own["usual distance"]) == ([], False, None)
+
+
+@pytest.mark.parametrize(
+    ("stored", "reach", "said"), [(False, None, True), (False, 0.5, False), (True, None, False)]
+)
+def test_parse_tells_when_terminals_have_too_few_members(
+    capsys: pytest.CaptureFixture[str], stored: bool, reach: float | None, said: bool
+) -> None:
+    distances = () if stored else (0.1,)
+    found = ParsedMotion(("a",), (0.0,), (1.0,), stored, distances=distances, reach=reach)
+    parsing._say_unlike(found, "fight", "x")
+    assert ("fight have too few members" in capsys.readouterr().err) == said
 
 
 def test_suggest_lists_what_may_come_next(command: Any, taught: Path) -> None:
