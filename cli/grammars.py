@@ -11,6 +11,7 @@ import typer
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
+    GrammarName,
     Json,
     Seed,
     database,
@@ -22,8 +23,6 @@ from motiondb.cli.options import (
 
 if TYPE_CHECKING:
     from motiondb import store
-
-Name = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -170,7 +169,7 @@ def _size_facts(size: store.GrammarSize) -> dict[str, Any]:
 
 
 def show(
-    name: Name,
+    name: GrammarName,
     png: Annotated[
         Path | None,
         typer.Option(
@@ -227,7 +226,7 @@ def show(
             typer.echo(f"picture: {picture}")
 
 
-def compare(name: Name, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json = False) -> None:
+def compare(name: GrammarName, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Compare a grammar with a finite state machine, Sequitur and flat rules on its sentences."""
     with database(db) as base:
         rows = base.grammars.compare(name, seed)
@@ -248,7 +247,7 @@ def compare(name: Name, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json = False)
     typer.echo("new: strings that are none of the sentences; outside: that the learned one has not")
 
 
-def remove(name: Name, db: Db = DEFAULT_DB, json: Json = False) -> None:
+def remove(name: GrammarName, db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Take a grammar out; sequences that it generated stay as captures, but cannot be edited."""
     with database(db, writing=True) as base:
         lost = base.grammars.remove(name)

@@ -22,6 +22,7 @@ Where = Annotated[
     str, typer.Option("--where", help="Only captures like this, such as 'performer=14 and fps>60'.")
 ]
 Limit = Annotated[int, typer.Option("--limit", min=1, help="How many answers at most.")]
+GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]
 From = Annotated[float | None, typer.Option("--from", min=0.0, help="Start, seconds.")]
 To = Annotated[float | None, typer.Option("--to", min=0.0, help="End, seconds.")]
 

@@ -6,12 +6,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, database, print_json, print_table
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    GrammarName,
+    Json,
+    Png,
+    database,
+    print_json,
+    print_table,
+)
 
 if TYPE_CHECKING:
     from motiondb.database.grammar_parsing import ParsedMotion
 
-Name = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]
 SHOWN = 10
 """Segments unlike anything that are shown; JSON tells all."""
 
@@ -23,7 +31,7 @@ def register(group: typer.Typer) -> None:
 
 
 def parse(
-    name: Name,
+    name: GrammarName,
     example: Annotated[
         str, typer.Argument(metavar="CAPTURE", help="A stored capture's name, or a file.")
     ],
@@ -127,7 +135,7 @@ def _say_unlike(found: ParsedMotion, name: str, example: str) -> None:
 
 
 def suggest(
-    name: Name,
+    name: GrammarName,
     beginning: Annotated[
         str, typer.Argument(metavar="STRING", help='Terminals so far, such as "a b c"; or "".')
     ] = "",

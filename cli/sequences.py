@@ -11,6 +11,7 @@ import typer
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
+    GrammarName,
     Json,
     Png,
     Seed,
@@ -26,10 +27,7 @@ if TYPE_CHECKING:
     from motiondb.database.grammar_editing import Edit
     from motiondb.database.grammar_sequences import GrammarSequence
 
-Name = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]
 Save = Annotated[str | None, typer.Option("--save", help="Keep it as a capture, by this name.")]
-
-
 TreesPng = Annotated[
     Path | None,
     typer.Option("--png", callback=picture_name, help="Draw the trees of the alternatives."),
@@ -43,7 +41,7 @@ def register(group: typer.Typer) -> None:
 
 
 def generate(
-    name: Name,
+    name: GrammarName,
     output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
     seed: Seed = 0,
     length: Annotated[
@@ -74,7 +72,7 @@ def generate(
 
 
 def edit(
-    name: Name,
+    name: GrammarName,
     sequence: Annotated[
         str,
         typer.Argument(metavar="SEQUENCE", help='A kept sequence\'s name, or terminals "a b c".'),
