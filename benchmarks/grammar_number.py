@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from grammar_tables import table
-from grammar_truth import Found, TrueTake, _judged, _labels, load_truth
+from grammar_truth import Found, TrueTake, judge_segments, label_names, load_truth
 
 from motiondb.grammar.ledger import make_ledger
 from motiondb.grammar.partition import find_sentences
@@ -57,12 +57,12 @@ def _chosen(takes: Sequence[TrueTake]) -> list[str]:
         judged.append([_index(takes, choice.trials[k]) for k in (least, choice.number)])
     both = [f"{index:.2f}" for index in np.mean(judged, axis=0)]
     numbers = ", ".join(map(str, fewest)), ", ".join(map(str, auto))
-    return [str(len(_labels(takes))), *numbers, f"{np.mean(noise):.0f}", *both]
+    return [str(len(label_names(takes))), *numbers, f"{np.mean(noise):.0f}", *both]
 
 
 def _index(takes: Sequence[TrueTake], trial: Trial) -> float:
     found = trial.terminals
-    return _judged(takes, Found(found.takes, found.starts, found.labels))[1]
+    return judge_segments(takes, Found(found.takes, found.starts, found.labels))[1]
 
 
 def _spread(takes: Sequence[TrueTake]) -> list[str]:

@@ -124,11 +124,11 @@ def boundary_rows(takes: dict[str, list[TrueTake]]) -> str:
     rows = []
     for place, what in ((0, "takes the price was chosen on"), (1, "held-out takes")):
         chosen = [[own[place]] for own in takes.values()]
-        ours = np.array([_judged(t, _ours(t, s)) for t in chosen for s in range(SEEDS)])
-        theirs = np.array([_judged(t, _papers(t, 0)) for t in chosen])
+        ours = np.array([judge_segments(t, _ours(t, s)) for t in chosen for s in range(SEEDS)])
+        theirs = np.array([judge_segments(t, _papers(t, 0)) for t in chosen])
         for name, scores in (("motiondb", ours), ("the paper's procedure", theirs)):
             rows.append([f"{what}, {name}", *(f"{score:.2f}" for score in scores.mean(axis=0))])
-    pairs = np.array([_judged(t, _ours(t, s)) for t in takes.values() for s in range(SEEDS)])
+    pairs = np.array([judge_segments(t, _ours(t, s)) for t in takes.values() for s in range(SEEDS)])
     rows.append(
         ["both takes together, motiondb", *(f"{score:.2f}" for score in pairs.mean(axis=0))]
     )
@@ -137,19 +137,19 @@ def boundary_rows(takes: dict[str, list[TrueTake]]) -> str:
     return f"{table(heads, rows)}\n\n{said}"
 
 
-def _labels(takes: Sequence[TrueTake]) -> list[str]:
+def label_names(takes: Sequence[TrueTake]) -> list[str]:
     return sorted({label for take in takes for label in take.labels})
 
 
 def _ours(takes: Sequence[TrueTake], seed: int) -> Found:
     motions = [take.motion for take in takes]
-    found = find_terminals(motions, len(_labels(takes)), np.random.default_rng(seed))
+    found = find_terminals(motions, len(label_names(takes)), np.random.default_rng(seed))
     return Found(found.takes, found.starts, found.labels)
 
 
 def _papers(takes: Sequence[TrueTake], seed: int) -> Found:
     poses, rng = make_poses([take.motion for take in takes]), np.random.default_rng(seed)
-    k, distances = len(_labels(takes)), paper.pose_table(poses.values)
+    k, distances = len(label_names(takes)), paper.pose_table(poses.values)
     cuts = paper.genetic_cuts(poses, distances, k, REPETITION_WEIGHT, rng, paper.GENERATIONS)
     cuts, _, labels, _ = paper.accept_if_better(
         poses, distances, cuts, k, REPETITION_WEIGHT, rng, paper.TUNING_STEPS
@@ -158,7 +158,7 @@ def _papers(takes: Sequence[TrueTake], seed: int) -> Found:
     return Found(numbers, cuts[:-1] - poses.bounds[numbers], labels)
 
 
-def _judged(takes: Sequence[TrueTake], found: Found) -> tuple[float, float, float]:
+def judge_segments(takes: Sequence[TrueTake], found: Found) -> tuple[float, float, float]:
     """F1 of boundaries, adjusted Rand index of frames, segments found for a true one."""
     from sklearn.metrics import adjusted_rand_score
 
@@ -243,14 +243,14 @@ def sentence_begins(take: TrueTake, sentences: Sequence[Sequence[str]]) -> list[
 def true_strings(takes: Sequence[TrueTake]) -> Strings:
     """Each label a terminal."""
     labels = [take.labels for take in takes]
-    own = {label: (label,) for label in _labels(takes)}
+    own = {label: (label,) for label in label_names(takes)}
     return "true labels", labels, [take.cuts[:-1] for take in takes], own
 
 
 def found_strings(takes: Sequence[TrueTake]) -> Strings:
     """Terminals found in the motion, as many as labels, and the labels that each stands for."""
     motions = [take.motion for take in takes]
-    terminals = find_terminals(motions, len(_labels(takes)), np.random.default_rng(0))
+    terminals = find_terminals(motions, len(label_names(takes)), np.random.default_rng(0))
     starts = [terminals.starts[terminals.takes == number] for number in range(len(takes))]
     strings = list(strings_of(terminals))
     held: dict[str, Counter[tuple[str, ...]]] = {name: Counter() for name in terminals.names}
