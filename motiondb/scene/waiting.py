@@ -40,10 +40,14 @@ _LEAST = {IDLE: 15, HOLDING: 15, ON_GUARD: 30}
 
 
 def least_lengths(library: ClipLibrary, entries: IntArray) -> IntArray:
-    """To how many frames each of a string's clips may be cut: all of them, but for standing."""
+    """To how many frames each of a string's clips may be cut: all of them, but for standing.
+
+    A clip with an event stays whole: rules look at its instant.
+    """
     whole = np.asarray(library.n_frames)[entries].astype(np.int64)
     for clip, entry in enumerate(np.asarray(entries).tolist()):
         standing = _LEAST.get(library.terminals[int(library.terminal[entry])], 0)
+        standing = standing if int(library.event_frame[entry]) < 0 else 0
         if standing and float(np.hypot(*library.step[entry, :2])) < _STILL:
             whole[clip] = min(whole[clip], standing)
     return whole
