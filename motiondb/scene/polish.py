@@ -72,7 +72,8 @@ class Placed:
     captures, licences : what frames come from.
     source_numbers : array (frames,), into ``captures``; source_frames : the capture's frame, may
         lie between two.
-    warps : array (frames,), frames of the source per frame; 0 where a pose is held.
+    warps : array (frames,), frames of the source per frame; 0 where a pose is held, below 0 where
+        who waits is shown backwards.
     edits : per frame what was done to it.
     clips : array (frames,), which of the player's actions it belongs to; waiting to the first or
         the last.
@@ -343,6 +344,7 @@ def _placed(name: str, motion: Motion, spliced: Spliced, times: TimeMap, n_clips
     source = times.source_at(clock)
     at = spliced.rows(source)
     held = at != source + spliced.lead
+    frames, rate = spliced.shown_frames(at)
     nearest = np.rint(at).astype(np.int64)
     numbers, shares = spliced.part[nearest].tolist(), spliced.shares[nearest].tolist()
     sources = [part.source for part in spliced.parts]
@@ -360,8 +362,8 @@ def _placed(name: str, motion: Motion, spliced: Spliced, times: TimeMap, n_clips
         captures,
         tuple(licence[capture] for capture in captures),
         np.array([captures.index(sources[number].capture) for number in numbers]),
-        _read(spliced.source_frames[:, None].astype(float), at)[:, 0],
-        np.where(held, 0.0, times.slope_at(clock)),
+        frames,
+        np.where(held, 0.0, rate * times.slope_at(clock)),
         tuple(edits),
         np.clip([spliced.parts[number].clip for number in numbers], 0, n_clips - 1),
     )

@@ -75,6 +75,18 @@ class Spliced:
         """Rows of the arrays, between two, at frames of the string; the ends are held."""
         return np.clip(source + self.lead, 0.0, self.n_frames - 1.0)
 
+    def shown_frames(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The capture's frames at rows ``at``, and how many of them go by in a row.
+
+        Between two rows of one part a frame lies between theirs; where another part begins it is
+        the nearer row's, as between frames of two captures there is none.
+        """
+        before, nearest = np.floor(at).astype(np.int64), np.rint(at).astype(np.int64)
+        after = np.minimum(before + 1, self.n_frames - 1)
+        same = (self.part[before] == self.part[after]) & (after > before)
+        rate = np.where(same, self.source_frames[after] - self.source_frames[before], 0)
+        return self.source_frames[nearest] + (at - nearest) * rate, np.where(same, rate, 1.0)
+
 
 @dataclass(frozen=True, eq=False)
 class Taken:

@@ -14,6 +14,7 @@ from motiondb.scene.clips import ClipLibrary, ClipSource
 from motiondb.scene.playing import Pause, kept_frames, part_of, play
 from motiondb.scene.scene_state import PlayerState
 from motiondb.scene.scheduling import SHORTEST_PAUSE, Strings, schedule
+from motiondb.scene.splicing import Spliced
 from motiondb.scene.time_editing import SLOWEST, Meeting
 from motiondb.scene.waiting import (
     lead_in,
@@ -109,6 +110,11 @@ def test_only_standing_may_be_cut_and_only_rest_may_pause() -> None:
     assert may_pause(library(), entries).tolist() == [1, 0, 0, 1, 0]
 
 
+def test_a_clip_of_standing_with_an_event_stays_whole() -> None:
+    touched = replace(library(), event_frame=np.array([-1, -1, 90, 25, -1], dtype=np.int32))
+    assert least_lengths(touched, np.array([2, 4])).tolist() == [100, 15]
+
+
 def test_who_has_the_ball_holds_it_while_waiting() -> None:
     entries = np.array([2, 3, 4])
     assert pause_entry(library(), entries, 0) == 2
@@ -188,3 +194,13 @@ def test_schedules_stay_within_their_bounds(delay: int, a: int, b: int, lag: flo
         assert all(p == 0 or p >= SHORTEST_PAUSE for p in found.pauses)
         assert found.pauses[-1] == 0
     assert SLOWEST > 1.0
+
+
+def test_frames_lie_between_those_of_one_capture_never_of_two() -> None:
+    none = np.zeros((6, 0))
+    part = np.array([0, 0, 0, 1, 1, 1])
+    frames = np.array([100, 101, 102, 7, 8, 7])  # the second is a wait, played forth and back
+    own = Spliced(0, none, np.zeros(6), none, (), part, frames, np.ones(6), none.astype(bool))
+    shown, rate = own.shown_frames(np.array([0.25, 1.5, 2.25, 2.75, 3.5, 4.25, 5.0]))
+    assert shown.tolist() == [100.25, 101.5, 102.0, 7.0, 7.5, 7.75, 7.0]
+    assert rate.tolist() == [1.0, 1.0, 1.0, 1.0, 1.0, -1.0, 1.0]
