@@ -54,9 +54,12 @@ def least_lengths(library: ClipLibrary, entries: IntArray) -> IntArray:
 
 
 def may_pause(library: ClipLibrary, entries: IntArray) -> IntArray:
-    """1 for a clip behind which its player may stand: both it and the next rest where they meet."""
+    """1 for a clip behind which its player may stand: both it and the next rest where they meet.
+
+    Nowhere where the grammar has no clip to stand in.
+    """
     found = np.zeros(len(entries), dtype=np.int64)
-    if len(library.rest):
+    if len(library.rest) and len(_standing(library, IDLE)):
         rest = np.asarray(library.rest)[np.asarray(library.seam_class)[entries]]
         found[:-1] = (rest[:-1, 1] <= AT_REST) & (rest[1:, 0] <= AT_REST)
     return found

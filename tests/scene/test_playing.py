@@ -115,6 +115,12 @@ def test_a_clip_of_standing_with_an_event_stays_whole() -> None:
     assert least_lengths(touched, np.array([2, 4])).tolist() == [100, 15]
 
 
+def test_nobody_pauses_where_there_is_nothing_to_stand_in() -> None:
+    bare = replace(library(), terminals=("run", "carry", "pass", "rest"))
+    assert pause_entry(bare, np.array([2, 3]), 0) == -1
+    assert may_pause(bare, np.array([2, 3, 0, 1, 4])).tolist() == [0] * 5
+
+
 def test_who_has_the_ball_holds_it_while_waiting() -> None:
     entries = np.array([2, 3, 4])
     assert pause_entry(library(), entries, 0) == 2
