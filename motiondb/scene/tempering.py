@@ -7,7 +7,9 @@ neighbouring temperatures exchange their scenes with probability
 
 Hot chains find structures, cold ones settle them. The lowest temperature is far below 1: what is
 wanted is a scene of low error, not a fair draw, which at T = 1 has an error of about half a unit
-for every freedom that the scene has. At the end the best scene is cooled down to nothing.
+for every freedom that the scene has. All chains begin hotter and come down; meanwhile exchanges
+keep to the temperatures at which they end, so that low errors go to cold chains sooner than balance
+would have it. At the end the best scene is cooled down to nothing.
 
 Each chain has random numbers of its own, spawned from one generator, and blocks have fixed numbers
 of steps: the same seed gives the same bytes, whatever the threads do. Nothing here has a clock:
@@ -121,9 +123,10 @@ class Trace:
 
     Attributes
     ----------
-    energies : array (rounds + 1, chains), -log P(Z) by temperature; row 0 is the start.
-    best : array (rounds + 1,), the best so far. cooled : the same after cooling. final : of that
-        scene, of all prices only that of delays.
+    energies : array (rounds + 1, chains), -log P(Z) with all prices, by temperature; row 0 is the
+        start.
+    best : array (rounds + 1,), the best of them so far. cooled : the same after cooling. final : of
+        that scene, of all prices only that of delays.
     jumps : array (chains, 3), by chain: tried, refused as too long or too early, taken.
     steps : array (kinds, 2), inner steps of all chains, tried and taken.
     exchanges : array (chains - 1, 2), tried and taken, by temperature.
