@@ -14,7 +14,7 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb import capture, pictures, store
 from motiondb.capture.gltf_scene import Character
@@ -38,6 +39,8 @@ from motiondb.scene.tactics import Diagram
 from motiondb.scene.tactics_file import read_diagram
 
 RECORD = "scene.json"
+_LEFT_OUT = 2.0
+"""Frames of a capture between two of a scene, beyond which some were left out."""
 
 
 def fill_scene_folder(
@@ -140,10 +143,15 @@ def source_facts(found: store.Provenance) -> list[dict[str, Any]]:
 def action_runs(
     clips: Any, made: MadeScene, name: str, found: store.Provenance
 ) -> list[dict[str, Any]]:
-    """Runs of frames [start, end) of one action: capture, its frames, and what was done to them."""
+    """Runs of frames [start, end) of one action: capture, its frames, and what was done to them.
+
+    Waiting is a run of its own, and so is what comes after frames that were left out.
+    """
     actions = made.state.players[_number(made, name)].tree.leaves()
     numbers = np.asarray(clips)
+    waits = waiting(found.edits)
     changed = (np.diff(numbers) != 0) | (np.diff(found.source_numbers) != 0)
+    changed |= (waits[1:] != waits[:-1]) | (np.abs(np.diff(found.source_frames)) > _LEFT_OUT)
     bounds = [0, *(np.flatnonzero(changed) + 1).tolist(), len(numbers)]
     return [
         {
@@ -165,6 +173,11 @@ def action_runs(
         for start, end in pairwise(bounds)
         if end > start
     ]
+
+
+def waiting(edits: Sequence[str]) -> NDArray[np.bool_]:
+    """The frames in which somebody waits, by what was done to them: array (frames,)."""
+    return np.array(["waits" in edit.split(", ") for edit in edits], dtype=bool)
 
 
 def check_scene_folder(folder: Path) -> None:

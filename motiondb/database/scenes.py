@@ -22,6 +22,7 @@ from motiondb.database.scene_folder import (
     check_scene_folder,
     fill_scene_folder,
     read_scene_folder,
+    waiting,
     whole_folder,
 )
 from motiondb.database.scene_library import scene_clips
@@ -271,15 +272,19 @@ def check_folder(folder: str | Path) -> None:
 
 
 def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:
-    """What a player does when, neighbours of one action together; seconds."""
-    clips = np.asarray(placed.clips)
-    words = [actions[clip].replace("_", " ") for clip in clips.tolist()]
+    """What a player does when, neighbours of one action together, seconds; nothing in waiting."""
+    clips, waits = np.asarray(placed.clips).tolist(), waiting(placed.edits).tolist()
+    words = [
+        "" if wait else actions[clip].replace("_", " ")
+        for clip, wait in zip(clips, waits, strict=True)
+    ]
     bounds = [0]
     for _, run in groupby(words):
         bounds.append(bounds[-1] + len(list(run)))
     return [
         Caption(words[start], start / MOTION_FPS, end / MOTION_FPS)
         for start, end in pairwise(bounds)
+        if words[start]
     ]
 
 

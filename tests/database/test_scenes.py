@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,9 @@ import motiondb
 from motiondb import capture, store
 from motiondb.database import scene_folder
 from motiondb.database.scene_records import from_json, record_state, record_text, to_json
-from motiondb.database.scenes import Scene, SceneSettings
+from motiondb.database.scenes import Scene, SceneSettings, action_captions
 from motiondb.errors import MotionDBError, QueryError, SceneError
+from motiondb.grammar.cfg import Tree
 from motiondb.pose import kinematics, retarget
 
 DIAGRAM = """diagram "Two"
@@ -95,6 +97,31 @@ def test_every_frame_has_a_source_and_a_licence(made: Made) -> None:
         assert (runs[0]["start"], runs[-1]["end"]) == (0, made.scene.record.n_frames)
         assert sum(source["frames"] for source in facts["sources"]) == runs[-1]["end"]
         assert {source["licence"] for source in facts["sources"]} == {"CC0-1.0"}
+
+
+def test_waiting_and_what_was_left_out_are_told_apart() -> None:
+    edits = ("waits, feet held",) * 2 + ("feet held",) * 6
+    origin = store.Provenance(
+        (store.SourceCapture("a", "", "CC0"), store.SourceCapture("b", "", "CC0")),
+        np.array([0, 0, 0, 0, 0, 0, 1, 1]),
+        np.array([8.0, 7.0, 30.0, 31.3, 60.0, 61.0, 61.0, 62.0]),
+        np.ones(8),
+        edits,
+    )
+    diagram = SimpleNamespace(players=[SimpleNamespace(name="A1")])
+    players = [SimpleNamespace(tree=Tree("S", 0, (Tree("hold"), Tree("pass"))))]
+    made: Any = SimpleNamespace(
+        text=SimpleNamespace(diagram=diagram), state=SimpleNamespace(players=players)
+    )
+    clips = np.array([0, 0, 0, 0, 0, 0, 1, 1])
+    runs = scene_folder.action_runs(clips, made, "A1", origin)
+    told = [(run["start"], run["end"], run["action"], run["source_start"]) for run in runs]
+    assert told == [(0, 2, "hold", 8.0), (2, 4, "hold", 30.0), (4, 6, "hold", 60.0),
+                    (6, 8, "pass", 61.0)]  # fmt: skip
+    assert ["waits" in run["edits"] for run in runs] == [True, False, False, False]
+    placed: Any = SimpleNamespace(clips=clips, edits=edits)
+    said = [(c.words, c.start, c.end) for c in action_captions(placed, ("hold", "pass"))]
+    assert said == [("hold", 2 / 30, 6 / 30), ("pass", 6 / 30, 8 / 30)]
 
 
 def test_the_report_tells_every_rule(made: Made) -> None:
