@@ -103,6 +103,17 @@ class SamplerSettings:
                 f"shares: expected {len(KINDS)} numbers of 0 or more ({', '.join(KINDS)}), found"
                 f" {self.shares}. Leave them out for the usual ones."
             )
+        links, clips = self.growth, self.recasting
+        if not (min(links, clips) >= 0.0 and links + clips <= 1.0):
+            raise SceneError(
+                "growth, recasting: expected shares of the jumps, 0 or more that sum to at most 1,"
+                f" found {links:g} and {clips:g}. Leave them out for the usual ones."
+            )
+        if not (self.rounds >= 1 and 0.0 < self.warmth <= 1.0):
+            raise SceneError(
+                "rounds, warmth: expected at least 1 round, and a share above 0 of them to be warm,"
+                f" found {self.rounds} and {self.warmth:g}. Leave them out for the usual ones."
+            )
 
     def ladder(self, done: int) -> tuple[float, ...]:
         """The temperatures when so many rounds are done."""

@@ -101,3 +101,9 @@ def test_settings_refuse_what_cannot_be() -> None:
         SamplerSettings(temperatures=(1.0, 0.5))
     with pytest.raises(SceneError, match="shares: expected 6 numbers"):
         SamplerSettings(shares=(1.0,))
+    with pytest.raises(SceneError, match=r"growth, recasting: .* sum to at most 1, found 0\.9 and"):
+        SamplerSettings(growth=0.9, recasting=0.3)
+    with pytest.raises(SceneError, match="growth, recasting: expected shares"):
+        SamplerSettings(recasting=-0.1)
+    with pytest.raises(SceneError, match=r"rounds, warmth: .* found 70 and 0\. "):
+        SamplerSettings(warmth=0.0)
