@@ -78,11 +78,19 @@ def spaced(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]], shortest:
     return tuple(kept)
 
 
-def longest_between(strings: Sequence[Sentence], cuts: Cuts) -> int:
-    """Symbols of the longest sentence."""
-    return max(
-        b - a
+def too_long(strings: Sequence[Sentence], cuts: Cuts, lengths: tuple[int, int]) -> bool:
+    """Whether a sentence is longer than the longest, in a string that allows shorter ones.
+
+    lengths : the shortest and the longest. Five symbols cannot be cut into sentences of 3 or 4:
+
+    >>> too_long(["abcde"], ((),), (3, 4)), too_long(["abcdef"], ((),), (3, 4))
+    (False, True)
+    """
+    shortest, longest = lengths
+    return any(
+        b - a > longest
         for string, inner in zip(strings, cuts, strict=True)
+        if -(-len(string) // longest) * shortest <= len(string)
         for a, b in pairwise((0, *inner, len(string)))
     )
 

@@ -33,15 +33,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from motiondb.grammar.annealing import WARMEST, anneal
 from motiondb.grammar.borders import (
     Cuts,
     border_places,
     change_alike,
-    longest_between,
     recurring_splits,
+    too_long,
 )
 from motiondb.grammar.cfg import Grammar, GrammarError
 from motiondb.grammar.cutting import (
@@ -57,6 +56,7 @@ from motiondb.grammar.induction import Induction, induce_with_bits
 from motiondb.grammar.perturbation import perturb
 from motiondb.grammar.refitting import refit
 from motiondb.grammar.reparsing import cut_by_rules
+from motiondb.grammar.repeats import join_strings
 from motiondb.grammar.rule_set import RuleSet, flat_rules
 
 EVALUATIONS = 4000
@@ -184,15 +184,6 @@ def _by_string(cuts: Sequence[int], room: Room) -> Cuts:
     return tuple(tuple(c - low for c in cuts if low < c < high) for low, high in bounds)
 
 
-def _joined(
-    strings: Sequence[Sentence], number: dict[str, int]
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Strings as one array, a separator of its own after each, and where each begins."""
-    joined = [[*(number[name] for name in s), len(number) + k] for k, s in enumerate(strings)]
-    bounds = np.cumsum([0, *map(len, joined)])
-    return np.array([symbol for part in joined for symbol in part], dtype=np.int64), bounds
-
-
 def race(
     strings: Sequence[Sentence], candidates: Sequence[Cuts], rng: np.random.Generator
 ) -> list[Judged]:
@@ -238,14 +229,14 @@ def better(
     for done in range(changes):
         kind = rng.random()
         if kind < _BY_RULES:
-            cuts = _cut_anew(strings, current.rules, lengths, rng, number)
+            cuts = _cut_anew(strings, current.rules, lengths, rng)
         elif kind < _BY_RULES + _BY_KINDS:
             cuts = change_alike(strings, places, current.cuts, lengths[0], rng)
         else:
             cuts = current.cuts
         if cuts == current.cuts:
             changed = _judged(cuts, _flat(strings, cuts, number), rng, 1, _AGAIN, current)
-        elif cuts in seen or longest_between(strings, cuts) > lengths[1]:
+        elif cuts in seen or too_long(strings, cuts, lengths):
             continue
         else:
             flat = _flat(strings, cuts, number)
@@ -265,9 +256,8 @@ def _cut_anew(
     rules: RuleSet,
     lengths: tuple[int, int],
     rng: np.random.Generator,
-    number: dict[str, int],
 ) -> Cuts:
-    symbols, bounds = _joined(strings, number)
+    symbols, bounds = join_strings(strings)
     shaken = 4.0 * rng.random() * rng.exponential(size=symbols.size)
     novelty = rng.uniform(0.3, 1.2)
     return cut_by_rules(

@@ -56,6 +56,7 @@ def cut_by_rules(
     ((2, 4),)
     """
     shortest, longest = lengths
+    longest = min(longest, int(np.diff(bounds).max()) - 1)  # a wish for more takes no more room
     price = sentence_prices(symbols, rule_set, longest, novelty)
     if shaken is not None:
         price += shaken[:, None]

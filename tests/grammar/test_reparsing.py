@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from motiondb.grammar.borders import (
     border_places,
     change_alike,
-    longest_between,
     recurring_splits,
     spaced,
+    too_long,
 )
 from motiondb.grammar.cfg import read_grammar
 from motiondb.grammar.derive import derive
@@ -133,7 +133,33 @@ def test_changes_of_a_kind_stay_inside_and_keep_the_shortest_length(strings, see
         for string, inner in zip(strings, cuts, strict=True):
             edges = (0, *inner, len(string))
             assert all(b - a >= 2 for a, b in pairwise(edges))
-    assert longest_between(strings, cuts) <= max(map(len, strings))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 12), st.integers(1, 4), st.integers(0, 4), st.sets(st.integers(1, 11)))
+def test_sentences_are_too_long_only_where_shorter_ones_are_possible(n, shortest, more, places):
+    longest = shortest + more
+    cuts = tuple(sorted(place for place in places if place < n))
+    lengths = np.diff((0, *cuts, n))
+    allowed = any(
+        all(shortest <= b - a <= longest for a, b in pairwise((0, *chosen, n)))
+        for k in range(n)
+        for chosen in combinations(range(1, n), k)
+    )
+    found = too_long(["x" * n], (cuts,), (shortest, longest))
+    assert found == (allowed and max(lengths) > longest)
+
+
+def test_a_string_that_must_stay_whole_does_not_hold_the_others():
+    strings, cuts = ["abcde", "abcdefgh"], ((), (4,))
+    assert not too_long(strings, cuts, (3, 4))
+    assert too_long(strings, ((), ()), (3, 4))
+
+
+def test_a_longest_sentence_without_end_takes_no_more_room():
+    joined, bounds = np.array([0, 1, 2, 0, 2, 3, 0, 2, 0, 1, 2, 4]), np.array([0, 6, 12])
+    cuts = cut_by_rules(joined, bounds, RULES, (2, 5))
+    assert cut_by_rules(joined, bounds, RULES, (2, 10**12)) == cuts
 
 
 def test_rules_that_are_known_are_never_made_worse():
