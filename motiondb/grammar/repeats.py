@@ -9,8 +9,9 @@ two scans. The common lengths follow from a scan in text order.
 A *maximal repeat* occurs twice or more and cannot be widened on either side without losing an
 occurrence: an interval of the suffix array whose left neighbours differ. The *cover* chooses
 occurrences of repeats, the longest first and none overlapping another; where it is used, sentences
-are never cut inside one. In a run such as ``ababab`` an occurrence would overlap its own repetition: it is cut
-down to the period, so that a long run does not become one piece that nothing may divide.
+are never cut inside one. In a run such as ``ababab`` an occurrence would overlap its own
+repetition: it is cut down to the period, so that a long run does not become one piece that nothing
+may divide.
 
 Notation: N symbols, SA suffix array, LCP common lengths.
 Sources: G. Nong, S. Zhang and W. H. Chan, "Linear suffix array construction by almost pure
