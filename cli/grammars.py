@@ -66,7 +66,7 @@ def learn(
     ] = "auto",
     shortest: Annotated[
         int, typer.Option("--shortest", min=1, help="Terminals of a sentence that is found, least.")
-    ] = 4,
+    ] = 3,
     longest: Annotated[
         int, typer.Option("--longest", min=1, help="Terminals of a sentence that is found, most.")
     ] = 20,

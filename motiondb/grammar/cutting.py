@@ -197,7 +197,8 @@ def _changed(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tup
         return _placed(room, cuts, edges[first], edges[first + 1], rng)
     place = cuts[rng.integers(len(cuts))]
     around = bisect_left(edges, place)
-    if edges[around + 1] - edges[around - 1] > room.longest + 1:
+    low, high = edges[around - 1], edges[around + 1]
+    if high - (high in room.bounds) - low > room.longest:  # a separator ends a string
         return cuts
     return tuple(cut for cut in cuts if cut != place)
 

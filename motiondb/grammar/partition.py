@@ -151,6 +151,7 @@ def find_sentences(
         *_searched(strings, room, lengths, rng, evaluations),
         *recurring_splits(strings, *lengths),
     ]
+    candidates = [cuts for cuts in candidates if not too_long(strings, cuts, lengths)] or candidates
     tell(1, _STEPS)
     bettered = race(strings, candidates, rng)
     tell(2, _STEPS)

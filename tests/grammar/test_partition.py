@@ -176,6 +176,18 @@ def test_a_border_that_always_recurs_may_be_cut_although_it_repeats():
     assert found.cuts == ((4, 8, 12, 16),)
 
 
+@pytest.mark.parametrize("seed", range(2))
+def test_no_sentence_is_longer_than_was_wished(seed):
+    rng = np.random.default_rng(seed)
+    motif = tuple(
+        map(str, rng.integers(4, size=11))
+    )  # recurs, and is longer than a sentence may be
+    strings = [(*map(str, rng.integers(4, size=9)), *motif, *motif) for _ in range(2)]
+    found = find_sentences(strings, rng, shortest=3, longest=8)
+    assert {3 <= len(sentence) <= 8 for sentence in found.sentences} == {True}
+    assert sum(map(len, found.sentences)) == sum(map(len, strings))
+
+
 def test_sentences_may_be_given():
     found = sentences_between([tuple("abxcd"), tuple("abycdabxcd")], [(), (5,)])
     assert round(found.bits.total, 4) == 41.0391
