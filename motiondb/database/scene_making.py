@@ -209,7 +209,7 @@ def _attempt(
     began = time.monotonic()
     progress("polishing", 0.0, trace.final)
     table = Binder(text.diagram, text.grammar).bind(list(state.trees))
-    polished = polish(state, clips.library, clips.motions, table, settings.gaze)
+    polished = polish(state, clips.library, clips.motions, table, settings.gaze, start is not None)
     found = report_scene(state, clips.library, clips.motions, table, polished)
     seconds["polishing"] += time.monotonic() - began
     return MadeScene(

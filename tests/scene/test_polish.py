@@ -204,6 +204,33 @@ def test_meetings_that_no_pace_allows_are_reported(library) -> None:
     assert not found.clean
 
 
+def test_who_is_in_haste_leaves_out_ways_and_takes_one_that_nearly_holds(
+    library, monkeypatch
+) -> None:
+    state, table = scene(library)
+    faults = iter([5.0, 0.5, 0.001, 0.0])
+    tried = []
+
+    def fault(_table, _edited):
+        tried.append(next(faults))
+        return tried[-1]
+
+    monkeypatch.setattr(polishing, "_fault", fault)
+    hurries = []
+    whole = polishing.schedule_scene
+
+    def schedule(state, library, table, hurry):
+        hurries.append(hurry)
+        scheduled = whole(state, library, table, hurry)
+        return replace(scheduled, delays=tuple(d + 10.0 * len(hurries) for d in scheduled.delays))
+
+    monkeypatch.setattr(polishing, "schedule_scene", schedule)
+    best = polishing._best(state, library, MOTIONS, table, haste=True)
+    assert tried == [5.0, 0.5, 0.001]  # of the first hurry one way, of the second until it is good
+    assert best.fault == 0.001
+    assert hurries == [1.0, 0.5]
+
+
 def test_a_capture_that_is_gone_is_named(library) -> None:
     state, table = scene(library)
     with pytest.raises(SceneError, match="pass: expected the capture"):
