@@ -57,9 +57,9 @@ def _head() -> list[str]:
     return [
         "Made by `benchmarks/scenes.py` on the sample data; see there how to do it again. What the"
         " words mean is told in [scenes.md](scenes.md). Nothing was chosen or left out: every seed"
-        " that was run is in the tables. The machine had two processors and a load of about ten"
-        " other processes, so that seconds of the wall clock tell little; processor seconds of both"
-        " threads together, which such a load makes longer too, stand beside them."
+        " that was run is in the tables. The machine had two processors and hardly anything else to"
+        " do; processor seconds of both threads together, which tell more where it had, stand"
+        " beside those of the wall clock."
     ]
 
 
