@@ -3,7 +3,8 @@
 Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
 directions and frames for synchronisation. The threshold of a position, a line or a direction is the
 rule's weight, the deviation that costs 1; that of a synchronisation two frames; a distance must be
-kept. Both are measured on the motions that came out (:mod:`motiondb.scene.report`).
+kept. Both are measured on the motions that came out (:mod:`motiondb.scene.report`), in the frames
+that a rule looks at: one, or, throughout, those of its own actions and no others.
 """
 
 from __future__ import annotations
@@ -16,9 +17,16 @@ import numpy as np
 from motiondb import store
 from motiondb.records import MOTION_FPS
 
+_Span = tuple[int | None, int | None]
+
 
 def report_facts(record: store.StoredScene) -> dict[str, Any]:
-    """Everything that is known of how well a scene keeps its rules, for JSON."""
+    """Everything that is known of how well a scene keeps its rules, for JSON.
+
+    Of every rule the frames [start, end) that it looked at, and how many of them, ``frames``;
+    null in scenes of earlier versions, which did not note them.
+    """
+    rest = {key: value for key, value in record.report.items() if key != "rule_frames"}
     return {
         "scene": record.name,
         "settings": dict(record.settings),
@@ -33,23 +41,35 @@ def report_facts(record: store.StoredScene) -> dict[str, Any]:
         "actions": {
             player.name: [clip.terminal for clip in player.clips] for player in record.players
         },
-        "by_rule": [
-            {
-                "player": rule.player,
-                "action": rule.action,
-                "clip": rule.clip,
-                "rule": rule.kind,
-                "about": rule.about,
-                "unit": rule.unit,
-                "before": round(rule.before, 4),
-                "after": round(rule.after, 4),
-                "threshold": round(rule.threshold, 4),
-                "frame": rule.frame,
-                "kept": rule.kept,
-            }
-            for rule in record.rules
-        ],
-        **record.report,
+        "by_rule": [_rule_facts(rule, span) for rule, span in _spans(record)],
+        **rest,
+    }
+
+
+def _spans(record: store.StoredScene) -> list[tuple[store.SceneRule, _Span]]:
+    """The rules, each with the first frame that it looked at and the one behind the last."""
+    unknown: list[_Span] = [(None, None)] * len(record.rules)
+    found = record.report.get("rule_frames", unknown)
+    return [(rule, (start, end)) for rule, (start, end) in zip(record.rules, found, strict=True)]
+
+
+def _rule_facts(rule: store.SceneRule, span: _Span) -> dict[str, Any]:
+    start, end = span
+    return {
+        "player": rule.player,
+        "action": rule.action,
+        "clip": rule.clip,
+        "rule": rule.kind,
+        "about": rule.about,
+        "unit": rule.unit,
+        "before": round(rule.before, 4),
+        "after": round(rule.after, 4),
+        "threshold": round(rule.threshold, 4),
+        "frame": rule.frame,
+        "start": start,
+        "end": end,
+        "frames": None if start is None or end is None else end - start,
+        "kept": rule.kept,
     }
 
 
@@ -67,13 +87,18 @@ def report_text(record: store.StoredScene) -> str:
     lines += ["", f"rules kept: {kept} of {facts['rules']}", ""]
     lines += _table(
         ["player", "action", "rule", "about", "before", "after", "threshold", "frame", ""],
-        [_rule_row(rule) for rule in record.rules],
+        [_rule_row(rule, span, record.n_frames) for rule, span in _spans(record)],
     )
     lines += ["", *_contact_lines(record), *_feet_lines(record), "", *_source_lines(record)]
     return "\n".join(lines)
 
 
-def _rule_row(rule: store.SceneRule) -> list[str]:
+def _rule_row(rule: store.SceneRule, span: _Span, n_frames: int) -> list[str]:
+    start, end = span
+    frames, fault = str(rule.frame), "" if rule.kept else "BROKEN"
+    if start is not None and end is not None and end - start > 1:
+        frames = f"{start}-{end - 1}, {end - start} of {n_frames}"
+        fault += f", most at {rule.frame}" * (not rule.kept)
     shown = [
         f"{value:.2f} {rule.unit}".rstrip() for value in (rule.before, rule.after, rule.threshold)
     ]
@@ -84,8 +109,8 @@ def _rule_row(rule: store.SceneRule) -> list[str]:
         rule.kind,
         rule.about,
         *shown,
-        str(rule.frame),
-        "" if rule.kept else "BROKEN",
+        frames,
+        fault,
     ]
 
 

@@ -289,9 +289,10 @@ def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:
 
 
 def _report_rest(made: MadeScene) -> dict[str, Any]:
-    """Collisions, feet, bones and the ball, for the report."""
+    """Frames that rules looked at, collisions, feet, bones and the ball, for the report."""
     report = made.report
     return {
+        "rule_frames": [[rule.start, rule.end] for rule in report.rules],
         "collisions": [_rounded(asdict(touch)) for touch in report.collisions],
         "collisions_before": len(report.collisions_before),
         "feet": {f.player: [round(f.slip, 4), round(f.source_slip, 4)] for f in report.feet},

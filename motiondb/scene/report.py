@@ -8,8 +8,9 @@ headings of the pelvis, discs, feet, bones, palms. A rule's value is in a unit t
     distance          metres beyond its bounds    threshold: 0
     synchronisation   frames                      threshold: 2
 
-A rule that holds throughout is judged by its mean over the frames, a distance by its worst frame.
-The frame is where it fails most.
+A rule looks at one frame, or, where it holds throughout, at every frame of its own actions; what is
+before and behind them no rule looks at. It is judged by its mean over these frames, a distance by
+its worst frame. The frame is where it fails most.
 """
 
 from __future__ import annotations
@@ -48,9 +49,10 @@ class RuleReport:
     """One rule: whose, of which action, about what, and by how much it fails.
 
     ``token`` : number of the action in the player's string; ``last`` the one behind the stretch.
-    ``frame`` : of the polished scene. ``before``, ``after`` polishing, and ``threshold``, in
-    ``unit``; ``kept`` : whether ``after`` is no more than it. A rule whose role nobody fills
-    is ``unmet`` and never kept.
+    ``frame`` : of the polished scene; ``start``, ``end`` : the frames [start, end) of it that the
+    rule looked at. ``before``, ``after`` polishing, and ``threshold``, in ``unit``; ``kept`` :
+    whether ``after`` is no more than it. A rule whose role nobody fills is ``unmet`` and never
+    kept.
     """
 
     player: str
@@ -62,6 +64,8 @@ class RuleReport:
     unit: str
     threshold: float
     frame: int
+    start: int
+    end: int
     before: float
     after: float
     kept: bool
@@ -187,6 +191,7 @@ def _rule(table: RuleTable, number: int, before: Timeline, after: Timeline) -> R
     was, now = (_value(table, number, timeline) for timeline in (before, after))
     scale = _SCALES.get(kind, 1.0)
     threshold = 0.0 if unmet else tolerance(row) * scale
+    frames = moment_frames(row, after)[: 1 if kind == kinds.SYNCHRONISATION else None]
     actions = table.actions[row["player"]]
     return RuleReport(
         table.players[row["player"]],
@@ -198,6 +203,8 @@ def _rule(table: RuleTable, number: int, before: Timeline, after: Timeline) -> R
         _UNITS.get(kind, "m"),
         threshold,
         now[1],
+        int(frames[0]),
+        int(frames[-1]) + 1,
         was[0] * scale,
         now[0] * scale,
         not unmet and now[0] * scale <= threshold + 1e-6,
