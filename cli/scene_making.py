@@ -119,7 +119,7 @@ def _finish(
 
 
 def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
-    from motiondb.database.scene_reports import report_facts
+    from motiondb.database.scene_reports import cut_short_lines, report_facts
 
     facts = report_facts(scene.record)
     work = {what: round(took, 3) for what, took in scene.made.seconds.items()}
@@ -132,6 +132,8 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
     )
     took = ", ".join(f"{what} {time:.1f} s" for what, time in work.items())
     typer.echo(f"error {facts['error']:.2f} before polish; {took}")
+    for line in cut_short_lines(scene.record):
+        typer.echo(line)
     touching = len(facts["collisions"])
     typer.echo(
         f"rules kept: {facts['rules'] - facts['broken']} of {facts['rules']};"

@@ -12,7 +12,7 @@ import math
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,7 +51,8 @@ class SceneSettings:
 
     Attributes
     ----------
-    seed : the same seed gives the same scene, unless ``minutes`` cut the work short.
+    seed : the same seed gives the same scene, unless ``minutes`` cut the work short (as
+        ``MadeScene.cut_short`` says).
     chains : Markov chains at different temperatures; 1 is a single chain.
     minutes : sample for no longer than that.
     tries : how often to begin anew where rules stay broken.
@@ -109,7 +110,8 @@ class MadeScene:
     ----------
     table : the rules that bind it. report : how far each is kept.
     error : -log P(Z) before polish. seconds : what took how long, by name.
-    tries : how often it was begun.
+    tries : how often it was begun. cut_short : whether time ended the sampling, or kept it from
+        being begun again; then the seed alone does not fix the scene.
     """
 
     text: SceneText
@@ -123,6 +125,7 @@ class MadeScene:
     error: float
     tries: int
     seconds: dict[str, float]
+    cut_short: bool
 
     @property
     def too_fast(self) -> tuple[str, ...]:
@@ -175,10 +178,14 @@ def make(
         made = _attempt(text, clips, settings, progress, (start, rng, until, number, seconds))
         if best is None or _badness(made) < _badness(best):
             best = made
-        if made.clean or time.monotonic() > until:
+        cut_short = made.cut_short
+        if made.clean:
+            break
+        if time.monotonic() > until:
+            cut_short |= number + 1 < settings.tries
             break
     assert best is not None
-    return best
+    return replace(best, cut_short=cut_short)
 
 
 _How = tuple[Start | None, np.random.Generator, float, int, dict[str, float]]
@@ -197,9 +204,13 @@ def _attempt(
     sampler = WARM if start else sampler
     what = "sampling" if number == 0 else f"sampling, try {number + 1}"
 
+    cut_short = False
+
     def heard(done: int, error: float) -> bool:
+        nonlocal cut_short
         progress(what, done / sampler.rounds, error)
-        return time.monotonic() > until
+        cut_short = done < sampler.rounds and time.monotonic() > until
+        return cut_short
 
     began = time.monotonic()
     progress(what, 0.0, math.nan)
@@ -214,7 +225,7 @@ def _attempt(
     seconds["polishing"] += time.monotonic() - began
     return MadeScene(
         text, settings, clips, state, table, polished, found, trace, trace.final, number + 1,
-        seconds,
+        seconds, cut_short,
     )  # fmt: skip
 
 

@@ -80,6 +80,7 @@ def report_text(record: store.StoredScene) -> str:
         f"{record.name}: {facts['characters']} characters, {facts['clips']} clips,"
         f" {record.n_frames} frames ({facts['seconds']:.1f} s)",
         f"error -log P(Z) {record.error:.2f} as sampled; seed {record.settings.get('seed')}",
+        *cut_short_lines(record),
         "",
     ]
     lines += [f"{name:6} {' '.join(actions)}" for name, actions in facts["actions"].items()]
@@ -91,6 +92,17 @@ def report_text(record: store.StoredScene) -> str:
     )
     lines += ["", *_contact_lines(record), *_feet_lines(record), "", *_source_lines(record)]
     return "\n".join(lines)
+
+
+def cut_short_lines(record: store.StoredScene) -> list[str]:
+    """A line where time ended the sampling before it was done, else none."""
+    if not record.report.get("cut_short", False):
+        return []
+    minutes = float(record.settings.get("minutes", 0.0))
+    return [
+        f"sampling was cut short by --minutes {minutes:g}: the seed alone does not fix this scene,"
+        " and with more minutes it may be better"
+    ]
 
 
 def _rule_row(rule: store.SceneRule, span: _Span, n_frames: int) -> list[str]:

@@ -302,6 +302,7 @@ def _report_rest(made: MadeScene) -> dict[str, Any]:
         "too_fast": list(made.too_fast),
         "settled": bool(made.polished.settled),
         "tries": made.tries,
+        "cut_short": made.cut_short,
     }
 
 

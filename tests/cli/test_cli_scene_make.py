@@ -37,6 +37,9 @@ def test_make_update_report_list_remove(
     assert made.code == 0, made.err
     assert "play: 2 characters" in made.out
     assert "rules kept: " in made.out
+    said = "sampling was cut short by --minutes 0.005: the seed alone does not fix this scene"
+    cut_short = json.loads((out / "report.json").read_text())["cut_short"]
+    assert (said in made.out) == (said in (out / "report.txt").read_text()) == cut_short
     for name in ("A1.bvh", "A2.bvh", "scene.glb", "paths.png", "above.gif", "scene.gif"):
         assert (out / name).stat().st_size > 1000, name
 

@@ -51,6 +51,17 @@ def test_every_rule_tells_the_frames_that_it_looked_at() -> None:
     ]
 
 
+def test_sampling_that_time_ended_is_told() -> None:
+    said = (
+        "sampling was cut short by --minutes 0.5: the seed alone does not fix this scene, and with"
+        " more minutes it may be better"
+    )
+    assert said not in report_text(SCENE)
+    short = replace(SCENE, report={**SCENE.report, "cut_short": True})
+    assert report_text(short).splitlines()[2] == said
+    assert report_facts(short)["cut_short"] is True
+
+
 def test_scenes_that_did_not_note_frames_are_told_as_before() -> None:
     old = replace(SCENE, report={"collisions": []})
     assert table_of(old) == ["60", "201    BROKEN", "240    BROKEN"]

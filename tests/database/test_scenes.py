@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import chain, repeat
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +18,7 @@ import pytest
 
 import motiondb
 from motiondb import capture, store
-from motiondb.database import scene_folder
+from motiondb.database import scene_folder, scene_making
 from motiondb.database.scene_records import from_json, record_state, record_text, to_json
 from motiondb.database.scenes import Scene, SceneSettings, action_captions
 from motiondb.errors import MotionDBError, QueryError, SceneError
@@ -167,6 +168,58 @@ def test_a_small_change_keeps_who_is_not_touched(made: Made, tmp_path: Path) -> 
     assert scene.made.text.diagram.player["A2"].at.x == -3.2
     for player in scene.record.players:
         assert {"A1": "pass", "A2": "shoot"}[player.name] in [c.terminal for c in player.clips]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "cut_short"),
+    [([], False), ([0.0, 0.0], True)],  # when it began; 1000 s later, after the first round
+)
+def test_a_scene_tells_whether_time_ended_its_sampling(
+    made: Made, monkeypatch: pytest.MonkeyPatch, seconds: list[float], cut_short: bool
+) -> None:
+    clock = chain(seconds, repeat(1000.0))
+    monkeypatch.setattr(scene_making, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    with motiondb.open(made.file, read_only=True) as db:
+        scene = db.scenes.update(db.scenes.find(made.folder), made.diagram)
+    assert (len(scene.made.trace.best) == 2) == cut_short  # the start and one round
+    assert scene.record.report["cut_short"] is cut_short
+
+
+@pytest.mark.parametrize(
+    ("tries", "late", "cut_short"),
+    [
+        # of each try the rules broken and whether time ended it; after which time is up
+        ([(0, False), (0, False)], 1, False),  # all is well: nothing was left out
+        ([(1, False), (0, False)], 2, False),
+        ([(1, False), (0, False)], 1, True),  # the second try was left out
+        ([(1, False), (1, False)], 2, False),  # there was no third
+        ([(1, False), (2, True)], 2, True),  # the best is the first, the second might have been
+        ([(0, True), (0, False)], 1, True),
+    ],
+)
+def test_time_that_ends_any_try_counts(
+    made: Made,
+    monkeypatch: pytest.MonkeyPatch,
+    tries: list[tuple[int, bool]],
+    late: int,
+    cut_short: bool,
+) -> None:
+    scene, done = made.scene.made, []
+    rule = replace(scene.report.rules[0], kept=False)
+
+    def attempt(*_: object) -> scene_making.MadeScene:
+        broken, ended = tries[len(done)]
+        done.append(broken)
+        report = replace(scene.report, rules=(rule,) * broken, collisions=(), paces=())
+        return replace(scene, report=report, cut_short=ended)
+
+    clock = SimpleNamespace(monotonic=lambda: 100.0 * (len(done) >= late))
+    monkeypatch.setattr(scene_making, "time", clock)
+    monkeypatch.setattr(scene_making, "_attempt", attempt)
+    settings = SceneSettings(minutes=1.0, tries=len(tries))
+    found = scene_making.make(scene.text, scene.clips, settings, lambda *_: None)
+    assert found.cut_short == cut_short
+    assert len(found.report.rules) == min(done)
 
 
 def test_a_scene_is_kept_replaced_and_removed(made: Made, writable: motiondb.MotionDB) -> None:
