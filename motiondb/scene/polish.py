@@ -27,6 +27,7 @@ from motiondb.scene.clips import ClipLibrary
 from motiondb.scene.collisions import RADIUS
 from motiondb.scene.facing import turn_who_waits
 from motiondb.scene.gaze import look
+from motiondb.scene.joint_edits import joint_edits
 from motiondb.scene.path_editing import Edited, Facing, edit_paths
 from motiondb.scene.playing import Part, Playing
 from motiondb.scene.rule_table import RuleTable
@@ -145,8 +146,8 @@ def polish(
     if acts and ball is not None and gaze:
         held = look(acts, ball.positions, held)
     players = tuple(
-        _placed(table.players[n], held[n], best.spliced[n], best.maps[n], len(table.actions[n]))
-        for n in range(len(shown))
+        _placed(table.players[n], (one, held[n]), best.spliced[n], best.maps[n], table.actions[n])
+        for n, one in enumerate(shown)
     )
     return PolishedScene(players, ball, timeline, best.edited.settled)
 
@@ -352,8 +353,15 @@ def _facings(
     return tuple(found)
 
 
-def _placed(name: str, motion: Motion, spliced: Spliced, times: TimeMap, n_clips: int) -> Placed:
-    """A player with where each frame comes from."""
+def _placed(
+    name: str,
+    bodies: tuple[Motion, Motion],
+    spliced: Spliced,
+    times: TimeMap,
+    actions: tuple[str, ...],
+) -> Placed:
+    """A player with where each frame comes from; motions before and after arms and head moved."""
+    motion, moved = bodies[1], joint_edits(*bodies)
     clock = np.arange(motion.n_frames, dtype=float)
     source = times.source_at(clock)
     at = spliced.rows(source)
@@ -365,10 +373,11 @@ def _placed(name: str, motion: Motion, spliced: Spliced, times: TimeMap, n_clips
     captures = tuple(dict.fromkeys(sources[number].capture for number in numbers))
     licence = {source.capture: source.licence for source in sources}
     edits = []
-    for number, share in zip(numbers, shares, strict=True):
+    for frame, (number, share) in enumerate(zip(numbers, shares, strict=True)):
         part = spliced.parts[number]
         said = [part.source.edit, f"blend {share:.2f}" if share < 1.0 else ""]
         said += ["waits" if part.waits else "", "way edited, feet held"]
+        said += [edit for edit, frames in moved.items() if frames[frame]]
         edits.append(", ".join(word for word in said if word))
     return Placed(
         name,
@@ -379,5 +388,5 @@ def _placed(name: str, motion: Motion, spliced: Spliced, times: TimeMap, n_clips
         frames,
         np.where(held, 0.0, rate * times.slope_at(clock)),
         tuple(edits),
-        np.clip([spliced.parts[number].clip for number in numbers], 0, n_clips - 1),
+        np.clip([spliced.parts[number].clip for number in numbers], 0, len(actions) - 1),
     )

@@ -14,7 +14,16 @@ from motiondb.grammar.parse import parse
 from motiondb.pose import body, retarget, rotation
 from motiondb.records import Event, Motion
 from motiondb.scene import polish as polishing
-from motiondb.scene.ball import BOUNCE, GRAVITY, RADIUS, RIM, bounced, shot_seconds, thrown
+from motiondb.scene.ball import (
+    BOUNCE,
+    GRAVITY,
+    RADIUS,
+    REACHING,
+    RIM,
+    bounced,
+    shot_seconds,
+    thrown,
+)
 from motiondb.scene.ball_acts import Possession
 from motiondb.scene.binding import bind
 from motiondb.scene.clip_cutting import ShownMotion
@@ -147,6 +156,20 @@ def test_every_frame_has_its_capture_and_licence(made, told) -> None:
     assert runs[0].start == 0
     assert all(a.end == b.start for a, b in pairwise(runs))
     assert any("waits" in run.edit for run in runs)
+
+
+def test_edits_name_hands_at_the_ball_and_heads_that_turn(library, made) -> None:
+    state, table, out = made
+    for number, placed in enumerate(out.players):
+        hands = np.array(["hands brought to the ball" in e.split(", ") for e in placed.edits])
+        heads = np.array(["head turned" in e.split(", ") for e in placed.edits])
+        holds = np.flatnonzero(out.ball.holder == number)
+        assert hands[holds].any()
+        apart = np.abs(np.arange(len(hands))[:, None] - holds).min(axis=1)
+        assert not hands[apart > REACHING].any()
+        assert heads.any()
+    plain = polish(state, library, MOTIONS, table, gaze=False)
+    assert not any("head turned" in edit for placed in plain.players for edit in placed.edits)
 
 
 def test_the_ball_is_in_hands_from_catch_to_release(made) -> None:
