@@ -9,6 +9,8 @@ keeps its own turning in the world, and is lifted where ankle or toe would dig i
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -96,15 +98,10 @@ def lock_feet(
         )
         new_hip = rotation.multiply(upper, world[:, hip])
         new_knee = rotation.multiply(lower, world[:, knee])
-        local[:, hip] = _relative(world[:, 0], new_hip)
-        local[:, knee] = _relative(new_hip, new_knee)
-        local[:, ankle] = _relative(new_knee, world[:, ankle])
-    return Motion(
-        rotation.unroll(local).astype(np.float32),
-        motion.root_positions,
-        motion.leg_length,
-        motion.notes,
-    )
+        local[:, hip] = rotation.relative(world[:, 0], new_hip)
+        local[:, knee] = rotation.relative(new_hip, new_knee)
+        local[:, ankle] = rotation.relative(new_knee, world[:, ankle])
+    return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))
 
 
 def _without_knee_pop(
@@ -176,7 +173,3 @@ def _ground_speed(place: FloatArray) -> FloatArray:
 
 def _path(place: FloatArray) -> float:
     return float(np.linalg.norm(np.diff(place[:, [0, 2]], axis=0), axis=-1).sum())
-
-
-def _relative(parent: FloatArray, world: FloatArray) -> FloatArray:
-    return rotation.multiply(rotation.conjugate(parent), world)

@@ -218,7 +218,7 @@ def _swing(
 
 def _set_local(local: FloatArray, world: FloatArray, joint: str) -> None:
     parent = world[:, body.PARENTS[_I[joint]]]
-    local[:, _I[joint]] = rotation.multiply(rotation.conjugate(parent), world[:, _I[joint]])
+    local[:, _I[joint]] = rotation.relative(parent, world[:, _I[joint]])
 
 
 def _axis(number: int, n_frames: int) -> FloatArray:

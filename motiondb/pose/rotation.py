@@ -39,6 +39,15 @@ def conjugate(q: FloatArray) -> FloatArray:
     return q * np.array([1.0, -1.0, -1.0, -1.0], dtype=q.dtype)
 
 
+def relative(parent: FloatArray, world: FloatArray) -> FloatArray:
+    """What turns ``parent`` into ``world``, in the parent's frame: a joint's local rotation.
+
+    >>> relative(from_euler([30.0], "Y"), from_euler([50.0], "Y")).round(6).tolist()
+    [0.984808, 0.0, 0.173648, 0.0]
+    """
+    return multiply(conjugate(parent), world)
+
+
 def rotate(q: FloatArray, v: FloatArray) -> FloatArray:
     """Turn the vectors v (..., 3) by q (..., 4).
 
@@ -190,7 +199,7 @@ def twist(q: FloatArray, axis: FloatArray) -> FloatArray:
 
 def slerp(p: FloatArray, q: FloatArray, t: ArrayLike) -> FloatArray:
     """Shortest-arc interpolation from p (t = 0) to q (t = 1); t (...) without the last axis."""
-    return multiply(p, exp(np.asarray(t)[..., None] * log(multiply(conjugate(p), q))))
+    return multiply(p, exp(np.asarray(t)[..., None] * log(relative(p, q))))
 
 
 def unroll(q: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -65,9 +66,4 @@ def follow(motion: Motion, ball: FloatArray) -> Motion:
     local = motion.local_rotations.astype(np.float64)
     for joint in ("neck", "head"):
         local[:, _I[joint]] = rotation.multiply(half, local[:, _I[joint]])
-    return Motion(
-        rotation.unroll(local).astype(np.float32),
-        motion.root_positions,
-        motion.leg_length,
-        motion.notes,
-    )
+    return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))

@@ -6,6 +6,8 @@ where it is asked as far as they reach, with the elbow bent in the plane in whic
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from motiondb.pose import body, kinematics, retarget, rotation
@@ -52,16 +54,9 @@ def reach(motion: Motion, targets: FloatArray, weights: FloatArray) -> Motion:
         new_elbow = rotation.multiply(lower, world[:, elbow])
         moved = weights[:, hand, None] > 0.0
         local[:, shoulder] = np.where(
-            moved, _relative(world[:, collar], new_shoulder), local[:, shoulder]
+            moved, rotation.relative(world[:, collar], new_shoulder), local[:, shoulder]
         )
-        local[:, elbow] = np.where(moved, _relative(new_shoulder, new_elbow), local[:, elbow])
-    return Motion(
-        rotation.unroll(local).astype(np.float32),
-        motion.root_positions,
-        motion.leg_length,
-        motion.notes,
-    )
-
-
-def _relative(parent: FloatArray, world: FloatArray) -> FloatArray:
-    return rotation.multiply(rotation.conjugate(parent), world)
+        local[:, elbow] = np.where(
+            moved, rotation.relative(new_shoulder, new_elbow), local[:, elbow]
+        )
+    return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))

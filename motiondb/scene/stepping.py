@@ -9,6 +9,8 @@ has them.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -110,17 +112,12 @@ def step_feet(motion: Motion, waits: NDArray[np.bool_]) -> Motion:
         turn = pose_vectors.yaw(target[:, foot, 3] - wanted[:, foot, 3])
         new_ankle = rotation.multiply(turn, world[:, ankle])
         for joint, turned in (
-            (hip, _relative(world[:, 0], new_hip)),
-            (knee, _relative(new_hip, new_knee)),
-            (ankle, _relative(new_knee, new_ankle)),
+            (hip, rotation.relative(world[:, 0], new_hip)),
+            (knee, rotation.relative(new_hip, new_knee)),
+            (ankle, rotation.relative(new_knee, new_ankle)),
         ):
             local[moved, joint] = turned[moved]
-    return Motion(
-        rotation.unroll(local).astype(np.float32),
-        motion.root_positions,
-        motion.leg_length,
-        motion.notes,
-    )
+    return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))
 
 
 def _wanted(positions: FloatArray, world: FloatArray) -> FloatArray:
@@ -128,7 +125,3 @@ def _wanted(positions: FloatArray, world: FloatArray) -> FloatArray:
     heading = np.unwrap(features.headings(world))
     feet = positions[:, [_I["l_ankle"], _I["r_ankle"]]]
     return np.concatenate([feet, np.repeat(heading[:, None, None], 2, axis=1)], axis=2)
-
-
-def _relative(parent: FloatArray, world: FloatArray) -> FloatArray:
-    return rotation.multiply(rotation.conjugate(parent), world)
