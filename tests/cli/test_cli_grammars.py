@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from inspect import signature
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -71,6 +72,13 @@ def test_learn_says_what_was_learned(command: Any, copy: Path) -> None:
         assert found[2][key] == facts[key], key
     assert command("grammar", "list", "--db", copy).out.count("\n") == 3
     assert command("check", "--db", copy).code == 0
+
+
+def test_the_command_line_wishes_for_what_python_does_by_default() -> None:
+    wished = {name: own.default for name, own in signature(grammars.learn).parameters.items()}
+    settings = GrammarSettings()
+    assert wished["shortest"] == settings.shortest
+    assert wished["longest"] == settings.longest
 
 
 def test_show_tells_and_draws(command: Any, taught: Path) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import replace
 from itertools import product
 from types import SimpleNamespace
 
@@ -72,7 +73,7 @@ def only(*kinds: int) -> np.ndarray:
 def toy_play(wandering, tails: float = 0.0):
     library = wandering(["a", "b", "c", "d"], each=2, seed=3)
     play = make_play(ALONE, TOY, library)
-    return library, play.__class__(**{**vars(play), "tails": tails})
+    return library, replace(play, tails=tails)
 
 
 def toy_state(play, rules: tuple[int, ...], entries) -> SceneState:
@@ -150,7 +151,7 @@ LINKS = read_motion_grammar(
 def test_frequencies_of_growths_alone_are_exact(wandering, seed: int) -> None:
     library = wandering(["a", "b", "c", "d"], each=2, seed=3)
     play = make_play(ALONE, LINKS, library, 4)
-    play = play.__class__(**{**vars(play), "tails": 0.0})
+    play = replace(play, tails=0.0)
     exact = {}
     for before in [(), (4,), (2,), *product((4, 2), repeat=2)]:
         for parts in product((4, 5), repeat=before.count(4)):
@@ -208,7 +209,7 @@ def test_frequencies_of_clip_steps_are_exact(wandering, kinds, temperature: floa
     library = wandering(["a", "b", "c", "d"], each=4, seed=8)
     library.seam_class[:] = np.repeat(np.arange(8), 2)  # two variants of each clip
     play = make_play(ALONE, TOY, library)
-    play = play.__class__(**{**vars(play), "tails": 0.0})
+    play = replace(play, tails=0.0)
     rules = (0, 1, 3)
     table = bind(ALONE, TOY, [derive_by(play.derivations[0].grammar, rules)])
     exact = {}
