@@ -31,6 +31,7 @@ from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.scene import rule_table as kinds
 from motiondb.scene.collisions import RADIUS
 from motiondb.scene.rule_table import RuleTable
+from motiondb.scene.rules import nearest_on_line
 from motiondb.scene.separation import pushes
 from motiondb.scene.timeline import (
     Timeline,
@@ -220,7 +221,7 @@ def _correct(
         return
     nearest = target
     if kind == kinds.LINE:
-        nearest = _on_line(own[:, :2], target, target_places(row, timeline, frames, "other"))
+        nearest = nearest_on_line(own[:, :2], target, target_places(row, timeline, frames, "other"))
     away, apart = _apart(own[:, :2], nearest)
     bad = frame_values(row, timeline, frames) > float(row["weight"]) * BEYOND
     by = away * (float(row["weight"]) * WITHIN - apart)[:, None]
@@ -256,11 +257,3 @@ def _apart(own: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]
     apart = np.linalg.norm(away, axis=1)
     away = np.where(apart[:, None] > 1e-9, away / np.maximum(apart, 1e-9)[:, None], [0.0, 1.0])
     return away, apart
-
-
-def _on_line(own: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
-    """The nearest points of segments: array (frames, 2)."""
-    along = second - first
-    length = np.maximum(np.sum(along * along, axis=1), 1e-12)
-    share = np.clip(np.sum((own - first) * along, axis=1) / length, 0.0, 1.0)
-    return first + share[:, None] * along

@@ -23,7 +23,7 @@ from motiondb.scene.rule_table import (
     THROUGHOUT,
     UNMET,
 )
-from motiondb.scene.rules import PASS_SPEED
+from motiondb.scene.rules import PASS_SPEED, SMALLEST
 from motiondb.scene.scene_arrays import SceneArrays
 from motiondb.scene.scene_places import place_of
 
@@ -39,7 +39,7 @@ def wrapped(turn: float) -> float:
 def segment_distance(x: float, z: float, ax: float, az: float, bx: float, bz: float) -> float:
     """Metres from a point to the segment between two."""
     dx, dz = bx - ax, bz - az
-    share = ((x - ax) * dx + (z - az) * dz) / max(dx * dx + dz * dz, 1e-12)
+    share = ((x - ax) * dx + (z - az) * dz) / max(dx * dx + dz * dz, SMALLEST)
     share = min(max(share, 0.0), 1.0)
     return math.hypot(x - ax - share * dx, z - az - share * dz)
 

@@ -34,6 +34,9 @@ from motiondb.records import FloatArray
 PASS_SPEED = 8.0
 """Metres a second of a ball that is passed: what the time of its flight is estimated from."""
 
+SMALLEST = float(np.finfo(np.float64).tiny)
+"""Square metres that a segment is taken to have at least: no length is divided by 0."""
+
 THROUGHOUT, START, END, PATH = "throughout", "start", "end", "path"
 """Moments that every action has; any other is the name of an event of its clip."""
 
@@ -198,10 +201,19 @@ def line_error(position: FloatArray, first: FloatArray, second: FloatArray) -> F
     >>> line_error(np.array([[1.0, 1.0], [3.0, 0.0]]), np.zeros(2), np.array([2.0, 0.0])).tolist()
     [1.0, 1.0]
     """
+    return position_error(position, nearest_on_line(position, first, second))
+
+
+def nearest_on_line(position: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+    """The nearest points (..., 2) to places on the segment between two points.
+
+    >>> nearest_on_line(np.array([1.0, 1.0]), np.zeros(2), np.array([2.0, 0.0])).tolist()
+    [1.0, 0.0]
+    """
     along = np.subtract(second, first)
-    length = np.maximum(np.sum(along * along, axis=-1), 1e-12)
+    length = np.maximum(np.sum(along * along, axis=-1), SMALLEST)
     share = np.clip(np.sum(np.subtract(position, first) * along, axis=-1) / length, 0.0, 1.0)
-    return position_error(position, first + share[..., None] * along)
+    return np.add(first, share[..., None] * along)
 
 
 def flight_time(thrown: FloatArray, caught: FloatArray, speed: float = PASS_SPEED) -> FloatArray:

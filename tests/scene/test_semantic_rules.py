@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from motiondb.scene import rules
@@ -61,6 +61,8 @@ def test_behind_the_ends_a_line_is_as_far_as_its_end() -> None:
     assert rules.line_error(places, opponent, rim).tolist() == [0.5, 3.0, 5.0]
 
 
+@example([0.0, 0.0, 0.0, 1e-7, 0.0, 0.0])  # a line of a tenth of a micrometre
+@example([1.0, 1.0, 2.0, 2.0, 2.0, 2.0])
 @given(st.lists(lengths, min_size=6, max_size=6))
 def test_a_line_is_as_far_as_its_nearest_point(values: list[float]) -> None:
     place, first, second = np.array(values).reshape(3, 2)
