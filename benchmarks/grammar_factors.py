@@ -24,10 +24,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from motiondb.grammar.cfg import Grammar, Rule
-from motiondb.grammar.derive import derive
-from motiondb.grammar.language import coverage
-from motiondb.grammar.parse import compiled_form
+from motiondb.grammar.baselines.language_measures import coverage
+from motiondb.grammar.cfg.context_free import Grammar, Rule
+from motiondb.grammar.cfg.parse import compiled_form
+from motiondb.grammar.derivation.derive import derive
 
 String = tuple[str, ...]
 _MOST_SENTENCES = 1000
@@ -36,8 +36,8 @@ _MOST_SENTENCES = 1000
 def factor_grammar(grammar: Grammar) -> Grammar:
     """The grammar of the non-empty factors of passages.
 
-    >>> from motiondb.grammar.cfg import read_grammar
-    >>> from motiondb.grammar.parse import accepts
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> from motiondb.grammar.cfg.parse import accepts
     >>> found = factor_grammar(read_grammar("S -> a b c"))
     >>> [accepts(found, tuple(word)) for word in ("b", "bcab", "ac", "cabcabca", "cb")]
     [True, True, False, True, False]

@@ -18,8 +18,8 @@ import numpy as np
 from grammar_factors import match_factors
 from grammar_tables import table
 
-from motiondb.grammar.cfg import Grammar
-from motiondb.grammar.partition import find_sentences
+from motiondb.grammar.cfg.context_free import Grammar
+from motiondb.grammar.sentences.partition import find_sentences
 from motiondb.pose.retarget import to_motion
 from motiondb.records import IntArray
 

@@ -14,10 +14,10 @@ import numpy as np
 from grammar_tables import table
 from grammar_truth import Found, TrueTake, judge_segments, label_names, load_truth
 
-from motiondb.grammar.ledger import make_ledger
-from motiondb.grammar.partition import find_sentences
-from motiondb.grammar.terminal_number import Trial, choose_terminals
-from motiondb.grammar.terminals import find_terminals, strings_of
+from motiondb.grammar.selection.ledger import make_ledger
+from motiondb.grammar.selection.terminal_number import Trial, choose_terminals
+from motiondb.grammar.sentences.partition import find_sentences
+from motiondb.grammar.terminals.terminals import find_terminals, strings_of
 
 SEEDS, FIRST_SEED = 2, 100
 NUMBERS, TRIES = (5, 6, 7, 8, 10, 12), 5

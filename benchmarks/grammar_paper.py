@@ -1,4 +1,4 @@
-"""Terminals as Park, Lee and Lee (2011) find them: the baseline of ``motiondb.grammar.terminals``.
+"""Terminals as Park, Lee and Lee (2011) find them: the baseline of motiondb's terminals.
 
 As printed in their section 4: a candidate cut every 30 frames; solutions are bits, scored by F
 after grouping (k-medoids by turns: every segment to its nearest medoid, every group to the member
@@ -30,10 +30,10 @@ from measured_run import machine
 from numba import njit
 from quality_captures import load_cmu
 
-from motiondb.grammar.objective import REPETITION_WEIGHT, score
-from motiondb.grammar.poses import Poses, make_poses
-from motiondb.grammar.segment_distance import distances_to
-from motiondb.grammar.terminals import Terminals, TerminalSettings, find_terminals
+from motiondb.grammar.terminals.objective import REPETITION_WEIGHT, score
+from motiondb.grammar.terminals.pose_distance import Poses, make_poses
+from motiondb.grammar.terminals.segment_distance import distances_to
+from motiondb.grammar.terminals.terminals import Terminals, TerminalSettings, find_terminals
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 
 GRID = 30

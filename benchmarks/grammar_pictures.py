@@ -15,11 +15,11 @@ from grammar_tables import table
 from quality_captures import Capture, load_cmu
 
 import motiondb
-from motiondb.database.grammar_learning import GrammarSettings
-from motiondb.database.grammar_sequences import GrammarSequence
+from motiondb.database.catalogue.file_reading import AddSettings
+from motiondb.database.grammars.grammar_learning import GrammarSettings
+from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.database.motion_db import MotionDB
-from motiondb.database.reading import AddSettings
-from motiondb.grammar.derive import derive
+from motiondb.grammar.derivation.derive import derive
 
 N_TERMINALS = 20
 LENGTH, N_SEQUENCES, SEEDS = 12, 8, 100

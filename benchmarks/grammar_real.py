@@ -15,19 +15,19 @@ from grammar_tables import table
 from grammar_truth import KINDS
 from quality_captures import Capture, load_cmu
 
-from motiondb.grammar.cfg import Grammar
-from motiondb.grammar.finite_state import finite_state_grammar
-from motiondb.grammar.induction import induce
-from motiondb.grammar.language import (
+from motiondb.grammar.baselines.finite_state import finite_state_grammar
+from motiondb.grammar.baselines.language_measures import (
     coverage,
     derived_strings,
     finite_language,
     held_out_coverage,
     share_with_unseen_pairs,
 )
-from motiondb.grammar.partition import Sentences, find_sentences, sentences_between
-from motiondb.grammar.terminal_number import CANDIDATES, Choice, Trial, choose_terminals
-from motiondb.grammar.terminals import Terminals, strings_of
+from motiondb.grammar.cfg.context_free import Grammar
+from motiondb.grammar.induction.induction import induce
+from motiondb.grammar.selection.terminal_number import CANDIDATES, Choice, Trial, choose_terminals
+from motiondb.grammar.sentences.partition import Sentences, find_sentences, sentences_between
+from motiondb.grammar.terminals.terminals import Terminals, strings_of
 from motiondb.pose import body, retarget
 from motiondb.records import IntArray
 

@@ -11,8 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from motiondb.grammar.cutting import Room, cutting_room, draw_best, search_cuts
-from motiondb.grammar.repeats import cover_repeats, maximal_repeats, suffix_array
+from motiondb.grammar.rules.repeats import cover_repeats, maximal_repeats, suffix_array
+from motiondb.grammar.sentences.cutting import Room, cutting_room, draw_best, search_cuts
 
 LENGTHS = (125_000, 250_000, 500_000, 1_000_000)
 N_SENTENCES = 40

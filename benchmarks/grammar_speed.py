@@ -16,12 +16,12 @@ import numpy as np
 from grammar_tables import table
 from measured_run import machine
 
-from motiondb.grammar import terminals, tuning
-from motiondb.grammar.cfg import Grammar, Rule
-from motiondb.grammar.cutting import Room, cutting_room
-from motiondb.grammar.derive import derive
-from motiondb.grammar.parse import parse
-from motiondb.grammar.poses import Poses, make_poses
+from motiondb.grammar.cfg.context_free import Grammar, Rule
+from motiondb.grammar.cfg.parse import parse
+from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.sentences.cutting import Room, cutting_room
+from motiondb.grammar.terminals import terminals, tuning
+from motiondb.grammar.terminals.pose_distance import Poses, make_poses
 from motiondb.records import Motion
 
 K = 20

@@ -22,17 +22,17 @@ import numpy as np
 from grammar_tables import table
 
 from motiondb.capture import read_capture
-from motiondb.grammar.cfg import Grammar, Rule
-from motiondb.grammar.derive import derive
-from motiondb.grammar.finite_state import finite_state_grammar
-from motiondb.grammar.flat import flat_grammar
-from motiondb.grammar.induction import induce
-from motiondb.grammar.language import match_languages
-from motiondb.grammar.objective import REPETITION_WEIGHT
-from motiondb.grammar.partition import find_sentences, sentences_between
-from motiondb.grammar.poses import make_poses
-from motiondb.grammar.sequitur import sequitur_grammar
-from motiondb.grammar.terminals import find_terminals, strings_of
+from motiondb.grammar.baselines.finite_state import finite_state_grammar
+from motiondb.grammar.baselines.flat import flat_grammar
+from motiondb.grammar.baselines.language_measures import match_languages
+from motiondb.grammar.baselines.sequitur import sequitur_grammar
+from motiondb.grammar.cfg.context_free import Grammar, Rule
+from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.induction.induction import induce
+from motiondb.grammar.sentences.partition import find_sentences, sentences_between
+from motiondb.grammar.terminals.objective import REPETITION_WEIGHT
+from motiondb.grammar.terminals.pose_distance import make_poses
+from motiondb.grammar.terminals.terminals import find_terminals, strings_of
 from motiondb.pose.retarget import to_motion
 from motiondb.records import IntArray, Motion
 
@@ -313,7 +313,7 @@ def _drawn(truth: Grammar, n: int, seed: int) -> list[tuple[str, ...]]:
 
 def toy_rows() -> str:
     """The toy grammar from its six strings, in all orders."""
-    from motiondb.grammar.cfg import read_grammar
+    from motiondb.grammar.cfg.context_free import read_grammar
 
     truth = read_grammar(
         "S -> r X1 X2 m\nX1 -> X3 X4 X3\nX2 -> p | s\nX3 -> f | empty\nX4 -> d | empty"

@@ -13,8 +13,8 @@ from quality_report import Measure, TaskReport
 
 import motiondb
 from motiondb import store
-from motiondb.database.counting import described_intervals
-from motiondb.database.learned import Learned, decode
+from motiondb.database.learn.counting import described_intervals
+from motiondb.database.learn.learned import Learned, decode
 from motiondb.records import FloatArray
 from motiondb.words import transition
 

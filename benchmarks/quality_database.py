@@ -9,8 +9,8 @@ from functools import cache
 from pathlib import Path
 
 import motiondb
-from motiondb.database.learning import LearnSettings
-from motiondb.database.reading import AddSettings
+from motiondb.database.catalogue.file_reading import AddSettings
+from motiondb.database.learn.learning import LearnSettings
 
 
 @cache

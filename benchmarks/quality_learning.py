@@ -9,7 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from quality_captures import Capture
 
-from motiondb.database.learning import FeaturePool, LearnSettings, acquire_symbols, segment_table
+from motiondb.database.learn.learning import (
+    FeaturePool,
+    LearnSettings,
+    acquire_symbols,
+    segment_table,
+)
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
 from motiondb.search import by_words, score_vectors

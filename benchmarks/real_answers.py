@@ -24,8 +24,9 @@ from real_notes import Notes
 from real_questions import EXAMPLES, PARTS, SEED, SENTENCES, WORDS, Example
 
 from motiondb import pictures
-from motiondb.database import MotionDB, generated_files
-from motiondb.database.generating import METHODS, Generated
+from motiondb.database import MotionDB
+from motiondb.database.generate import generated_files
+from motiondb.database.generate.generating import METHODS, Generated
 from motiondb.records import Match, Motion
 from motiondb.words import vocabulary
 

@@ -27,7 +27,8 @@ from real_report import write_report
 
 import motiondb
 from motiondb import store
-from motiondb.database import MotionDB, showing
+from motiondb.database import MotionDB
+from motiondb.database.ask import showing
 
 NOTES = Path(__file__).with_name("real_captures_notes.md")
 STRIP = "14/14_06"

@@ -11,7 +11,7 @@ from real_findings import Findings
 from real_notes import Notes
 from real_questions import SEED
 
-from motiondb.database.generating import METHODS
+from motiondb.database.generate.generating import METHODS
 from motiondb.records import Match
 
 PACKAGES = ("motiondb", "numpy", "scipy", "scikit-learn", "numba", "duckdb")

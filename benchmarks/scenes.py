@@ -37,9 +37,9 @@ import scenes_baseline
 import scenes_page
 
 import motiondb
-from motiondb.database.scene_library import scene_clips
-from motiondb.database.scene_making import SceneSettings, SceneText, make, read_scene_text
-from motiondb.scene.tempering import SamplerSettings, sample
+from motiondb.database.scenes.scene_library import scene_clips
+from motiondb.database.scenes.scene_making import SceneSettings, SceneText, make, read_scene_text
+from motiondb.scene.sampling.tempering import SamplerSettings, sample
 
 DIAGRAMS = (
     "pass-and-shoot",
@@ -199,7 +199,7 @@ def timed(
 
 def update(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
     """Move one player by half a metre, and time going on from the scene there was."""
-    from motiondb.scene.tactics_file import read_diagram
+    from motiondb.scene.language.tactics_file import read_diagram
 
     for seed in asked.seeds:
         for diagram in asked.diagrams:
