@@ -1,8 +1,8 @@
 """Derivations as lists of rules, where a subtree is a slice; and how wrong each subtree is.
 
 A tree is the list of its rules in preorder (:func:`motiondb.grammar.cfg.context_free.choices_of`).
-The subtree of a nonterminal is the slice of its own rule and those below it, and derives a slice of the
-action string: exchanging a subtree is exchanging both.
+The subtree of a nonterminal is the slice of its own rule and those below it, and derives a
+slice of the action string: exchanging a subtree is exchanging both.
 
 The error of a subtree is the paper's geometric mean, with leaf errors of at least 1 (1 + a clip's
 share of -log P(Y); print's would let one flawless clip wipe out all its ancestors):

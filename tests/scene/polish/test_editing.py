@@ -27,7 +27,7 @@ from motiondb.scene.polish.separation import overlaps, pushes
 from motiondb.scene.timing.time_editing import SLOWEST, Meeting, TimeMap, edit_times
 from motiondb.scene.timing.timeline import Timeline, excess, measure, moment_frames
 
-from .test_timeline import a_row, a_table, still
+from ..timing.test_timeline import a_row, a_table, still
 
 
 def test_a_delay_gives_way_before_a_pace_does() -> None:

@@ -22,7 +22,7 @@ from motiondb.scene.polish.path_editing import edit_paths
 from motiondb.scene.polish.separation import COMFORT, depths
 from motiondb.scene.polish.stepping import LIFT, SWING, footing, step_feet
 
-from .test_polish import posed
+from ..polish.test_polish import posed
 from .test_timeline import a_row, a_table, still
 
 
