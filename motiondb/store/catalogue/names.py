@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from motiondb.errors import suggestion
-from motiondb.store.connection import Store
+from motiondb.store.connection.handle import Store
 
 
 def unknown_name(store: Store, name: str, kind: str, known: Sequence[str], remedy: str) -> str:

@@ -8,8 +8,9 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.records import FloatArray, IntArray
-from motiondb.store.columns import fetch, insert
-from motiondb.store.connection import Store, transaction
+from motiondb.store.connection.columns import fetch, insert
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import transaction
 
 
 @dataclass(frozen=True)

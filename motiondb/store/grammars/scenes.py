@@ -16,10 +16,11 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.records import FloatArray
-from motiondb.store.columns import fetch, insert
-from motiondb.store.connection import Store, transaction
-from motiondb.store.names import unknown_name
-from motiondb.store.offenders import FINISHED_RUN, broken_rules, foreign_rows
+from motiondb.store.catalogue.names import unknown_name
+from motiondb.store.checking.offenders import FINISHED_RUN, broken_rules, foreign_rows
+from motiondb.store.connection.columns import fetch, insert
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import transaction
 
 TABLES = ("scene", "scene_player", "scene_clip", "scene_rule", "scene_ball")
 

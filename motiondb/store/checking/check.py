@@ -6,18 +6,18 @@ killed is no fault unless something derived names it.
 
 from __future__ import annotations
 
-import duckdb
 import numpy as np
 
-from motiondb.errors import MotionDBError
-from motiondb.store.columns import fetch, from_rows
-from motiondb.store.connection import Store, first_sentence
-from motiondb.store.grammar_check import broken_grammars
-from motiondb.store.learned import DERIVED_TABLES
-from motiondb.store.offenders import broken_rules, foreign_rows
-from motiondb.store.poses import POSE_SIZE, unflatten_motion
-from motiondb.store.scenes import broken_scenes
-from motiondb.store.sources import load_source
+from motiondb.errors import MotionDBError, StoreError
+from motiondb.store.catalogue.poses import POSE_SIZE, unflatten_motion
+from motiondb.store.catalogue.sources import load_source
+from motiondb.store.checking.grammar_check import broken_grammars
+from motiondb.store.checking.offenders import broken_rules, foreign_rows
+from motiondb.store.connection.columns import fetch, from_rows
+from motiondb.store.connection.faults import damage_sentence, first_sentence
+from motiondb.store.connection.handle import Store
+from motiondb.store.grammars.scenes import broken_scenes
+from motiondb.store.learned.learning import DERIVED_TABLES
 
 _TOLERANCE = 1e-4
 
@@ -121,11 +121,9 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
         faults += _bad_runs(store) + _bad_poses(store)
         faults += broken_grammars(store) + broken_scenes(store)
         return faults + (_bad_sources(store) if sources else [])
-    except duckdb.Error as error:
-        return [
-            f"{store.path}: expected tables that can be read, found: {first_sentence(error)} "
-            "The file is damaged: restore a copy."
-        ]
+    except StoreError as error:
+        cause = error.__cause__ or error
+        return [damage_sentence(store.path, first_sentence(cause))]
 
 
 def _unresolved(store: Store) -> list[str]:

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import duckdb
 import numpy as np
 
 from motiondb.records import Association, FloatArray
-from motiondb.store.columns import fetch, from_rows, insert, to_rows
+from motiondb.store.connection.columns import fetch, from_rows, insert, to_rows
+from motiondb.store.connection.handle import Connection
 
 TABLES = ("word", "translation", "alignment", "association_step", "transition_count", "parameter")
 PIECE = 65_536
 """Numbers in one row of the table ``parameter``."""
 
 
-def insert_association(
-    connection: duckdb.DuckDBPyConnection, association: Association, run_id: int
-) -> None:
+def insert_association(connection: Connection, association: Association, run_id: int) -> None:
     """Write vocabulary, translation (where not 0) and alignment."""
     n_words, steps = len(association.words), len(association.log_likelihoods)
     insert(
@@ -56,7 +54,7 @@ def insert_association(
     )
 
 
-def select_association(connection: duckdb.DuckDBPyConnection, n_symbols: int) -> Association:
+def select_association(connection: Connection, n_symbols: int) -> Association:
     """Read the association of words with ``n_symbols`` symbols."""
     words = fetch(connection, "SELECT word, count FROM word ORDER BY word_id")
     cells = fetch(connection, "SELECT symbol_id, word_id, probability FROM translation")
@@ -72,9 +70,7 @@ def select_association(connection: duckdb.DuckDBPyConnection, n_symbols: int) ->
     )
 
 
-def insert_transitions(
-    connection: duckdb.DuckDBPyConnection, counts: FloatArray, run_id: int
-) -> None:
+def insert_transitions(connection: Connection, counts: FloatArray, run_id: int) -> None:
     """Write the transition counts that are not 0."""
     rows, columns = np.nonzero(counts)
     insert(
@@ -87,7 +83,7 @@ def insert_transitions(
     )
 
 
-def select_transitions(connection: duckdb.DuckDBPyConnection, n_symbols: int) -> FloatArray:
+def select_transitions(connection: Connection, n_symbols: int) -> FloatArray:
     """Read the transition counts: array (symbols + 1, symbols + 1)."""
     cells = fetch(connection, "SELECT symbol_id, next_id, count FROM transition_count")
     counts = np.zeros((n_symbols + 1, n_symbols + 1))
@@ -96,7 +92,7 @@ def select_transitions(connection: duckdb.DuckDBPyConnection, n_symbols: int) ->
 
 
 def insert_parameters(
-    connection: duckdb.DuckDBPyConnection, parameters: Mapping[str, FloatArray], run_id: int
+    connection: Connection, parameters: Mapping[str, FloatArray], run_id: int
 ) -> None:
     """Write arrays of any shape by name."""
     for name, array in parameters.items():
@@ -117,7 +113,7 @@ def insert_parameters(
 
 
 def select_parameters(
-    connection: duckdb.DuckDBPyConnection, names: tuple[str, ...] | None = None
+    connection: Connection, names: tuple[str, ...] | None = None
 ) -> dict[str, FloatArray]:
     """Read the arrays of these names, or all."""
     rows = fetch(
@@ -138,7 +134,7 @@ def select_parameters(
 
 
 def _select_alignment(
-    connection: duckdb.DuckDBPyConnection,
+    connection: Connection,
 ) -> dict[tuple[int, int], FloatArray]:
     rows = fetch(connection, "SELECT l, m, probabilities FROM alignment ORDER BY l, m, j")
     keys = np.stack([rows["l"], rows["m"]], axis=1)

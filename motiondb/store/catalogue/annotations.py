@@ -7,8 +7,9 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from motiondb.records import Caption
-from motiondb.store.columns import insert
-from motiondb.store.connection import Store, touch, transaction
+from motiondb.store.connection.columns import insert
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import touch, transaction
 
 
 def save_tags(store: Store, capture_id: int, tags: Mapping[str, str]) -> None:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import duckdb
 import numpy as np
 
 from motiondb.records import MotionSymbols, SymbolSpace
-from motiondb.store.columns import fetch, from_rows, insert, to_rows
+from motiondb.store.connection.columns import fetch, from_rows, insert, to_rows
+from motiondb.store.connection.handle import Connection
 
 TABLES = ("symbol", "symbol_state", "symbol_distance", "space_stress", "cluster")
 
 
 def insert_symbols(
-    connection: duckdb.DuckDBPyConnection, symbols: MotionSymbols, space: SymbolSpace, run_id: int
+    connection: Connection, symbols: MotionSymbols, space: SymbolSpace, run_id: int
 ) -> None:
     """Write the symbols with their places; padding is left out."""
     numbers = np.arange(symbols.n_symbols)
@@ -38,9 +38,7 @@ def insert_symbols(
     )
 
 
-def select_symbols(
-    connection: duckdb.DuckDBPyConnection, max_states: int, n_features: int
-) -> MotionSymbols:
+def select_symbols(connection: Connection, max_states: int, n_features: int) -> MotionSymbols:
     """Read the symbols, padded as they were."""
     n_states = fetch(connection, "SELECT n_states FROM symbol ORDER BY symbol_id")["n_states"]
     rows = fetch(
@@ -57,7 +55,7 @@ def select_symbols(
     return MotionSymbols(n_states, self_loops, means, covars)
 
 
-def insert_space(connection: duckdb.DuckDBPyConnection, space: SymbolSpace, run_id: int) -> None:
+def insert_space(connection: Connection, space: SymbolSpace, run_id: int) -> None:
     """Write distances, stress and clusters (coordinates stand in the table ``symbol``)."""
     n = len(space.distances)
     ids, others = np.divmod(np.arange(n * n), max(n, 1))
@@ -88,7 +86,7 @@ def insert_space(connection: duckdb.DuckDBPyConnection, space: SymbolSpace, run_
     )
 
 
-def select_space(connection: duckdb.DuckDBPyConnection, dimensions: int) -> SymbolSpace:
+def select_space(connection: Connection, dimensions: int) -> SymbolSpace:
     """Read the symbol space of ``dimensions`` dimensions."""
     places = fetch(connection, "SELECT cluster_id, coordinates FROM symbol ORDER BY symbol_id")
     pairs = fetch(

@@ -7,7 +7,9 @@ from pathlib import Path
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.store.connection import Store, first_sentence, open_store
+from motiondb.store.connection.faults import first_sentence, is_damage
+from motiondb.store.connection.handle import Connection, Store
+from motiondb.store.connection.opening import open_store
 
 
 def compact(path: str | Path) -> tuple[int, int]:
@@ -39,9 +41,13 @@ def compact(path: str | Path) -> tuple[int, int]:
             new.unlink(missing_ok=True)
             _copy(store, new)
             new.replace(path)
-        except duckdb.Error as error:
+        except (StoreError, duckdb.Error) as error:
+            cause = error if isinstance(error, duckdb.Error) else error.__cause__
+            if not isinstance(cause, duckdb.Error) or is_damage(cause):
+                raise
+            found = first_sentence(cause)
             raise StoreError(
-                f"{path}: expected room for a copy beside it, found: {first_sentence(error)} "
+                f"{path}: expected room for a copy beside it, found: {found} "
                 "The old file was kept; look at the disk."
             ) from error
         finally:
@@ -69,7 +75,7 @@ def _copy(store: Store, new: Path) -> None:
         )
 
 
-def _count(connection: duckdb.DuckDBPyConnection, database: str) -> dict[str, int]:
+def _count(connection: Connection, database: str) -> dict[str, int]:
     tables = connection.execute(
         "SELECT database_name, table_name FROM duckdb_tables() "
         f"WHERE database_name = {database} ORDER BY table_name"

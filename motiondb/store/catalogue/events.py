@@ -9,8 +9,9 @@ from collections.abc import Iterable
 
 from motiondb.errors import StoreError
 from motiondb.records import Event
-from motiondb.store.columns import insert
-from motiondb.store.connection import Store, transaction
+from motiondb.store.connection.columns import insert
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import transaction
 
 
 def save_events(store: Store, capture_id: int, events: Iterable[Event]) -> None:

@@ -11,17 +11,17 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-import duckdb
 import numpy as np
 
 from motiondb.errors import QueryError, StoreError, suggestion
 from motiondb.records import Caption, CaptureInfo, Motion
-from motiondb.store.annotations import save_captions, save_tags
-from motiondb.store.columns import fetch, from_rows, insert, to_rows
-from motiondb.store.connection import Store, read_meta, touch, transaction, write_meta
-from motiondb.store.poses import POSE_SIZE, flatten_motion, unflatten_motion
-from motiondb.store.sources import Source
-from motiondb.store.where import COLUMNS, check_names, matches, parse_where
+from motiondb.store.catalogue.annotations import save_captions, save_tags
+from motiondb.store.catalogue.poses import POSE_SIZE, flatten_motion, unflatten_motion
+from motiondb.store.catalogue.sources import Source
+from motiondb.store.catalogue.where import COLUMNS, check_names, matches, parse_where
+from motiondb.store.connection.columns import fetch, from_rows, insert, to_rows
+from motiondb.store.connection.handle import Connection, Store
+from motiondb.store.connection.transactions import read_meta, touch, transaction, write_meta
 
 _INFO = f"SELECT {', '.join(COLUMNS)}, notes FROM capture"
 _OWN_TABLES = (
@@ -202,7 +202,7 @@ def _refuse_repeated(store: Store, name: str, sha256: str) -> None:
 
 
 def _insert_identity(
-    connection: duckdb.DuckDBPyConnection,
+    connection: Connection,
     info: CaptureInfo,
     motion_notes: tuple[str, ...],
     source: Source,

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.records import MOTION_FPS, IntArray
-from motiondb.store.columns import fetch, insert
-from motiondb.store.connection import Store, read_meta, transaction
-from motiondb.store.names import unknown_name
+from motiondb.store.catalogue.names import unknown_name
+from motiondb.store.connection.columns import fetch, insert
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import read_meta, transaction
 
 if TYPE_CHECKING:
     from motiondb.grammar.terminals.terminals import Terminals

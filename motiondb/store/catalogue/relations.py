@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 from motiondb.errors import QueryError
 from motiondb.records import Relation
-from motiondb.store.connection import Store, transaction
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import transaction
 
 
 def save_relations(store: Store, relations: Iterable[Relation]) -> None:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import duckdb
 import numpy as np
 
 from motiondb.records import SegmentTable
-from motiondb.store.columns import fetch, from_rows, insert, to_rows
+from motiondb.store.connection.columns import fetch, from_rows, insert, to_rows
+from motiondb.store.connection.handle import Connection
 
 TABLES = ("segment", "segment_score", "segment_movement")
 
 
-def insert_segments(
-    connection: duckdb.DuckDBPyConnection, segments: SegmentTable, run_id: int
-) -> None:
+def insert_segments(connection: Connection, segments: SegmentTable, run_id: int) -> None:
     """Write the segments in their order."""
     ordinals = np.arange(len(segments.starts))
     runs = np.full(len(ordinals), run_id)
@@ -36,9 +34,7 @@ def insert_segments(
         insert(connection, "segment_movement", ordinal=ordinals, movement=rows, run_id=runs)
 
 
-def select_segments(
-    connection: duckdb.DuckDBPyConnection, n_symbols: int, scores: bool = True
-) -> SegmentTable:
+def select_segments(connection: Connection, n_symbols: int, scores: bool = True) -> SegmentTable:
     """Read the segments; without ``scores`` their array has no columns."""
     rows = fetch(
         connection,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from motiondb.store.connection import Store
+from motiondb.store.connection.handle import Store
 
 Rules = Sequence[tuple[str, str]]
 

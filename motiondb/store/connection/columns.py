@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import duckdb
 import numpy as np
 from numpy.typing import NDArray
+
+from motiondb.store.connection.handle import Connection
 
 Column = NDArray[Any] | Sequence[Any]
 
@@ -40,7 +41,7 @@ def from_rows(column: NDArray[Any], shape: tuple[int, ...], dtype: type = np.flo
     return np.concatenate(filled).astype(dtype, copy=False).reshape(len(column), *shape)
 
 
-def insert(connection: duckdb.DuckDBPyConnection, table: str, **columns: Column) -> None:
+def insert(connection: Connection, table: str, **columns: Column) -> None:
     """Append rows to ``table``, columns by name; texts and lists as sequences of objects."""
     arrays = {name: _as_column(values) for name, values in columns.items()}
     if not len(next(iter(arrays.values()))):
@@ -54,7 +55,7 @@ def insert(connection: duckdb.DuckDBPyConnection, table: str, **columns: Column)
 
 
 def fetch(
-    connection: duckdb.DuckDBPyConnection,
+    connection: Connection,
     query: str,
     parameters: Sequence[Any] | Mapping[str, Any] = (),
 ) -> dict[str, NDArray[Any]]:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from motiondb.store.connection import Store, transaction
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import transaction
 
 
 @dataclass(frozen=True)

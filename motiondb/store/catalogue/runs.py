@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 
 from motiondb.records import Run
-from motiondb.store.connection import Store, transaction
-from motiondb.store.migrations import motiondb_version
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.migrations import motiondb_version
+from motiondb.store.connection.transactions import transaction
 
 
 def start_run(

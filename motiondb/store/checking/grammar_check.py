@@ -8,9 +8,14 @@ from __future__ import annotations
 
 from motiondb.errors import MotionDBError
 from motiondb.grammar.cfg.context_free import check_grammar, derive_by
-from motiondb.store.connection import Store
-from motiondb.store.grammars import TABLES, LearnedGrammar, load_grammar, load_grammar_names
-from motiondb.store.offenders import FINISHED_RUN, broken_rules, foreign_rows
+from motiondb.store.checking.offenders import FINISHED_RUN, broken_rules, foreign_rows
+from motiondb.store.connection.handle import Store
+from motiondb.store.grammars.grammars import (
+    TABLES,
+    LearnedGrammar,
+    load_grammar,
+    load_grammar_names,
+)
 
 _RULES = (
     # rule, query for the offenders (one text column)

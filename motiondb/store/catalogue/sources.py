@@ -7,7 +7,7 @@ import zlib
 from dataclasses import dataclass
 
 from motiondb.errors import QueryError, StoreError
-from motiondb.store.connection import Store
+from motiondb.store.connection.handle import Store
 
 _LEVEL = 1
 """zlib's level: level 6 takes five times as long on captures and saves a sixth."""

@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 from motiondb.errors import QueryError
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
-from motiondb.store.columns import fetch, from_rows
-from motiondb.store.connection import Store, read_meta
-from motiondb.store.poses import POSE_SIZE, unflatten_motion
+from motiondb.store.catalogue.poses import POSE_SIZE, unflatten_motion
+from motiondb.store.connection.columns import fetch, from_rows
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import read_meta
 
 Arrays = dict[str, NDArray[Any]]
 

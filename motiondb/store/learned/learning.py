@@ -19,9 +19,10 @@ from motiondb.records import (
     SegmentTable,
     SymbolSpace,
 )
-from motiondb.store import segment_tables, symbol_tables, word_tables
-from motiondb.store.connection import Store, read_meta, transaction
-from motiondb.store.runs import finish_run
+from motiondb.store.catalogue.runs import finish_run
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import read_meta, transaction
+from motiondb.store.learned import segment_tables, symbol_tables, word_tables
 
 DERIVED_TABLES = (
     "learning",
