@@ -24,7 +24,7 @@ from quality_methods import Fold, logistic_answers
 from quality_report import Measure, Picture, TaskReport, draw
 from quality_words import calibration_error
 
-from motiondb.database.learn import asked_certainty as simulation
+from motiondb.learning import asked_certainty as simulation
 from motiondb.records import FloatArray
 from motiondb.search import certainty
 from motiondb.search.bearing import N_POSTURE, N_TRAVEL

@@ -13,8 +13,9 @@ from quality_report import Measure, TaskReport
 
 import motiondb
 from motiondb import store
-from motiondb.database.learn.counting import described_intervals
-from motiondb.database.learn.learned import Learned, decode
+from motiondb.learning.counting import described_intervals
+from motiondb.learning.learned import Learned
+from motiondb.learning.recognition import decode
 from motiondb.records import FloatArray
 from motiondb.words import transition
 

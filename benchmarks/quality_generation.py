@@ -15,7 +15,7 @@ from quality_report import Measure, Picture, TaskReport, draw
 
 import motiondb
 from motiondb.database import MotionDB
-from motiondb.database.ask.answering import describe
+from motiondb.learning.answers.word_answers import describe
 from motiondb.database.motion_db import cut_motion
 from motiondb.generate.contact import foot_slip
 from motiondb.pictures.strip import strip_figure

@@ -23,7 +23,7 @@ from quality_takes import LongTake, load_takes, union_share
 import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
-from motiondb.database.learn.learning import LearnSettings
+from motiondb.learning.symbol_fitting import LearnSettings
 from motiondb.errors import MotionDBError
 from motiondb.pose.features import FEATURE_FPS
 from motiondb.records import Float32Array, FloatArray

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from motiondb import store
-from motiondb.database.learn.learned import Learned
+from motiondb.learning.learned import Learned
 from motiondb.generate.contact import foot_slip
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion

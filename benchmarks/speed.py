@@ -27,7 +27,7 @@ from real_report import table
 
 import motiondb
 from motiondb.database import MotionDB
-from motiondb.database.learn.learned import decode
+from motiondb.learning.recognition import decode
 
 HERE = Path(__file__).parent
 EXAMPLE_SECONDS = 3.0

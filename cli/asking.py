@@ -29,8 +29,8 @@ from motiondb.cli.options import (
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.ask.answering import WordAnswer
-    from motiondb.database.ask.examples import ExampleAnswer
+    from motiondb.learning.answers.example_answers import ExampleAnswer
+    from motiondb.learning.answers.word_answers import WordAnswer
     from motiondb.records import Match, Motion
 
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]

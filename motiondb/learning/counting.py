@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,6 +115,17 @@ def capture_rows(table: SegmentTable) -> dict[int, slice]:
 def take_rows(table: SegmentTable, which: NDArray[np.bool_]) -> SegmentTable:
     """The rows of a segment table for which ``which`` is true."""
     return SegmentTable(**{name: column[which] for name, column in vars(table).items()})
+
+
+def join_tables(*tables: SegmentTable) -> SegmentTable:
+    """Segment tables one after the other; the capture numbers must rise from table to table."""
+    assert all(
+        not len(a.capture_ids) or not len(b.capture_ids) or a.capture_ids[-1] < b.capture_ids[0]
+        for a, b in pairwise(tables)
+    )
+    filled = [table for table in tables if len(table.capture_ids)] or list(tables[:1])
+    columns = zip(*(vars(table).values() for table in filled))
+    return SegmentTable(*(np.concatenate(column) for column in columns))
 
 
 def described_intervals(
@@ -216,9 +228,7 @@ def count(
     """The counts of all captures of a table; words outside the vocabulary are not counted."""
     words, n_symbols = reference.association.words, table.scores.shape[1]
     number = {word: n for n, word in enumerate(words)}
-    described = known_only(
-        described_intervals(table, captions, synonyms, reference.lemmas), number
-    )
+    described = known_only(described_intervals(table, captions, synonyms, reference.lemmas), number)
     said = np.zeros(len(words), dtype=np.int64)
     expected = ExpectedCounts(np.zeros((n_symbols + 1, len(words))))
     shapes: Counter[tuple[int, int]] = Counter()

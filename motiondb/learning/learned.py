@@ -8,7 +8,7 @@ computed at its first use and kept with the record.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,8 @@ from motiondb.learning.counting import (
     Reference,
     capture_rows,
     described_intervals,
+    publish_association,
+    publish_word_map,
 )
 from motiondb.learning.drift import DriftBaseline
 from motiondb.records import (
@@ -121,6 +123,36 @@ class LearnedModel:
     drift_baseline: DriftBaseline | None = None
 
 
+def with_counts(
+    model: LearnedModel, run_id: int, table: SegmentTable, counted: Counted
+) -> LearnedModel:
+    """What was learned, with other counts and everything that follows from them.
+
+    Parameters
+    ----------
+    model : LearnedModel
+        What was learned.
+    run_id : int
+        Run that changed the counts.
+    table : SegmentTable
+        Segments of the captures that are there now.
+    counted : Counted
+        The counts that hold now.
+    """
+    fit, counts = model.fitted_word_map, counted.counts
+    word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
+    return replace(
+        model,
+        run_id=run_id,
+        segments=table,
+        association=publish_association(counts, counted.reference),
+        transition_counts=counts.transitions,
+        fitted_word_map=word_map,
+        lengths=dict(counts.shapes),
+        counted=counted,
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Learned(LearnedModel):
     """What questions need: what was learned, with the catalogue of the same revision.
@@ -212,13 +244,11 @@ class Learned(LearnedModel):
     @cached_property
     def described(self) -> tuple[Described, ...]:
         """Captions with at least one motion word, and the segments they describe."""
-        return tuple(
-            described_intervals(self.segments, self.captions, self.synonyms, self.lemmas)
-        )
+        return tuple(described_intervals(self.segments, self.captions, self.synonyms, self.lemmas))
 
     @cached_property
     def log_transitions(self) -> dict[bool, FloatArray]:
-        """Log-probabilities of transitions: the plain bigram (False), mixed with clusters (True)."""
+        """Log-probabilities of transitions: plain bigram (False) or mixed with clusters (True)."""
         counts = self.transition_counts
         return {
             True: transition.log_interpolated_bigram(counts, self.clusters),

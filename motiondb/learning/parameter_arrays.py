@@ -189,9 +189,7 @@ def _counted(arrays: Arrays, model: LearnedModel) -> Counted:
         arrays["counted_translation"], _tables("counted", arrays), int(arrays[COUNTED_NAME])
     )
     said = np.asarray(published.counts, dtype=np.int64)
-    counts = Counts(
-        model.transition_counts, said, Counter(dict(model.lengths)), expected, moments
-    )
+    counts = Counts(model.transition_counts, said, Counter(dict(model.lengths)), expected, moments)
     return Counted(counts, Reference(fixed, model.score_space, model.lemmas))
 
 

@@ -76,9 +76,7 @@ class FeaturePool:
         sizes = np.diff(self.bounds)
         rows = np.repeat(keep, sizes)
         bounds = np.concatenate([[0], np.cumsum(sizes[keep])])
-        return FeaturePool(
-            self.capture_ids[keep], bounds, self.features[rows], self.lengths[keep]
-        )
+        return FeaturePool(self.capture_ids[keep], bounds, self.features[rows], self.lengths[keep])
 
 
 def acquire_symbols(

@@ -58,9 +58,7 @@ def suggest_captions(learned: Learned, limit: int = 10) -> list[CaptionSuggestio
     number = {word: n for n, word in enumerate({w for d in described for w in d.words})}
     known = np.zeros((0, vectors.shape[1]))
     if described:
-        known = counting.training_rows(
-            learned.segments, described, learned.score_space, number
-        )[0]
+        known = counting.training_rows(learned.segments, described, learned.score_space, number)[0]
     chosen = suggestion.suggest(vectors, known, limit)
     return [_explained(learned, bare, rank, one) for rank, one in enumerate(chosen, start=1)]
 

@@ -122,9 +122,7 @@ def _how_sure(
     if sure is None:
         return []
     actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
-    clear = certainty.clearest(
-        learned.word_map, query.vector, actions & learned.is_known()
-    )
+    clear = certainty.clearest(learned.word_map, query.vector, actions & learned.is_known())
     told = []
     for c in found:
         rows = learned.rows[c.capture]
@@ -188,9 +186,7 @@ def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_mo
     whole = np.array([0.0]), np.array([float(len(seen.features))])
     vector = score_vectors.interval_vectors(seen.standardised, starts, ends, *whole)[0]
     words = learned.word_map if meaning else None
-    return by_motion.Query(
-        seen.features, seen.symbols, weights, vector, words, learned.n_bearing
-    )
+    return by_motion.Query(seen.features, seen.symbols, weights, vector, words, learned.n_bearing)
 
 
 def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:

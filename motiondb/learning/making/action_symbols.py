@@ -100,7 +100,7 @@ def typical_seconds(learned: Learned, actions: Sequence[Sequence[str]]) -> list[
     seconds = []
     for action in actions:
         said = [d for d in described if set(action) <= set(d.words)]
-        said = said or [d for d in described if set(action) & set(d.words)] or described
+        said = said or [d for d in described if set(action) & set(d.words)] or list(described)
         typical = np.median([(d.end - d.start) / d.n_actions for d in said]) / MOTION_FPS
         seconds.append(float(np.clip(typical, SHORTEST, LONGEST)))
     return seconds

@@ -123,9 +123,7 @@ def make_motion(
             avoided[action].add(symbol)
     assert best is not None
     spans = _spans(best.plan.positions, best.made.lengths)
-    return MadeMotion(
-        best.made, best.plan, best.decodings, best.recognised, query.unknown, spans
-    )
+    return MadeMotion(best.made, best.plan, best.decodings, best.recognised, query.unknown, spans)
 
 
 def _attempt(
