@@ -24,7 +24,7 @@ from motiondb.symbols.acquisition import AcquisitionSettings, Cutting
 LEARN_AND_DIGEST = """
 import hashlib, sys
 import motiondb
-from motiondb.database.learning import LearnSettings
+from motiondb.database.learn.learning import LearnSettings
 with motiondb.open(sys.argv[1]) as db:
     found = db.learn(LearnSettings(seed=5))
 digest = hashlib.sha256()
