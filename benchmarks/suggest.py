@@ -46,7 +46,7 @@ class Captures:
 
 def load_captures(learned: Learned) -> Captures:
     """Captures with words, and the words of each."""
-    captions = store.load_captions(learned.database)
+    captions = learned.captions
     described = counting.described_intervals(learned.segments, captions, learned.synonyms)
     words = sorted({word for d in described for word in d.words})
     number = {word: n for n, word in enumerate(words)}

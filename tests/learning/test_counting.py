@@ -29,7 +29,7 @@ from motiondb.search.score_vectors import fit_score_space
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words import association, vocabulary, word_map, word_moments
 
-SAMPLE = Path(__file__).parents[3] / "sample_data"
+SAMPLE = Path(__file__).parents[2] / "sample_data"
 ONE = AddSettings(jobs=1)
 TEXTS = ("walk, sit down", "run", "walk fast", "jump and run", "the person", "sit, walk, sit")
 Captions = dict[int, tuple[Caption, ...]]
