@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
-from motiondb import store
 from motiondb.learning import counting
 from motiondb.learning.answers.caption_suggestions import whole_vectors
 from motiondb.learning.learned import Learned

@@ -78,7 +78,7 @@ def draw_reason(base: MotionDB, answer: WordAnswer, path: Path, title: str) -> N
 
     if not answer.matches:
         return
-    best, words = answer.matches[0], base.learned.association.words
+    best, words = answer.matches[0], base.vocabulary()
     timelines = [
         pictures.Timeline(
             words[w.word],

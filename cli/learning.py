@@ -69,12 +69,10 @@ def learn(
 
 def symbols(png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
     """List the motion symbols with their clusters and words; --png draws their space."""
-    from motiondb.database.ask.showing import draw_symbols, symbol_rows
-
     with database(db) as base:
-        rows = symbol_rows(base)
+        rows = base.symbol_rows()
         if png:
-            draw_symbols(base, png)
+            base.draw_symbols(png)
     if json:
         print_json(rows)
         return

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
-from motiondb import store
 from motiondb.learning.counting import described_intervals
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode
@@ -96,9 +95,7 @@ def _left_out_note(learned: Learned) -> str:
 
 def unseen(learned: Learned, length: int, seed: int) -> list[tuple[str, ...]]:
     """Sequences of different words, no two of which stand in one description."""
-    described = described_intervals(
-        learned.segments, learned.captions, learned.synonyms
-    )
+    described = described_intervals(learned.segments, learned.captions, learned.synonyms)
     together = {(a, b) for d in described for a in d.words for b in d.words}
     counts = learned.association.counts
     known = [w for w, n in zip(learned.association.words, counts) if n >= LEAST_CAPTIONS]
