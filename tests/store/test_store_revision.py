@@ -206,5 +206,5 @@ def test_the_first_cause_of_an_aborted_transaction_is_told(database: store.Store
 
     with pytest.raises(StoreError) as error:
         insert_and_go_on()
-    assert "NOT NULL constraint failed: capture_tag.value" in str(error.value)
+    assert 'NOT NULL constraint failed: capture_tag."value". Nothing' in str(error.value)
     assert "aborted" not in str(error.value)

@@ -80,7 +80,10 @@ class Connection:
 
     def register(self, name: str, table: object) -> None:
         """Make arrays visible to this connection as a table."""
-        self.raw.register(name, table)
+        try:
+            self.raw.register(name, table)
+        except duckdb.Error as error:
+            self._fail(error)
 
     def unregister(self, name: str) -> None:
         """Undo :meth:`register`."""
