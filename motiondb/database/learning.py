@@ -20,12 +20,14 @@ from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import (
     Association,
     Caption,
+    CaptureInfo,
     Float32Array,
     FloatArray,
     IntArray,
     Learning,
     MotionSymbols,
     SegmentTable,
+    SymbolSpace,
 )
 from motiondb.search import bearing, extents, movement, score_vectors
 from motiondb.symbols import acquisition, feature_space, hmm, segmentation
@@ -33,6 +35,9 @@ from motiondb.symbols import space as symbol_spaces
 from motiondb.words import association, transition, vocabulary, word_map
 
 Progress = Callable[[str, float], None]
+
+_ATTEMPTS = 3
+"""How often to learn from the beginning where captures change meanwhile. Chosen by hand."""
 
 
 @dataclass(frozen=True)
@@ -91,14 +96,75 @@ def learn(
         when the database holds no captures, or fewer segments than symbols asked for.
     """
     tell = progress or (lambda _what, _share: None)
+    store.check_writable(database)
+    for _ in range(_ATTEMPTS):
+        with store.released(database) as let_go:
+            inputs = _load_inputs(database, tell)
+            let_go()
+            made = _derive(inputs, settings, tell)
+        with store.transaction(database):
+            if _load_catalogue(database) == inputs.catalogue:
+                return _save(database, settings, made, tell)
+        tell("captures changed, again", 0.0)
+    raise MotionDBError(
+        f"{database.path}: expected captures and words to stay as they are while learning, found "
+        f"them changed by others in {_ATTEMPTS} attempts. Nothing was changed; run motiondb learn "
+        "again when nobody adds or edits."
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Catalogue:
+    """What is learned from, beside the motions, which never change: compared after learning."""
+
+    captured: Mapping[int, CaptureInfo]
+    captions: Mapping[int, tuple[Caption, ...]]
+    synonyms: Mapping[str, str]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Catalogue) and vars(self) == vars(other)
+
+
+@dataclass(frozen=True, eq=False)
+class _Inputs:
+    """Everything that is learned from."""
+
+    catalogue: _Catalogue
+    pool: FeaturePool
+
+
+@dataclass(frozen=True, eq=False)
+class _Derived:
+    """Everything that is learned."""
+
+    symbols: MotionSymbols
+    table: SegmentTable
+    space: SymbolSpace
+    words: Association
+    parameters: dict[str, FloatArray]
+
+
+def _load_catalogue(database: store.Store) -> _Catalogue:
     captured = {i.capture_id: i for i in store.load_captures(database) if i.kind == "captured"}
-    if not captured:
-        raise MotionDBError(
-            f"{database.path}: expected captures to learn from, found none. "
-            "Add some first: motiondb add FOLDER."
-        )
-    tell("features", 0.0)
-    pool = _captured_only(load_features(database), set(captured))
+    captions = {c: v for c, v in store.load_captions(database).items() if c in captured}
+    return _Catalogue(captured, captions, store.load_synonyms(database))
+
+
+def _load_inputs(database: store.Store, tell: Progress) -> _Inputs:
+    with store.reading(database):
+        catalogue = _load_catalogue(database)
+        if not catalogue.captured:
+            raise MotionDBError(
+                f"{database.path}: expected captures to learn from, found none. "
+                "Add some first: motiondb add FOLDER."
+            )
+        tell("features", 0.0)
+        return _Inputs(catalogue, _captured_only(load_features(database), set(catalogue.captured)))
+
+
+def _derive(inputs: _Inputs, settings: LearnSettings, tell: Progress) -> _Derived:
+    """Learn from what was loaded; the store is not needed."""
+    pool, captured = inputs.pool, inputs.catalogue.captured
     rng = np.random.default_rng(settings.seed)
     space = feature_space.fit_feature_space(
         [pool.features[a:b] for a, b in zip(pool.bounds[:-1], pool.bounds[1:])]
@@ -110,10 +176,13 @@ def learn(
     tell("symbol space", 0.0)
     symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
     tell("words", 0.0)
-    captions = {c: v for c, v in store.load_captions(database).items() if c in captured}
     groups = {c: info.tags.get("performer", f"#{c}") for c, info in captured.items()}
     words, parameters = _associate(
-        table, captions, groups, store.load_synonyms(database), acquired.symbols.n_symbols
+        table,
+        inputs.catalogue.captions,
+        groups,
+        inputs.catalogue.synonyms,
+        acquired.symbols.n_symbols,
     )
     contexts = extents.fit_context_space([pool.features[a:b] for a, b in pairwise(pool.bounds)])
     parameters |= {f"context_{name}": value for name, value in vars(contexts).items()}
@@ -124,26 +193,27 @@ def learn(
         **drift.baseline(table),
         "recut": np.array([settings.acquisition.switch_cost, settings.acquisition.shortest]),
     }
-    return _save(database, settings, acquired.symbols, table, symbol_space, words, parameters, tell)
+    return _Derived(acquired.symbols, table, symbol_space, words, parameters)
 
 
-def _save(database, settings, symbols, table, space, words, parameters, tell):  # type: ignore[no-untyped-def]
+def _save(
+    database: store.Store, settings: LearnSettings, made: _Derived, tell: Progress
+) -> Learning:
     tell("saving", 0.0)
-    with store.transaction(database):
-        run_id = store.start_run(database, "learn", asdict(settings), settings.seed)
-        learning = Learning(
-            run_id=run_id,
-            symbols=symbols,
-            segments=table,
-            space=space,
-            association=words,
-            transition_counts=transition.count_transitions(
-                counting.symbol_sequences(table), symbols.n_symbols
-            ),
-            parameters=parameters,
-        )
-        store.save_learning(database, learning)
-        store.finish_run(database, run_id)
+    run_id = store.start_run(database, "learn", asdict(settings), settings.seed)
+    learning = Learning(
+        run_id=run_id,
+        symbols=made.symbols,
+        segments=made.table,
+        space=made.space,
+        association=made.words,
+        transition_counts=transition.count_transitions(
+            counting.symbol_sequences(made.table), made.symbols.n_symbols
+        ),
+        parameters=made.parameters,
+    )
+    store.save_learning(database, learning)
+    store.finish_run(database, run_id)
     return learning
 
 

@@ -53,10 +53,13 @@ class MotionDB:
     ----------
     path : the DuckDB file. read_only : only ask; several processes may do so at once.
     create : make the file when it is not there (never when ``read_only``).
+    wait : seconds to wait for another process that holds the file.
     """
 
-    def __init__(self, path: str | Path, *, read_only: bool = False, create: bool = True) -> None:
-        self.store = store.open_store(path, read_only=read_only, create=create)
+    def __init__(
+        self, path: str | Path, *, read_only: bool = False, create: bool = True, wait: float = 0.0
+    ) -> None:
+        self.store = store.open_store(path, read_only=read_only, create=create, wait=wait)
         self._learned: learned_state.Learned | None = None
         self._searchable: tuple[learned_state.Learned, learned_state.Learned] | None = None
 

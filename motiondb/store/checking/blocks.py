@@ -10,8 +10,8 @@ follows (DuckDB storage versions 64 and later; ``src/storage/single_file_block_m
 Each begins with a checksum of 8 bytes: 5381, combined by exclusive or with every further word of 8
 bytes times 0xbf58476d1ce4e5b9, modulo 2^64. A header holds after it, as words: the iteration, the
 pointer to the tables, the pointer to the list of free blocks, the number of blocks, their size.
-Free blocks may hold anything. A pointer is a block's number and, in the highest 8 bits, which of its 64
-parts; a part begins with the pointer to the next one.
+Free blocks may hold anything. A pointer is a block's number and, in the highest 8 bits, which of
+its 64 parts; a part begins with the pointer to the next one.
 
 A file must not be read so by a process that has it open in DuckDB: closing it would drop the lock
 that keeps other processes away (POSIX, ``fcntl``). :mod:`motiondb.store.checking.beside` does it in

@@ -73,7 +73,7 @@ def _connect_current(
 ) -> duckdb.DuckDBPyConnection:
     """A connection to a database that has the schema of today."""
     wait = usual_wait if wait is None else wait
-    connection = _connect(path, read_only, wait=wait)
+    connection = connect(path, read_only, wait=wait)
     try:
         version = migrations.schema_version(connection, str(path))
         migrations.check_not_newer(connection, str(path), version)
@@ -102,7 +102,7 @@ def _create(path: Path) -> None:
     for left in path.parent.glob(f".{glob.escape(path.name)}.new-*"):  # by a kill
         if left == new or time.time() - left.stat().st_mtime > _ABANDONED:
             left.unlink(missing_ok=True)
-    connection = _connect(new, read_only=False, named=path)
+    connection = connect(new, read_only=False, named=path)
     try:
         migrations.migrate(connection, 0)
     finally:
@@ -112,10 +112,27 @@ def _create(path: Path) -> None:
     new.unlink(missing_ok=True)
 
 
-def _connect(
+def connect(
     path: Path, read_only: bool, named: Path | None = None, wait: float = 0.0
 ) -> duckdb.DuckDBPyConnection:
-    """A connection, after waiting at most ``wait`` seconds for a process that holds the file."""
+    """A connection of DuckDB, whatever is in the file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    read_only : bool
+        Whether writing is refused.
+    named : Path or None
+        What messages call the file, where it is not ``path``.
+    wait : float
+        Seconds to wait for a process that holds the file.
+
+    Raises
+    ------
+    StoreError
+        The file is held, or is none of DuckDB's, or is damaged.
+    """
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
     while True:
         try:
