@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import QueryError
-from motiondb.grammar.cfg import Grammar, Rule
+from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.records import MOTION_FPS, IntArray
 from motiondb.store.catalogue.names import unknown_name
 from motiondb.store.connection.columns import fetch, insert
@@ -23,7 +23,7 @@ from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import read_meta, transaction
 
 if TYPE_CHECKING:
-    from motiondb.grammar.terminals import Terminals
+    from motiondb.grammar.terminals.terminals import Terminals
 
 GRAMMAR_TABLES = (
     "grammar",
@@ -244,7 +244,7 @@ def load_grammar(store: Store, name: str) -> LearnedGrammar:
 def _load_terminals(
     store: Store, number: int, names: tuple[str, ...], objective: float | None
 ) -> Terminals:
-    from motiondb.grammar.terminals import Terminals
+    from motiondb.grammar.terminals.terminals import Terminals
 
     rows = fetch(
         store.connection,
