@@ -53,7 +53,7 @@ def rescue(
     json: Json = False,
 ) -> None:
     """Save every readable capture of a damaged database into a new file; exit 1 if any is lost."""
-    from motiondb.database.rescuing import rescue as save
+    from motiondb.database.catalogue.rescuing import rescue as save
 
     report = save(file or db, output)
     if json:

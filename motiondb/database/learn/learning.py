@@ -122,7 +122,14 @@ class _Catalogue:
     synonyms: Mapping[str, str]
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Catalogue) and vars(self) == vars(other)
+        if not isinstance(other, _Catalogue):
+            return NotImplemented
+        rows = [{c: vars(info) for c, info in each.captured.items()} for each in (self, other)]
+        return (
+            rows[0] == rows[1]
+            and self.captions == other.captions
+            and self.synonyms == other.synonyms
+        )
 
 
 @dataclass(frozen=True, eq=False)

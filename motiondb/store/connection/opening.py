@@ -17,7 +17,7 @@ import duckdb
 
 from motiondb.errors import StoreError
 from motiondb.store.connection import migrations
-from motiondb.store.connection.faults import first_sentence, is_damage
+from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import holder_sentence, is_lock
 
@@ -139,8 +139,10 @@ def connect(
             return duckdb.connect(str(path), read_only=read_only, config=_CONFIG)
         except duckdb.Error as error:
             left = deadline - time.monotonic()
-            if not is_lock(error) or left <= 0.0:
-                raise StoreError(_unreadable(named or path, error, wait)) from error
+            is_other_mode = "different configuration" in str(error)
+            if left <= 0.0 or not (is_lock(error) or is_other_mode):
+                kind = OtherModeError if is_other_mode else StoreError
+                raise kind(_unreadable(named or path, error, wait)) from error
         time.sleep(min(pause, left))
         pause = min(2.0 * pause, _LONGEST_PAUSE)
 
