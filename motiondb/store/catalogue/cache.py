@@ -1,8 +1,9 @@
 """Arrays for passes over everything, memory-mapped from files beside the database.
 
-``motions.duckdb.cache/`` holds ``KIND-REVISION-NAME.npy`` and, written last, ``KIND-REVISION.json``:
-a list of names, shapes, types and checksums. The revision is a random mark that the store renews
-with every change of its motions. Files are written under another name, forced to the disk and moved.
+``motions.duckdb.cache/`` holds ``KIND-REVISION-NAME.npy`` and, written last, a list of their names,
+shapes, types and checksums, ``KIND-REVISION.json``. The revision is a random mark that the store
+renews with every change of its motions. Files are written under another name, forced to the disk,
+and renamed.
 Whatever does not fit its list is made anew from the store, so that the folder can be deleted or
 damaged at any time; where it cannot be written, the arrays stay in memory.
 
