@@ -1,10 +1,10 @@
 """Download files over HTTP: resume what was cut, check what came, then give the file its name.
 
-A file grows as ``NAME.part``. It is renamed when its length is the one that the server announced and
+A file grows as ``NAME.part``. It is renamed when it has the length that the server announced, and
 its contents pass a check, so that an interruption at any moment leaves nothing half written under a
 final name. The next attempt asks for the missing bytes (``Range``, RFC 9110, section 14); a server
-that sends the whole file again is believed. Attempts that bring nothing new are counted, and wait 1,
-2, 4, ... seconds.
+that sends the whole file again is believed. Attempts that bring nothing new are counted; the next
+one waits 1, 2, 4, ... seconds.
 
 A server may send without end, or a byte at a time. So a :class:`Budget` counts the bytes and the
 seconds of a whole download, and ends it at its limits.
@@ -12,7 +12,6 @@ seconds of a whole download, and ends it at its limits.
 
 from __future__ import annotations
 
-import errno
 import http.client
 import os
 import re
@@ -206,9 +205,7 @@ def _insist(
         patience.pause(2.0 ** max(fruitless - 1, 0))
 
 
-def _append(
-    url: str, part: Path, timeout: float, budget: Budget, on_bytes: OnBytes | None
-) -> None:
+def _append(url: str, part: Path, timeout: float, budget: Budget, on_bytes: OnBytes | None) -> None:
     """Bring the missing bytes of ``part``; raise _CutError when the transfer ends early."""
     have = _size(part)
     try:
