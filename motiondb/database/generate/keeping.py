@@ -21,6 +21,7 @@ def keep_generated(
     run_id: int,
 ) -> CaptureInfo:
     """Save a generated motion as a BVH capture; its licence names those of all sources."""
+    store.check_new_name(name, "capture")
     clip = retarget.to_clip(motion)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{name.replace('/', '_')}.bvh"
@@ -41,6 +42,7 @@ def check_name_free(database: store.Store, name: str) -> None:
     """Refuse no name, or one that a capture has already (QueryError, says what to do)."""
     if not name.strip():
         raise QueryError("name: expected a name for the capture, found nothing. Give one.")
+    store.check_new_name(name, "capture")
     if any(info.name == name for info in store.load_captures(database)):
         raise QueryError(
             f"{name}: expected a name that is free, found a capture of that name. Remove that "
