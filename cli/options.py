@@ -15,7 +15,7 @@ import typer
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.learn.captures_drift import Drift
+    from motiondb.learning.drift import Drift
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

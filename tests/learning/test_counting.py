@@ -13,25 +13,31 @@ from hypothesis import strategies as st
 import motiondb
 from motiondb import store
 from motiondb.database.catalogue.cataloguing import AddSettings
-from motiondb.database.learn import counting, updating
-from motiondb.records import Caption, Learning, SegmentTable
+from motiondb.database.learn import updating
+from motiondb.learning import counting
+from motiondb.learning.learned import Counted, LearnedModel
+from motiondb.learning.parameter_arrays import from_stored, to_arrays, to_stored
+from motiondb.records import (
+    Association,
+    Caption,
+    Learning,
+    MotionSymbols,
+    SegmentTable,
+    SymbolSpace,
+)
 from motiondb.search.score_vectors import fit_score_space
+from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words import association, vocabulary, word_map, word_moments
 
-SAMPLE = Path(__file__).parents[3] / "sample_data"
+SAMPLE = Path(__file__).parents[2] / "sample_data"
 ONE = AddSettings(jobs=1)
 TEXTS = ("walk, sit down", "run", "walk fast", "jump and run", "the person", "sit, walk, sit")
 Captions = dict[int, tuple[Caption, ...]]
 
 
 def recount(database: store.Store) -> Learning:
-    """What was learned with everything counted from nothing."""
-    learning = store.load_learning(database)
-    _, reference = counting.unpack(
-        learning.parameters, learning.association, learning.transition_counts
-    )
-    counts = updating._count(database, learning.segments, reference)
-    return updating._publish(learning, learning.run_id, learning.segments, counts, reference)
+    """What was learned with everything counted from nothing, as it is stored."""
+    return to_stored(updating.recount(database))
 
 
 def made_up(seed: int, n_captures: int = 7, n_symbols: int = 4) -> tuple[SegmentTable, Captions]:
@@ -73,9 +79,31 @@ def arrays_of(counts: counting.Counts, reference: counting.Reference) -> dict[st
         "said": published.counts,
         "translation": published.translation,
         **{f"alignment {shape}": table for shape, table in published.alignment.items()},
-        **counting.publish_parameters(counts, 1.0, np.array([1.0, 1.0, 0.0])),
-        **counting.pack(counts, reference),
+        **to_arrays(model_of(counts, reference, published)),
     }
+
+
+def model_of(
+    counts: counting.Counts, reference: counting.Reference, published: Association
+) -> LearnedModel:
+    """A model with these counts; what is not counted is empty."""
+    n = len(counts.transitions) - 1
+    none = np.zeros((0, 0))
+    table, _ = made_up(0)
+    return LearnedModel(
+        run_id=1,
+        symbols=MotionSymbols(np.ones(n, dtype=np.int64), none, none, none),
+        segments=table,
+        space=SymbolSpace(none, none, none, none, np.zeros(0, dtype=np.int64), none, none, none),
+        association=published,
+        transition_counts=counts.transitions,
+        feature_space=FeatureSpace(np.zeros(3), np.zeros((3, 2))),
+        score_space=reference.scores,
+        fitted_word_map=counting.publish_word_map(counts, 1.0, np.array([1.0, 1.0, 0.0])),
+        lengths=dict(counts.shapes),
+        counted=Counted(counts, reference),
+        lemmas={"frobs": "frob"},
+    )
 
 
 def assert_same(found: dict[str, Any], expected: dict[str, Any]) -> None:
@@ -117,10 +145,11 @@ def test_what_is_packed_comes_back(seed: int) -> None:
     reference = reference_of(table, captions)
     counts = counting.count(table, captions, {}, reference)
     published = counting.publish_association(counts, reference)
-    stored = counting.publish_parameters(counts) | counting.pack(counts, reference)
-    stored |= {"score_mean": reference.scores.mean, "score_spread": reference.scores.spread}
-    again, same = counting.unpack(stored, published, counts.transitions)
-    assert_same(arrays_of(again, same), arrays_of(counts, reference))
+    model = model_of(counts, reference, published)
+    again = from_stored(to_stored(model)).counted
+    assert again is not None
+    assert_same(arrays_of(again.counts, again.reference), arrays_of(counts, reference))
+    assert_same(to_arrays(from_stored(to_stored(model))), to_arrays(model))
 
 
 def test_words_by_hand() -> None:

@@ -18,12 +18,12 @@ are more than ``NEW_WORDS`` of all words written, or the turnover is more than `
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb import store
-from motiondb.records import MOTION_FPS, FloatArray, SegmentTable
+from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.words import vocabulary
 
 STRANGE = 0.1
@@ -62,51 +62,111 @@ class Drift:
     reasons: tuple[str, ...]
 
 
-def baseline(table: SegmentTable) -> dict[str, FloatArray]:
-    """What ``learn`` keeps to measure drift against: arrays by name."""
+@dataclass(frozen=True, eq=False)
+class DriftBaseline:
+    """The motion learned from, as drift is measured against it.
+
+    Attributes
+    ----------
+    captures : array (captures,)
+        Numbers of the captures learned from.
+    mean : float
+        Mean log-likelihood of the best symbol over frames, nats per frame.
+    worst : float
+        Log-likelihood below which the worst twentieth of the frames lies, nats per frame.
+    frames : float
+        Number of frames learned from, 30 a second.
+    """
+
+    captures: IntArray
+    mean: float
+    worst: float
+    frames: float
+
+
+def fit_baseline(table: SegmentTable) -> DriftBaseline:
+    """What ``learn`` keeps to measure drift against."""
     explained, frames = table.log_likelihoods, _frames(table)
     order = np.argsort(explained)
     reached = np.cumsum(frames[order]) / max(frames.sum(), 1)
     worst = explained[order][min(int(np.searchsorted(reached, _WORST)), len(order) - 1)]
     mean = np.average(explained, weights=frames)
-    return {
-        "learned_from": np.unique(table.capture_ids).astype(np.float64),
-        "drift_baseline": np.array([mean, worst, float(frames.sum())]),
-    }
+    return DriftBaseline(
+        np.unique(table.capture_ids), float(mean), float(worst), float(frames.sum())
+    )
 
 
-def measure(database: store.Store) -> Drift | None:
-    """The drift since the database learned; None where it has not, or kept no baseline."""
-    if not store.is_learned(database):
-        return None
-    arrays = store.load_parameters(database, "learned_from", "drift_baseline")
-    if "drift_baseline" not in arrays:
-        return None
-    table = store.load_segments(database, scores=False)
-    mean, worst, frames_before = arrays["drift_baseline"]
-    new = ~np.isin(table.capture_ids, arrays["learned_from"])
-    gone = ~np.isin(arrays["learned_from"], table.capture_ids)
+@dataclass(frozen=True)
+class WordUse:
+    """Words written about captures.
+
+    Attributes
+    ----------
+    total : int
+        Number of words written.
+    unknown : dict
+        Word outside the vocabulary -> how often it was written.
+    """
+
+    total: int
+    unknown: Mapping[str, int]
+
+
+def count_word_use(
+    captions: Sequence[Caption],
+    vocabulary_words: Sequence[str],
+    synonyms: Mapping[str, str],
+    lemmas: Mapping[str, str] | None = None,
+) -> WordUse:
+    """Count the words of captions, and those that the vocabulary lacks."""
+    known = set(vocabulary_words)
+    total = 0
+    unknown: dict[str, int] = {}
+    for caption in captions:
+        words = vocabulary.words_of(caption.words, synonyms, lemmas)
+        total += len(words)
+        for word in words:
+            if word not in known:
+                unknown[word] = unknown.get(word, 0) + 1
+    return WordUse(total, unknown)
+
+
+def measure_drift(table: SegmentTable, baseline: DriftBaseline, words: WordUse) -> Drift:
+    """The drift since the database learned.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Segments of all captures as they are now.
+    baseline : DriftBaseline
+        The motion learned from.
+    words : WordUse
+        Words written about the captures as they are now.
+    """
+    new = ~np.isin(table.capture_ids, baseline.captures)
+    gone = ~np.isin(baseline.captures, table.capture_ids)
     explained, frames = table.log_likelihoods[new], _frames(table)[new]
     below = explained < table.backgrounds[new]
     total = max(float(frames.sum()), 1.0)
-    strange = float(frames[explained < worst].sum())
+    strange = float(frames[explained < baseline.worst].sum())
     left = float(_frames(table)[~new].sum())
-    said, unknown = _words(database)
+    before = baseline.frames
     shares = {
         "strange_of_all": strange / max(float(_frames(table).sum()), 1.0),
-        "new_words": sum(unknown.values()) / max(said, 1),
-        "turnover": float((frames.sum() + frames_before - left) / max(frames_before, 1.0)),
+        "new_words": sum(words.unknown.values()) / max(words.total, 1),
+        "turnover": float((frames.sum() + before - left) / max(before, 1.0)),
     }
-    reasons = _reasons(shares, tuple(sorted(unknown)))
+    reasons = _reasons(shares, tuple(sorted(words.unknown)))
+    less = float(baseline.mean - (explained @ frames) / total) if len(frames) else 0.0
     return Drift(
         captures_added=len(np.unique(table.capture_ids[new])),
         captures_removed=int(gone.sum()),
         seconds_added=float(frames.sum()) / MOTION_FPS,
-        explained_less=float(mean - (explained @ frames) / total) if len(frames) else 0.0,
+        explained_less=less,
         strange=strange / total,
         below_background=float(frames[below].sum()) / total,
         **shares,
-        words=tuple(sorted(unknown)),
+        words=tuple(sorted(words.unknown)),
         relearn=bool(reasons),
         reasons=reasons,
     )
@@ -124,20 +184,3 @@ def _reasons(shares: dict[str, float], words: tuple[str, ...]) -> tuple[str, ...
 
 def _frames(table: SegmentTable) -> FloatArray:
     return (table.ends - table.starts).astype(np.float64)
-
-
-def _words(database: store.Store) -> tuple[int, dict[str, int]]:
-    """How many words are written about captured captures, and how often each unknown one."""
-    known = set(store.load_association(database).words)
-    synonyms = store.load_synonyms(database)
-    captured = {i.capture_id for i in store.load_captures(database) if i.kind == "captured"}
-    said = 0
-    unknown: dict[str, int] = {}
-    for capture, captions in store.load_captions(database).items():
-        for caption in captions if capture in captured else ():
-            words = vocabulary.words_of(caption.words, synonyms)
-            said += len(words)
-            for word in words:
-                if word not in known:
-                    unknown[word] = unknown.get(word, 0) + 1
-    return said, unknown

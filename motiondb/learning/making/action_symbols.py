@@ -13,11 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb import store
-from motiondb.database.learn.counting import described_intervals
-from motiondb.database.learn.learned import Learned, decode
 from motiondb.errors import QueryError
 from motiondb.generate import clarity
+from motiondb.learning.learned import Learned
+from motiondb.learning.recognition import Place, decode
 from motiondb.records import MOTION_FPS, Association, FloatArray, IntArray
 from motiondb.words import decoding
 
@@ -63,9 +62,9 @@ def decode_actions(
             decoded = decode(
                 learned,
                 _said_throughout(action, n_symbols),
-                after=symbols[-1] if symbols and not banned else None,
-                first=False,
-                last=False,
+                place=Place(
+                    symbols[-1] if symbols and not banned else None, first=False, last=False
+                ),
                 length=n_symbols,
                 association=association,
             )
@@ -92,8 +91,7 @@ def typical_seconds(learned: Learned, actions: Sequence[Sequence[str]]) -> list[
     QueryError
         when no capture has words.
     """
-    captions = store.load_captions(learned.database)
-    described = described_intervals(learned.segments, captions, learned.synonyms)
+    described = learned.described
     if not described:
         raise QueryError(
             "generate: expected captures with words, found none. Write some down (motiondb words "
@@ -102,7 +100,7 @@ def typical_seconds(learned: Learned, actions: Sequence[Sequence[str]]) -> list[
     seconds = []
     for action in actions:
         said = [d for d in described if set(action) <= set(d.words)]
-        said = said or [d for d in described if set(action) & set(d.words)] or described
+        said = said or [d for d in described if set(action) & set(d.words)] or list(described)
         typical = np.median([(d.end - d.start) / d.n_actions for d in said]) / MOTION_FPS
         seconds.append(float(np.clip(typical, SHORTEST, LONGEST)))
     return seconds
@@ -110,8 +108,8 @@ def typical_seconds(learned: Learned, actions: Sequence[Sequence[str]]) -> list[
 
 def word_numbers(learned: Learned, action: Sequence[str]) -> IntArray:
     """Numbers of an action's words, each once."""
-    number = {word: n for n, word in enumerate(learned.association.words)}
-    return np.array(list(dict.fromkeys(number[w] for w in action)), dtype=np.int64)
+    numbers = dict.fromkeys(learned.word_numbers[w] for w in action)
+    return np.array(list(numbers), dtype=np.int64)
 
 
 def _clarity(learned: Learned, action: Sequence[str]) -> FloatArray:

@@ -25,7 +25,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.database.learn.counting import Described, capture_rows
+from motiondb.learning.counting import Described, capture_rows
 from motiondb.records import FloatArray, IntArray, SegmentTable
 from motiondb.search import by_motion, by_words, score_vectors
 from motiondb.search.certainty import Certainty, clearest, fit_probability, separate, usual
@@ -41,6 +41,22 @@ LOOKED_AT, LOOKED_BELOW = 10, 5
 """Answers of a question that count: the best ones, and some evenly over the rest."""
 MOST_EXAMPLES, MOST_CAPTURES = 40, 150
 LEAST_ANSWERS = 30
+
+
+@dataclass(frozen=True)
+class Certainties:
+    """How sure answers are; None where too little was written to tell.
+
+    Attributes
+    ----------
+    words : Certainty or None
+        Of an answer to words.
+    example : Certainty or None
+        Of an answer to an example.
+    """
+
+    words: Certainty | None = None
+    example: Certainty | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,16 +117,12 @@ def intervals_of(described: Sequence[Described]) -> tuple[FloatArray, FloatArray
     return np.array([k[1] for k in keys]), np.array([k[2] for k in keys])
 
 
-def fit_certainties(written: Written) -> dict[str, FloatArray]:
-    """``certainty_words`` and ``certainty_example`` (packed), where there is enough to tell."""
-    found = {}
-    if len(np.unique(written.groups)) > 1:
-        with one_blas_thread():  # many small systems
-            for name, fit in (("words", words_certainty), ("example", example_certainty)):
-                certainty = fit(written)
-                if certainty is not None:
-                    found[f"certainty_{name}"] = certainty.pack()
-    return found
+def fit_certainties(written: Written) -> Certainties:
+    """How sure answers are, where captions of two performers or more tell."""
+    if len(np.unique(written.groups)) < 2:
+        return Certainties()
+    with one_blas_thread():  # many small systems
+        return Certainties(words_certainty(written), example_certainty(written))
 
 
 def words_certainty(written: Written) -> Certainty | None:

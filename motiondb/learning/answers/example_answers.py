@@ -1,4 +1,4 @@
-"""Answers to an example: the stored intervals that move like it, and how sure each of them is."""
+"""Search by example: the stored intervals that move like a motion, and how sure each answer is."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from typing import overload
 
 import numpy as np
 
-from motiondb.database.ask.answering import allowed_captures, mark_generated, reaches, to_seconds
-from motiondb.database.learn.learned import Learned, recognise
+from motiondb.learning.answers.word_answers import mark_generated, reaches, to_seconds
+from motiondb.learning.learned import Learned
+from motiondb.learning.recognition import recognise
+from motiondb.learning.symbol_fitting import FeaturePool
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import Match, Motion
 from motiondb.search import by_motion, certainty, extents, score_vectors
@@ -21,9 +23,15 @@ from motiondb.words import vocabulary
 class ExampleAnswer(Sequence[Match]):
     """The matches of an example, best first, as a sequence.
 
-    strength : largest resemblance of a match (``search.by_motion``), 1 for the same motion.
-    threshold : that below which nothing in the database matches; both None where too little was
-        written about the captures to tell.
+    Attributes
+    ----------
+    matches : tuple of Match
+        Best first.
+    strength : float or None
+        Largest resemblance of a match (``search.by_motion``), 1 for the same motion.
+    threshold : float or None
+        Strength below which nothing in the database matches. Both are None where too little was
+        written about the captures to learn them.
     """
 
     matches: tuple[Match, ...]
@@ -32,7 +40,7 @@ class ExampleAnswer(Sequence[Match]):
 
     @property
     def matches_anything(self) -> bool | None:
-        """Whether anything in the database moves like the example; None: that cannot be told."""
+        """Whether anything in the database moves like the example; None where this is not known."""
         return reaches(self.matches, self.strength, self.threshold)
 
     def __len__(self) -> int:
@@ -50,21 +58,40 @@ class ExampleAnswer(Sequence[Match]):
 
 def search_motion(
     learned: Learned,
+    pool: FeaturePool,
     motion: Motion,
-    where: str = "",
+    allowed: Sequence[int],
     limit: int = 10,
     meaning: bool | None = None,
 ) -> ExampleAnswer:
     """The stored intervals that move like a motion, best first.
 
-    meaning : let what words were learned for judge likeness too, so that the same action in another
-        style counts as alike (NotLearnedError where no words were learned); None: where there are
-        words.
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    pool : FeaturePool
+        Recognition features of all captures.
+    motion : Motion
+        The example.
+    allowed : sequence of int
+        Numbers of the captures to search; those without segments are left out.
+    limit : int
+        Largest number of matches.
+    meaning : bool or None
+        Whether learned words take part in the resemblance, so that the same action in another
+        style counts as alike; None: where there are words.
+
+    Raises
+    ------
+    NotLearnedError
+        When ``meaning`` is True and no words were learned.
     """
+    allowed = [capture for capture in allowed if capture in learned.rows]
     query = make_query(learned, motion, learned.has_words if meaning is None else meaning)
     with one_blas_thread():  # the matrices of one query are too small for two threads to gain by
-        refined = _find_motion(learned, query, where)
-        refined = _whole_activities(learned, motion, refined[: 2 * limit])[:limit]
+        refined = _find_motion(learned, pool, query, allowed)
+        refined = _whole_activities(learned, pool, motion, refined[: 2 * limit])[:limit]
         sure = _how_sure(learned, query, refined)
     matches = tuple(
         Match(
@@ -95,9 +122,7 @@ def _how_sure(
     if sure is None:
         return []
     actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
-    clear = certainty.clearest(
-        learned.word_map, query.vector, actions & (learned.association.counts > 0)
-    )
+    clear = certainty.clearest(learned.word_map, query.vector, actions & learned.is_known())
     told = []
     for c in found:
         rows = learned.rows[c.capture]
@@ -115,7 +140,9 @@ def _how_sure(
     return told
 
 
-def _find_motion(learned: Learned, query: by_motion.Query, where: str) -> list[by_motion.Candidate]:
+def _find_motion(
+    learned: Learned, pool: FeaturePool, query: by_motion.Query, allowed: Sequence[int]
+) -> list[by_motion.Candidate]:
     takes = {
         capture: by_motion.Take(
             learned.segments.starts[rows] // FEATURE_STEP,
@@ -123,24 +150,28 @@ def _find_motion(learned: Learned, query: by_motion.Query, where: str) -> list[b
             learned.segments.symbols[rows],
             learned.standardised[rows],
         )
-        for capture in allowed_captures(learned, where)
+        for capture in allowed
         for rows in [learned.rows[capture]]
     }
     candidates = by_motion.find_candidates(query, takes, learned.distances)
-    features = {capture: learned.features(capture) for capture in {c.capture for c in candidates}}
+    features = {
+        capture: learned.feature_space.project(pool.of_capture(capture))
+        for capture in {c.capture for c in candidates}
+    }
     return by_motion.refine(query, candidates, features)
 
 
 def _whole_activities(
-    learned: Learned, motion: Motion, found: list[by_motion.Candidate]
+    learned: Learned, pool: FeaturePool, motion: Motion, found: list[by_motion.Candidate]
 ) -> list[by_motion.Candidate]:
-    """Answers in long captures reach as far as the activity lasts (``search.extents``)."""
-    if learned.context_space is None or motion.n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
+    """Extend answers in long captures to the whole activity (``search.extents``)."""
+    contexts = learned.context_space
+    if contexts is None or motion.n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
         return found
-    example = learned.context_space.view(recognition_features(motion))
+    example = contexts.view(recognition_features(motion))
     lengths = {c.capture: learned.captures[c.capture].motion_frames for c in found}
     takes = {
-        capture: learned.contexts(capture)
+        capture: contexts.view(pool.of_capture(capture))
         for capture, length in lengths.items()
         if length >= extents.LONG * motion.n_frames
     }
@@ -149,21 +180,21 @@ def _whole_activities(
 
 def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_motion.Query:
     """Segment and recognise an example as the captures were; see :func:`search_motion`."""
-    features, starts, ends, symbols, standardised = recognise(learned, motion)
+    seen = recognise(learned, motion)
+    starts, ends = seen.starts, seen.ends
     weights = (ends - starts) / max(int((ends - starts).sum()), 1)
-    vector = score_vectors.interval_vectors(
-        standardised, starts, ends, np.array([0.0]), np.array([float(len(features))])
-    )[0]
+    whole = np.array([0.0]), np.array([float(len(seen.features))])
+    vector = score_vectors.interval_vectors(seen.standardised, starts, ends, *whole)[0]
     words = learned.word_map if meaning else None
-    return by_motion.Query(features, symbols, weights, vector, words, learned.n_bearing)
+    return by_motion.Query(seen.features, seen.symbols, weights, vector, words, learned.n_bearing)
 
 
 def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:
     """The likeliest words of a stored interval, if the database knows words at all."""
-    if "word_weights" not in learned.parameters:
+    if learned.fitted_word_map is None:
         return ()
     take = learned.takes[capture]
     inside = (take.starts < end) & (take.ends > start)
-    odds = np.where(learned.association.counts > 0, take.windows[inside].mean(axis=0), -np.inf)
+    odds = np.where(learned.is_known(), take.windows[inside].mean(axis=0), -np.inf)
     order = np.argsort(-odds, kind="stable")[:3]
     return tuple(learned.association.words[w] for w in order if odds[w] > -1.0)

@@ -16,7 +16,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from motiondb.records import Association, Caption, FloatArray, IntArray, Segment
 from motiondb.search import score_vectors
 from motiondb.words import explanation, lemmas, transition, vocabulary
 from motiondb.words.explanation import ExpectedCounts
+from motiondb.words.word_map import WordMap
 from motiondb.words.word_moments import WordMoments, solve_word_map, word_moments
 
 REFERENCE_SHARE = 0.01
@@ -48,10 +50,21 @@ class Described:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """What counts are made with; fixed from one learn to the next."""
+    """What counts are made with; the same from one ``learn`` to the next.
+
+    Attributes
+    ----------
+    association : Association
+        Smoothed t and a that share each word out among the symbols.
+    scores : ScoreSpace
+        Standardisation of scores.
+    lemmas : dict
+        Lemmas that the dictionary gave for the words of captions.
+    """
 
     association: Association
     scores: score_vectors.ScoreSpace
+    lemmas: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,17 +117,41 @@ def take_rows(table: SegmentTable, which: NDArray[np.bool_]) -> SegmentTable:
     return SegmentTable(**{name: column[which] for name, column in vars(table).items()})
 
 
+def join_tables(*tables: SegmentTable) -> SegmentTable:
+    """Segment tables one after the other; the capture numbers must rise from table to table."""
+    assert all(
+        not len(a.capture_ids) or not len(b.capture_ids) or a.capture_ids[-1] < b.capture_ids[0]
+        for a, b in pairwise(tables)
+    )
+    filled = [table for table in tables if len(table.capture_ids)] or list(tables[:1])
+    columns = zip(*(vars(table).values() for table in filled))
+    return SegmentTable(*(np.concatenate(column) for column in columns))
+
+
 def described_intervals(
     table: SegmentTable,
     captions: Mapping[int, tuple[Caption, ...]],
     synonyms: Mapping[str, str],
+    known_lemmas: Mapping[str, str] | None = None,
 ) -> list[Described]:
-    """Captions with at least one motion word, and the segments they speak of."""
+    """Captions with at least one motion word, and the segments they describe.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Segments of all captures.
+    captions : dict
+        Capture number -> its captions.
+    synonyms : dict
+        Lemma -> canonical lemma.
+    known_lemmas : dict, optional
+        Lemmas that the dictionary gave earlier; other words are looked up in it.
+    """
     found = []
     for capture_id, rows in sorted(captions.items()):
         first, last = np.searchsorted(table.capture_ids, [capture_id, capture_id + 1])
         for caption in rows:
-            actions = vocabulary.split_actions(caption.words, synonyms)
+            actions = vocabulary.split_actions(caption.words, synonyms, known_lemmas)
             words = tuple(word for action in actions for word in action)
             if not words or first == last:
                 continue
@@ -170,13 +207,16 @@ def training_rows(
 
 
 def make_reference(
-    fitted: Association, shapes: Mapping[tuple[int, int], float], scores: score_vectors.ScoreSpace
+    fitted: Association,
+    shapes: Mapping[tuple[int, int], float],
+    scores: score_vectors.ScoreSpace,
+    known_lemmas: Mapping[str, str] | None = None,
 ) -> Reference:
-    """The reference from what EM found: smoothed just enough that nothing new is impossible."""
+    """The reference from the fitted association, smoothed so that no new pair is impossible."""
     smooth = explanation.smoothed(
         fitted, shapes, share=REFERENCE_SHARE, pseudo_pairs=REFERENCE_PAIRS
     )
-    return Reference(smooth, scores)
+    return Reference(smooth, scores, known_lemmas or {})
 
 
 def count(
@@ -188,7 +228,7 @@ def count(
     """The counts of all captures of a table; words outside the vocabulary are not counted."""
     words, n_symbols = reference.association.words, table.scores.shape[1]
     number = {word: n for n, word in enumerate(words)}
-    described = known_only(described_intervals(table, captions, synonyms), number)
+    described = known_only(described_intervals(table, captions, synonyms, reference.lemmas), number)
     said = np.zeros(len(words), dtype=np.int64)
     expected = ExpectedCounts(np.zeros((n_symbols + 1, len(words))))
     shapes: Counter[tuple[int, int]] = Counter()
@@ -218,88 +258,16 @@ def publish_association(counts: Counts, reference: Reference) -> Association:
     return explanation.with_counts(empty, counts.expected)
 
 
-def publish_parameters(
-    counts: Counts, ridge: float | None = None, calibration: FloatArray | None = None
-) -> dict[str, FloatArray]:
-    """Arrays by name that follow from the counts: lengths, and the word map where there is one."""
-    lengths = [(m, length) for length, m in sorted(counts.shapes.elements())]
-    parameters = {"length_counts": np.array(lengths, dtype=float).reshape(-1, 2)}
-    if ridge is not None and calibration is not None:
-        fit = solve_word_map(counts.moments, ridge, calibration)
-        parameters |= {f"word_{name}": np.asarray(value) for name, value in vars(fit).items()}
-    return parameters
+def publish_word_map(
+    counts: Counts, ridge: float | None, calibration: FloatArray | None
+) -> WordMap | None:
+    """The word map that the counts amount to; None where none was fitted when it learned."""
+    if ridge is None or calibration is None:
+        return None
+    return solve_word_map(counts.moments, ridge, calibration)
 
 
-def pack(counts: Counts, reference: Reference) -> dict[str, FloatArray]:
-    """Counts and reference as arrays by name, to be stored; see :func:`unpack`."""
-    arrays: dict[str, FloatArray] = {"counted_translation": counts.expected.translation}
-    arrays["counted_pairs"] = np.array(float(counts.expected.n_pairs))
-    arrays |= _pack_tables("counted", counts.expected.alignment)
-    arrays |= {f"moment_{name}": np.asarray(v) for name, v in vars(counts.moments).items()}
-    fixed = reference.association
-    arrays["reference_translation"] = fixed.translation
-    arrays["reference_counts"] = fixed.counts.astype(np.float64)
-    return arrays | _pack_tables("reference", fixed.alignment)
-
-
-def unpack(
-    parameters: Mapping[str, FloatArray], published: Association, transitions: FloatArray
-) -> tuple[Counts, Reference]:
-    """Counts and reference from what is stored, the inverse of :func:`pack`."""
-    fixed = Association(
-        published.words,
-        parameters["reference_counts"].astype(np.int64),
-        parameters["reference_translation"],
-        _unpack_tables("reference", parameters),
-        published.log_likelihoods,
-    )
-    scores = score_vectors.ScoreSpace(parameters["score_mean"], parameters["score_spread"])
-    names = ("vectors", "words", "gram", "cross")
-    moments = WordMoments(
-        float(parameters["moment_n"]), *(parameters[f"moment_{name}"] for name in names)
-    )
-    counts = Counts(
-        transitions,
-        np.asarray(published.counts, dtype=np.int64),
-        Counter((int(length), int(m)) for m, length in parameters["length_counts"]),
-        ExpectedCounts(
-            parameters["counted_translation"],
-            _unpack_tables("counted", parameters),
-            int(parameters["counted_pairs"]),
-        ),
-        moments,
-    )
-    return counts, Reference(fixed, scores)
-
-
-def pack_forms(captions: Mapping[int, tuple[Caption, ...]]) -> FloatArray:
-    """What the dictionary says of the words of captions, as the bytes of lines ``form lemma``."""
-    said = {f for rows in captions.values() for c in rows for f in vocabulary.forms_of(c.words)}
-    lines = [f"{form} {lemma}" for form, lemma in lemmas.dictionary_forms(said).items()]
-    return np.array(list("\n".join(lines).encode()), dtype=np.float64)
-
-
-def unpack_forms(numbers: FloatArray) -> dict[str, str]:
-    """The inverse of :func:`pack_forms`."""
-    lines = bytes(numbers.astype(np.uint8)).decode().splitlines()
-    return dict(line.split(" ", 1) for line in lines)
-
-
-def _pack_tables(
-    name: str, alignment: Mapping[tuple[int, int], FloatArray]
-) -> dict[str, FloatArray]:
-    shapes = sorted(alignment)
-    flat = [np.zeros(0), *(alignment[shape].ravel() for shape in shapes)]
-    return {
-        f"{name}_shapes": np.array(shapes, dtype=float).reshape(-1, 2),
-        f"{name}_alignment": np.concatenate(flat),
-    }
-
-
-def _unpack_tables(
-    name: str, parameters: Mapping[str, FloatArray]
-) -> dict[tuple[int, int], FloatArray]:
-    shapes = [(int(length), int(m)) for length, m in parameters[f"{name}_shapes"]]
-    ends = np.cumsum([m * (length + 1) for length, m in shapes])
-    parts = np.split(parameters[f"{name}_alignment"], ends[:-1]) if shapes else []
-    return {(n, m): part.reshape(m, n + 1) for (n, m), part in zip(shapes, parts)}
+def dictionary_lemmas(captions: Mapping[int, tuple[Caption, ...]]) -> dict[str, str]:
+    """The lemmas that only the dictionary knows, for all words of some captions."""
+    forms = {f for rows in captions.values() for c in rows for f in vocabulary.forms_of(c.words)}
+    return lemmas.dictionary_forms(forms)

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.database.learn import asked_certainty
-from motiondb.database.learn.counting import Described
-from motiondb.database.learn.learned import Learned
+from motiondb.learning import asked_certainty
+from motiondb.learning.asked_certainty import Certainties
+from motiondb.learning.counting import Described
+from motiondb.learning.learned import Learned
 from motiondb.records import SegmentTable
 from motiondb.words.word_moments import solve_word_map, word_moments
 
@@ -97,7 +98,7 @@ def test_directions_are_no_actions() -> None:
 
 
 def test_one_performer_or_too_few_answers_tell_nothing() -> None:
-    assert asked_certainty.fit_certainties(made_up(3, n_groups=1)) == {}
+    assert asked_certainty.fit_certainties(made_up(3, n_groups=1)) == Certainties()
     assert asked_certainty.words_certainty(made_up(3, n_groups=2, per_group=4)) is None
     assert asked_certainty.example_certainty(made_up(3, n_groups=2, per_group=2)) is None
 
@@ -112,7 +113,8 @@ def test_intervals_are_those_of_the_training_rows() -> None:
 
 def test_answers_say_how_sure_they_are(learned_file: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
-        assert {"certainty_words", "certainty_example"} <= db.learned.parameters.keys()
+        assert db.learned.certainties.words is not None
+        assert db.learned.certainties.example is not None
         kicks = db.search("kick")
         assert kicks.matches_anything is True
         chances = [m.probability for m in kicks.matches]

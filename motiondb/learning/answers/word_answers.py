@@ -1,4 +1,4 @@
-"""Answers from what was learned: by words, and the words of a motion."""
+"""Search by words, and the words of a motion over time."""
 
 from __future__ import annotations
 
@@ -7,37 +7,39 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb import store
-from motiondb.database.learn.learned import Learned, decode, recognise
 from motiondb.errors import QueryError
+from motiondb.learning.learned import Learned
+from motiondb.learning.recognition import decode, recognise
 from motiondb.pose.features import FEATURE_STEP
-from motiondb.records import (
-    MOTION_FPS,
-    Match,
-    Motion,
-)
-from motiondb.search import (
-    alignment,
-    by_words,
-    certainty,
-    reasons,
-    score_vectors,
-)
+from motiondb.records import MOTION_FPS, Match, Motion
+from motiondb.search import alignment, by_words, certainty, reasons
 from motiondb.search.by_words import WINDOW_MARGIN
 from motiondb.words import decoding, vocabulary
 
 
 @dataclass(frozen=True, eq=False)
 class WordAnswer:
-    """Hits, what of the question was not understood, and the decoded symbols.
+    """Matches of a question in words, and how the question was understood.
 
-    unknown : word -> nearest known words. decoding : None where no symbol sequence was found.
-    reasons : per match what every asked word adds to its log-odds; ``search.reasons.total`` of them
-        is the number that ranks the match, and ``score`` its logistic function.
-    strength : of the best match, nats by which the action that it shows least clearly is likelier
-        than what is usual for the words asked.
-    threshold : the strength below which nothing in the database matches; None: it could not be
-        learned (``search.certainty``).
+    Attributes
+    ----------
+    matches : tuple of Match
+        Best first.
+    unknown : dict
+        Word of the question that is not known -> nearest known words.
+    actions : tuple of tuple of str
+        Known words of every action; () stands for any action.
+    decoding : Decoding or None
+        Decoded symbols of a search by symbols; None where no sequence was found.
+    reasons : tuple
+        Per match what every asked word adds to its log-odds; ``search.reasons.total`` of them is
+        the number that ranks the match, and ``score`` its logistic function.
+    strength : float or None
+        Of the best match: nats by which the action that it shows least clearly is likelier than
+        usual for the words asked.
+    threshold : float or None
+        Strength below which nothing in the database matches; None where it could not be learned
+        (``search.certainty``).
     """
 
     matches: tuple[Match, ...]
@@ -50,13 +52,14 @@ class WordAnswer:
 
     @property
     def matches_anything(self) -> bool | None:
-        """Whether anything in the database shows what was asked; None: that cannot be told."""
+        """Whether anything in the database shows what was asked; None where this is not known."""
         return reaches(self.matches, self.strength, self.threshold)
 
 
 def reaches(
     matches: Sequence[Match], strength: float | None, threshold: float | None
 ) -> bool | None:
+    """Whether a best match is good enough; None where no threshold was learned."""
     if not matches:
         return False
     return None if strength is None or threshold is None else strength >= threshold
@@ -65,7 +68,7 @@ def reaches(
 def search_words(
     learned: Learned,
     text: str,
-    where: str = "",
+    allowed: Sequence[int],
     limit: int = 10,
     by_symbols: bool = False,
     written: bool = True,
@@ -74,16 +77,33 @@ def search_words(
 
     Parameters
     ----------
-    by_symbols : as paper A: decode the words to symbols and align these with the captures.
-    written : take what people wrote about the captures as evidence beside the motion.
+    learned : Learned
+        What was learned.
+    text : str
+        The question.
+    allowed : sequence of int
+        Numbers of the captures to search; those without segments are left out.
+    limit : int
+        Largest number of matches.
+    by_symbols : bool
+        Decode the words to symbols and align these with the captures, as in paper A.
+    written : bool
+        Whether captions count as evidence beside the motion.
+
+    Raises
+    ------
+    QueryError
+        When the text is empty or no word of it is known.
+    NotLearnedError
+        When no words were learned.
     """
+    allowed = [capture for capture in allowed if capture in learned.rows]
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
-    query = vocabulary.parse_query(text, learned.known_words, learned.synonyms)
-    allowed = allowed_captures(learned, where)
+    query = vocabulary.parse_query(text, learned.known_words, learned.synonyms, learned.lemmas)
     if by_symbols:
         return _search_decoded(learned, query, allowed, limit)
-    number = {word: n for n, word in enumerate(learned.association.words)}
+    number = learned.word_numbers
     actions = [[number[w] for w in action] for action in query.actions]
     takes = learned.takes if written else learned.seen_takes
     hits = []
@@ -145,7 +165,21 @@ def explain_hit(
     actions: Sequence[Sequence[int]],
     written: bool = True,
 ) -> tuple[reasons.WordReason, ...]:
-    """What every asked word adds to an answer, segment by segment (see ``search.reasons``)."""
+    """What every asked word adds to an answer, segment by segment (see ``search.reasons``).
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    capture : int
+        Number of the capture.
+    hit : Hit
+        The answer.
+    actions : sequence of sequence of int
+        Word numbers of every action.
+    written : bool
+        Whether captions count as evidence beside the motion.
+    """
     rows = learned.rows[capture]
     table = learned.segments
     starts, ends = table.starts[rows], table.ends[rows]
@@ -185,7 +219,7 @@ def _search_decoded(
             start = int(learned.segments.starts[rows][first])
             found.append((score, capture, start, int(learned.segments.ends[rows][last - 1])))
     found.sort(key=lambda hit: (-hit[0], hit[1]))
-    number = {word: n for n, word in enumerate(learned.association.words)}
+    number = learned.word_numbers
     occurs = any(np.isclose(hit[0], 1.0) for hit in found)
     note = "" if occurs else "; this sequence of symbols never occurred, the nearest are given"
     matches = tuple(
@@ -205,7 +239,17 @@ def _search_decoded(
 
 @dataclass(frozen=True)
 class Description:
-    """Words of an interval (seconds) with their probabilities, likeliest first."""
+    """What an interval of a motion shows.
+
+    Attributes
+    ----------
+    start, end : float
+        Seconds.
+    words : tuple of (str, float)
+        Words with their probabilities, most probable first.
+    symbols : tuple of int
+        Symbols of the interval's segments.
+    """
 
     start: float
     end: float
@@ -215,12 +259,9 @@ class Description:
 
 def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Description, ...]:
     """The words of a motion over time; neighbours with the same likeliest words become one."""
-    _, starts, ends, symbols, standardised = recognise(learned, motion)
-    margin = WINDOW_MARGIN // FEATURE_STEP
-    vectors = score_vectors.interval_vectors(
-        standardised, starts, ends, starts - margin, ends + margin
-    )
-    probabilities = learned.word_map.probabilities(vectors) * (learned.association.counts > 0)
+    seen = recognise(learned, motion)
+    starts, ends, symbols = seen.starts, seen.ends, seen.symbols
+    probabilities = learned.word_map.probabilities(seen.window_vectors()) * learned.is_known()
     groups: list[list[int]] = []
     for n, row in enumerate(probabilities):
         likeliest = set(np.argsort(-row)[:2])
@@ -244,13 +285,8 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
     return tuple(answers)
 
 
-def allowed_captures(learned: Learned, where: str) -> list[int]:
-    """Captures that a filter lets through and that were there when the database learned."""
-    infos = store.load_captures(learned.database, where) if where else learned.captures.values()
-    return [info.capture_id for info in infos if info.capture_id in learned.rows]
-
-
 def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[float, float]:
+    """An interval of a capture in seconds, from frames [start, end) at 30 a second."""
     duration = learned.captures[capture].duration
     low = round(start / MOTION_FPS, 3)
     return min(low, duration), round(min(end / MOTION_FPS, duration), 3)
@@ -266,7 +302,7 @@ def _matched(
 
 
 def mark_generated(learned: Learned, capture: int, before: str = "") -> str:
-    """A mark for an answer that nobody performed."""
+    """The word "generated" for a generated capture, otherwise nothing."""
     return f"{before}generated" if learned.captures[capture].kind == "generated" else ""
 
 

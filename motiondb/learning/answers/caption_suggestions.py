@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb import store
-from motiondb.database.learn import counting
-from motiondb.database.learn.learned import Learned
+from motiondb.learning import counting
+from motiondb.learning.learned import Learned
 from motiondb.records import FloatArray
 from motiondb.search import score_vectors
 from motiondb.words import suggestion
@@ -16,13 +15,24 @@ from motiondb.words import suggestion
 
 @dataclass(frozen=True)
 class CaptionSuggestion:
-    """A capture without words that is worth some.
+    """A capture without words that should be captioned next.
 
     Attributes
     ----------
-    gain : share of what is uncertain that its words would settle, 0 to 1. like : names of captures
-        without words of which they would tell, most first. symbols : its symbols that never
-        stood beside words. reason : a sentence.
+    rank : int
+        1 for the first.
+    capture : str
+        Name of the capture.
+    seconds : float
+        Length of the capture.
+    gain : float
+        Share of the uncertainty about captures without words that its words would remove, 0 to 1.
+    like : tuple of str
+        Names of captures without words that its words would also describe, most similar first.
+    symbols : tuple of int
+        Symbols of the capture that never occurred beside words.
+    reason : str
+        One sentence.
     """
 
     rank: int
@@ -35,12 +45,11 @@ class CaptionSuggestion:
 
 
 def suggest_captions(learned: Learned, limit: int = 10) -> list[CaptionSuggestion]:
-    """Captures without words, the one whose words would tell most about the others first.
+    """Captures without words, the one whose words would say most about the others first.
 
-    A capture counts as described as soon as one motion word was written about any part of it.
+    A capture counts as described when one motion word was written about any part of it.
     """
-    captions = store.load_captions(learned.database)
-    described = counting.described_intervals(learned.segments, captions, learned.synonyms)
+    described = list(learned.described)
     with_words = {d.capture_id for d in described}
     bare = [capture for capture in sorted(learned.rows) if capture not in with_words]
     if not bare:
@@ -49,15 +58,13 @@ def suggest_captions(learned: Learned, limit: int = 10) -> list[CaptionSuggestio
     number = {word: n for n, word in enumerate({w for d in described for w in d.words})}
     known = np.zeros((0, vectors.shape[1]))
     if described:
-        known = counting.training_rows(
-            learned.segments, described, learned.score_space, number
-        )[0]  # fmt: skip
-    found = suggestion.suggest(vectors, known, limit)
-    return [_told(learned, bare, rank, one) for rank, one in enumerate(found, start=1)]
+        known = counting.training_rows(learned.segments, described, learned.score_space, number)[0]
+    chosen = suggestion.suggest(vectors, known, limit)
+    return [_explained(learned, bare, rank, one) for rank, one in enumerate(chosen, start=1)]
 
 
 def whole_vectors(learned: Learned, captures: list[int]) -> FloatArray:
-    """Score vectors of whole captures: array (captures, symbols)."""
+    """Score vectors of whole captures: array (captures, symbols + columns)."""
     vectors = []
     for capture in captures:
         rows = learned.rows[capture]
@@ -69,7 +76,7 @@ def whole_vectors(learned: Learned, captures: list[int]) -> FloatArray:
     return np.array(vectors)
 
 
-def _told(
+def _explained(
     learned: Learned, bare: list[int], rank: int, one: suggestion.Suggestion
 ) -> CaptionSuggestion:
     capture = bare[one.index]
