@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 
+import numpy as np
+
 from motiondb import store
 from motiondb.database.session import load_features
 from motiondb.errors import MotionDBError
@@ -43,7 +45,7 @@ def learn(
     tell = progress or (lambda _what, _share: None)
     tell("features", 0.0)
     pool, taught = _load_taught(opened)
-    model = fit_model(pool, taught, settings, tell)
+    model = fit_model(pool, taught, settings, np.random.default_rng(settings.seed), tell)
     tell("saving", 0.0)
     with store.transaction(opened):
         run_id = store.start_run(opened, "learn", asdict(settings), settings.seed)
