@@ -10,6 +10,7 @@ import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     From,
     Json,
@@ -35,7 +36,7 @@ def register(app: typer.Typer) -> None:
     app.command()(show)
     app.command()(export)
     app.command()(remove)
-    fetching = typer.Typer(help="Download captures from public databases.", no_args_is_help=True)
+    fetching = Commands(help="Download captures from public databases.", no_args_is_help=True)
     fetching.command("cmu")(fetch_cmu)
     app.add_typer(fetching, name="fetch")
 

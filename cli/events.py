@@ -9,12 +9,12 @@ from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, database, print_json, print_table
+from motiondb.cli.options import DEFAULT_DB, Commands, Db, Json, database, print_json, print_table
 
 
 def register(app: typer.Typer) -> None:
     """Put the commands into the app."""
-    group = typer.Typer(
+    group = Commands(
         help="Instants of captures: feet that strike, balls that are caught and released.",
         invoke_without_command=True,
     )

@@ -10,6 +10,7 @@ import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     From,
     Json,
@@ -24,7 +25,7 @@ from motiondb.cli.options import (
 
 def register(app: typer.Typer) -> None:
     """Put the commands into the app."""
-    group = typer.Typer(help="The words known, and those of captures.", invoke_without_command=True)
+    group = Commands(help="The words known, and those of captures.", invoke_without_command=True)
     group.callback()(words)
     group.command("set")(set_words)
     group.command("import")(import_words)

@@ -54,7 +54,9 @@ _PUBLIC = {
 }
 
 
-def open(path: str | Path = "motions.duckdb", *, read_only: bool = False) -> MotionDB:
+def open(
+    path: str | Path = "motions.duckdb", *, read_only: bool = False, wait: float = 0.0
+) -> MotionDB:
     """Open a motion database, or make a new one.
 
     Parameters
@@ -62,7 +64,9 @@ def open(path: str | Path = "motions.duckdb", *, read_only: bool = False) -> Mot
     path : str or Path
         The DuckDB file.
     read_only : bool
-        Only ask; several processes may do so at once.
+        Whether only to ask; several processes may do so at once.
+    wait : float
+        Seconds to wait for another process that holds the file.
 
     Raises
     ------
@@ -72,7 +76,7 @@ def open(path: str | Path = "motions.duckdb", *, read_only: bool = False) -> Mot
     """
     from motiondb.database import MotionDB
 
-    return MotionDB(path, read_only=read_only)
+    return MotionDB(path, read_only=read_only, wait=wait)
 
 
 def compact(path: str | Path) -> tuple[int, int]:

@@ -90,9 +90,11 @@ def add_captures(
         for name, path in sorted(names.items())
     ]
     readings = []
-    for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
-        readings.append(reading)
-        tell("reading captures", done, len(jobs))
+    store.check_writable(database)
+    with store.released(database):
+        for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
+            readings.append(reading)
+            tell("reading captures", done, len(jobs))
     problems += [r.problem for r in readings if r.problem]
     return _save(opened, folder, sheets, settings, readings, problems, tell)
 

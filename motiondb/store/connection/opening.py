@@ -17,7 +17,7 @@ import duckdb
 
 from motiondb.errors import StoreError
 from motiondb.store.connection import migrations
-from motiondb.store.connection.faults import first_sentence, is_damage
+from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import holder_sentence, is_lock
 
@@ -73,7 +73,7 @@ def _connect_current(
 ) -> duckdb.DuckDBPyConnection:
     """A connection to a database that has the schema of today."""
     wait = usual_wait if wait is None else wait
-    connection = _connect(path, read_only, wait=wait)
+    connection = connect(path, read_only, wait=wait)
     try:
         version = migrations.schema_version(connection, str(path))
         migrations.check_not_newer(connection, str(path), version)
@@ -102,7 +102,7 @@ def _create(path: Path) -> None:
     for left in path.parent.glob(f".{glob.escape(path.name)}.new-*"):  # by a kill
         if left == new or time.time() - left.stat().st_mtime > _ABANDONED:
             left.unlink(missing_ok=True)
-    connection = _connect(new, read_only=False, named=path)
+    connection = connect(new, read_only=False, named=path)
     try:
         migrations.migrate(connection, 0)
     finally:
@@ -112,18 +112,37 @@ def _create(path: Path) -> None:
     new.unlink(missing_ok=True)
 
 
-def _connect(
+def connect(
     path: Path, read_only: bool, named: Path | None = None, wait: float = 0.0
 ) -> duckdb.DuckDBPyConnection:
-    """A connection, after waiting at most ``wait`` seconds for a process that holds the file."""
+    """A connection of DuckDB, whatever is in the file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    read_only : bool
+        Whether writing is refused.
+    named : Path or None
+        What messages call the file, where it is not ``path``.
+    wait : float
+        Seconds to wait for a process that holds the file.
+
+    Raises
+    ------
+    StoreError
+        The file is held, or is none of DuckDB's, or is damaged.
+    """
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
     while True:
         try:
             return duckdb.connect(str(path), read_only=read_only, config=_CONFIG)
         except duckdb.Error as error:
             left = deadline - time.monotonic()
-            if not is_lock(error) or left <= 0.0:
-                raise StoreError(_unreadable(named or path, error, wait)) from error
+            is_other_mode = "different configuration" in str(error)
+            if left <= 0.0 or not (is_lock(error) or is_other_mode):
+                kind = OtherModeError if is_other_mode else StoreError
+                raise kind(_unreadable(named or path, error, wait)) from error
         time.sleep(min(pause, left))
         pause = min(2.0 * pause, _LONGEST_PAUSE)
 
