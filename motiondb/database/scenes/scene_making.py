@@ -27,7 +27,8 @@ from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.polish import PolishedScene, polish
-from motiondb.scene.polish.scene_report import SceneReport, report_scene
+from motiondb.scene.report.report_records import SceneReport
+from motiondb.scene.report.scene_report import report_scene
 from motiondb.scene.sampling.play import make_play
 from motiondb.scene.sampling.tempering import SamplerSettings, Trace, sample
 from motiondb.scene.sampling.warm_start import WARM, warm_start
@@ -214,8 +215,10 @@ def _attempt(
 
     began = time.monotonic()
     progress(what, 0.0, math.nan)
-    first = _warm(text, clips, start, rng, sampler) if start else None
-    state, trace = sample(first, clips.library, text.diagram, text.grammar, sampler, rng, heard)
+    most, prices = sampler.most_actions, sampler.prices
+    play = make_play(text.diagram, text.grammar, clips.library, most, prices)
+    first = warm_start(start[1], start[0], play, rng) if start else None
+    state, trace = sample(play, sampler, rng, first, heard)
     seconds["sampling"] += time.monotonic() - began
     began = time.monotonic()
     progress("polishing", 0.0, trace.final)
@@ -227,20 +230,6 @@ def _attempt(
         text, settings, clips, state, table, polished, found, trace, trace.final, number + 1,
         seconds, cut_short,
     )  # fmt: skip
-
-
-def _warm(
-    text: SceneText,
-    clips: SceneClips,
-    start: Start,
-    rng: np.random.Generator,
-    sampler: SamplerSettings,
-) -> SceneState:
-    """The earlier scene as far as it still does what is asked."""
-    before, state = start
-    most, prices = sampler.most_actions, sampler.prices
-    play = make_play(text.diagram, text.grammar, clips.library, most, prices)
-    return warm_start(state, before, play, rng)
 
 
 def _badness(made: MadeScene) -> tuple[int, float]:

@@ -3,7 +3,7 @@
 Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
 directions and frames for synchronisation. The threshold of a position, a line or a direction is the
 rule's weight, the deviation that costs 1; that of a synchronisation two frames; a distance must be
-kept. Both are measured on the motions that came out (:mod:`motiondb.scene.polish.scene_report`),
+kept. Both are measured on the motions that came out (:mod:`motiondb.scene.report.scene_report`),
 in the frames that a rule looks at: one, or, throughout, those of its own actions and no others.
 """
 

@@ -40,7 +40,7 @@ from motiondb.errors import QueryError, suggestion
 from motiondb.pose import body
 from motiondb.records import MOTION_FPS, Caption
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.polish.polish import Placed
+from motiondb.scene.polish.placed import Placed
 
 if TYPE_CHECKING:
     from motiondb.database.motion_db import MotionDB

@@ -9,7 +9,7 @@ from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.energy.binding import bind
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.polish.scene_report import _rule
+from motiondb.scene.report.scene_report import _rule
 from motiondb.scene.timing.timeline import Timeline
 
 GRAMMAR = read_motion_grammar(
