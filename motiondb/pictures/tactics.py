@@ -106,7 +106,7 @@ def _arc(radius: float, first: float, last: float, z: float) -> FloatArray:
 
 
 def court_lines(behind_rim: float, length: float) -> list[FloatArray]:
-    """Return the key with its circle, the three-point line, no-charge half circle, centre circle."""
+    """Return the key, its circle, the three-point line, no-charge half circle, centre circle."""
     base, free, middle = -behind_rim, 5.8 - behind_rim, length - behind_rim
     side, corner = 6.6, float(np.sqrt(6.75**2 - 6.6**2))
     turn = float(np.degrees(np.arctan2(corner, side)))
