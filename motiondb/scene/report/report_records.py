@@ -154,6 +154,131 @@ class Collision:
     depth: float
 
 
+@dataclass(frozen=True)
+class ImpossibleMotion:
+    """Frames in which a body does what people cannot do, or never do in this action.
+
+    Attributes
+    ----------
+    kind : str
+        "airborne": both feet in the air for too long; "speed": travelling too fast; "step": feet
+        too far apart; "foot jump": a planted foot is displaced; "limbs": limbs of two players pass
+        through one another.
+    players : tuple of str
+        The player, or two for limbs.
+    action : str
+        The action; "waiting" between actions; "" for limbs.
+    start : int
+        First frame.
+    end : int
+        Frame after the last one.
+    frame : int
+        The worst frame.
+    value : float
+        The largest value (for limbs the least distance).
+    limit : float
+        The accepted value.
+    unit : str
+        Unit of both.
+    """
+
+    kind: str
+    players: tuple[str, ...]
+    action: str
+    start: int
+    end: int
+    frame: int
+    value: float
+    limit: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class JumpReport:
+    """The largest displacement of a planted foot of a player within 2 to 9 frames.
+
+    Attributes
+    ----------
+    player : str
+        Name.
+    foot : str
+        "left" or "right"; "" if no foot was ever planted.
+    metres : float, m
+        The displacement.
+    start : int
+        First frame of it.
+    end : int
+        Its last frame.
+    source_metres : float, m
+        The largest one in the player's captures.
+    """
+
+    player: str
+    foot: str
+    metres: float
+    start: int
+    end: int
+    source_metres: float
+
+
+@dataclass(frozen=True)
+class LimbReport:
+    """How near the limbs of two players come to one another.
+
+    Attributes
+    ----------
+    players : tuple of str
+        Their names.
+    metres : float, m
+        Least distance between the axes of their bones.
+    frame : int
+        The frame of it.
+    n_frames : int
+        Number of frames in which it is less than 5 cm.
+    """
+
+    players: tuple[str, str]
+    metres: float
+    frame: int
+    n_frames: int
+
+
+@dataclass(frozen=True)
+class GuardReport:
+    """The distance of a guard to the guarded player, over all frames of the scene.
+
+    The rule itself looks at the frames of guarding only.
+
+    Attributes
+    ----------
+    player : str
+        The guard.
+    target : str
+        The guarded player.
+    near : float, m
+        Least distance of the rule.
+    far : float, m
+        Largest distance of the rule.
+    n_frames : int
+        Frames in which the rule looks.
+    outside : float
+        Fraction of all frames of the scene in which the distance is outside these bounds.
+    farthest : float, m
+        The largest distance.
+    frame : int
+        The frame of it.
+    """
+
+    player: str
+    target: str
+    near: float
+    far: float
+    n_frames: int
+    outside: float
+    farthest: float
+    frame: int
+
+
 @dataclass(frozen=True, eq=False)
 class SceneReport:
     """The report of a scene.
@@ -183,6 +308,14 @@ class SceneReport:
         ball.
     sources : tuple of SourceRun
         Where the frames come from.
+    impossible : tuple of ImpossibleMotion
+        Motion that people cannot do, or never do in an action.
+    jumps : tuple of JumpReport
+        The largest displacements of planted feet.
+    limbs : tuple of LimbReport
+        Pairs of players whose limbs come near one another.
+    guards : tuple of GuardReport
+        Distances of guards over all frames.
     """
 
     n_characters: int
@@ -196,6 +329,10 @@ class SceneReport:
     bone_error: float
     ball_gap: float
     sources: tuple[SourceRun, ...]
+    impossible: tuple[ImpossibleMotion, ...] = ()
+    jumps: tuple[JumpReport, ...] = ()
+    limbs: tuple[LimbReport, ...] = ()
+    guards: tuple[GuardReport, ...] = ()
 
     @property
     def broken(self) -> tuple[RuleReport, ...]:
@@ -204,5 +341,5 @@ class SceneReport:
 
     @property
     def clean(self) -> bool:
-        """Whether every rule holds and no players overlap."""
-        return not self.broken and not self.collisions
+        """Whether every rule holds, no players overlap, and no motion is impossible."""
+        return not self.broken and not self.collisions and not self.impossible

@@ -40,6 +40,16 @@ from motiondb.scene.report.report_records import (
     SceneReport,
     SourceRun,
 )
+from motiondb.scene.report.visible_motion import (
+    crossing_limbs,
+    foot_jumps,
+    guard_distances,
+    impossible_gait,
+    impossible_jump,
+    natural_ranges,
+    near_limbs,
+    shown_actions,
+)
 from motiondb.scene.timing.timeline import (
     Timeline,
     measure,
@@ -63,6 +73,15 @@ def report_scene(
     """Measure a polished scene; ``motions`` are those of whole captures, by name."""
     before, after = sampled_timeline(state, library), shown_timeline(polished)
     joints = [retarget.motion_positions(placed.motion)[0] for placed in polished.players]
+    names = [placed.player for placed in polished.players]
+    ranges = natural_ranges(library, motions, {a for row in table.actions for a in row})
+    jumps, impossible = [], []
+    for placed, actions, own in zip(polished.players, table.actions, joints, strict=True):
+        labels = shown_actions(placed, actions)
+        jumps.append(foot_jumps(placed, own, motions))
+        impossible += impossible_gait(placed.player, own, labels, ranges)
+        impossible += impossible_jump(jumps[-1], labels)
+    limbs = tuple(near_limbs(names, joints))
     gap = np.nan
     if polished.ball is not None and np.isfinite(polished.ball.gap).any():
         gap = float(np.nanmax(polished.ball.gap))
@@ -78,6 +97,10 @@ def report_scene(
         max(_bone_error(positions) for positions in joints),
         gap,
         tuple(run for placed in polished.players for run in _runs(placed)),
+        (*impossible, *crossing_limbs(limbs)),
+        tuple(jumps),
+        limbs,
+        tuple(guard_distances(table, after)),
     )
 
 
