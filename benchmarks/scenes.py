@@ -33,14 +33,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scenes_baseline
-import scenes_page
 
 import motiondb
 from motiondb.database.scenes.scene_library import scene_clips
 from motiondb.database.scenes.scene_making import SceneSettings, SceneText, make, read_scene_text
 from motiondb.scene.sampling.play import make_play
 from motiondb.scene.sampling.tempering import SamplerSettings, sample
+from scene_tasks import page, paper_baseline
 
 DIAGRAMS = (
     "pass-and-shoot",
@@ -70,10 +69,10 @@ def main() -> None:
     asked = parser.parse_args()
     asked.out.mkdir(exist_ok=True)
     if asked.part == "page":
-        print(scenes_page.page(asked.out))
-        curves = scenes_page.load(asked.out, "tempering")
+        print(page.page(asked.out))
+        curves = page.load(asked.out, "tempering")
         if curves:
-            scenes_page.curves_picture(curves, asked.out / "scene_tempering.png")
+            page.curves_picture(curves, asked.out / "scene_tempering.png")
         return
     with motiondb.open(asked.db, read_only=True) as base:
         {"table": table, "baseline": baseline, "tempering": tempering, "update": update}[
@@ -140,7 +139,7 @@ def compiled(base: motiondb.MotionDB) -> None:
 def material(base: motiondb.MotionDB, diagram: str) -> tuple[SceneText, Any]:
     """A diagram and its clips."""
     text = read_scene_text(diagram)
-    return text, scene_clips(base, text.grammar)
+    return text, scene_clips(base.session, text.grammar)
 
 
 def baseline(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
@@ -150,7 +149,7 @@ def baseline(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
         for diagram in asked.diagrams:
             text, clips = material(base, diagram)
             rng = np.random.default_rng(seed)
-            found = scenes_baseline.run(text, clips.library, rng, asked.seconds)
+            found = paper_baseline.run(text, clips.library, rng, asked.seconds)
             save(
                 asked.out, f"baseline-{diagram}-{seed}", {"diagram": diagram, "seed": seed} | found
             )
