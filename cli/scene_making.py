@@ -16,6 +16,7 @@ from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database, prin
 if TYPE_CHECKING:
     from motiondb.database.motion_db import MotionDB
     from motiondb.database.scenes.scene_verbs import Scene
+    from motiondb.store import StoredScene
 
 DiagramFile = Annotated[
     str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
@@ -72,6 +73,7 @@ def make(
         scene = base.scenes.make(file, settings, tell, name)
         _finish(base, scene, out, bool(name), drawn, tell)
     _print(scene, out, time.monotonic() - began, json)
+    _refuse_impossible(scene.record)
 
 
 def update(
@@ -104,6 +106,7 @@ def update(
         scene = base.scenes.update(earlier, file, settings, tell)
         _finish(base, scene, folder, bool(name), drawn, tell)
     _print(scene, folder, time.monotonic() - began, json)
+    _refuse_impossible(scene.record)
 
 
 def _finish(
@@ -119,7 +122,11 @@ def _finish(
 
 
 def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
-    from motiondb.database.scenes.scene_reports import cut_short_lines, report_facts
+    from motiondb.database.scenes.scene_reports import (
+        cut_short_lines,
+        impossible_lines,
+        report_facts,
+    )
 
     facts = report_facts(scene.record)
     work = {what: round(took, 3) for what, took in scene.made.seconds.items()}
@@ -139,6 +146,8 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
         f"rules kept: {facts['rules'] - facts['broken']} of {facts['rules']};"
         f" collisions: {touching or 'none'}"
     )
+    for line in impossible_lines(scene.record.report):
+        typer.echo(line)
     if facts["too_fast"]:
         typer.echo(f"  faster than people go: {', '.join(facts['too_fast'])}")
     for rule in scene.broken:
@@ -147,6 +156,12 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
             f" (about {rule.about}), {rule.after:.2f} {rule.unit} where {rule.threshold:.2f} is"
             " allowed"
         )
+
+
+def _refuse_impossible(record: StoredScene) -> None:
+    """Exit with 1 if a scene has motion that people cannot do; its frames are in the output."""
+    if record.report.get("impossible"):
+        raise typer.Exit(1)
 
 
 def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
@@ -169,6 +184,7 @@ def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = Fals
         print_json(report_facts(record) | ({"picture": str(png)} if png else {}))
     else:
         typer.echo(report_text(record))
+    _refuse_impossible(record)
 
 
 def list_scenes(db: Db = DEFAULT_DB, json: Json = False) -> None:

@@ -233,5 +233,6 @@ def _attempt(
 
 
 def _badness(made: MadeScene) -> tuple[int, float]:
-    wrong = len(made.report.broken) + len(made.report.collisions) + len(made.too_fast)
-    return wrong, made.error
+    report = made.report
+    wrong = len(report.broken) + len(report.collisions) + len(made.too_fast)
+    return wrong + len(report.impossible), made.error

@@ -62,10 +62,9 @@ def segment_distances(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray
     s = np.clip(
         np.where(across > _TINY, (uv * vw - vv * uw) / np.maximum(across, _TINY), 0.0), 0, 1
     )
-    t = (uv * s + vw) / np.maximum(vv, _TINY)
-    inside = np.clip(t, 0.0, 1.0)
-    s = np.where(t == inside, s, np.clip((uv * inside - uw) / np.maximum(uu, _TINY), 0.0, 1.0))
-    between = w + s[..., None] * u - inside[..., None] * v
+    t = np.clip((uv * s + vw) / np.maximum(vv, _TINY), 0.0, 1.0)
+    s = np.clip((uv * t - uw) / np.maximum(uu, _TINY), 0.0, 1.0)  # the nearest to that end
+    between = w + s[..., None] * u - t[..., None] * v
     return np.asarray(np.sqrt(_dot(between, between)))
 
 
