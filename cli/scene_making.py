@@ -22,8 +22,13 @@ DiagramFile = Annotated[
     str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
 ]
 Folder = Annotated[Path, typer.Option("--out", "-o", help="The folder that the scene becomes.")]
+Rounds = Annotated[
+    int,
+    typer.Option("--rounds", help="Rounds of sampling, at most; the seed then fixes the scene."),
+]
 Minutes = Annotated[
-    float, typer.Option("--minutes", help="Sample for no longer than this; scenes take seconds.")
+    float | None,
+    typer.Option("--minutes", help="Cut sampling short after this time, and say so; else never."),
 ]
 Chains = Annotated[
     int, typer.Option("--chains", help="Markov chains at different temperatures; 1 is a single.")
@@ -52,7 +57,8 @@ def make(
     file: DiagramFile,
     out: Folder,
     seed: Seed = 0,
-    minutes: Minutes = 1.0,
+    rounds: Rounds = 70,
+    minutes: Minutes = None,
     chains: Chains = 4,
     name: Name = "",
     gaze: Gaze = True,
@@ -64,7 +70,7 @@ def make(
     from motiondb.database.scenes.scene_files import read_tactics
     from motiondb.database.scenes.scene_verbs import SceneSettings, check_folder
 
-    settings = SceneSettings(seed=seed, chains=chains, minutes=minutes, gaze=gaze)
+    settings = SceneSettings(seed=seed, chains=chains, rounds=rounds, minutes=minutes, gaze=gaze)
     check_folder(out)
     began = time.monotonic()
     with database(db, writing=bool(name)) as base, scene_progress(not json) as tell:
@@ -82,7 +88,7 @@ def update(
     seed: Annotated[
         int | None, typer.Option("--seed", min=0, help="Another seed than the scene's.")
     ] = None,
-    minutes: Minutes = 1.0,
+    minutes: Minutes = None,
     name: Name = "",
     drawn: Drawn = True,
     db: Db = DEFAULT_DB,

@@ -90,8 +90,8 @@ def add_captures(
         for name, path in sorted(names.items())
     ]
     readings = []
-    store.check_writable(database)
-    with store.released(database):
+    store.check_writable(opened)
+    with store.released(opened):
         for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
             readings.append(reading)
             tell("reading captures", done, len(jobs))

@@ -100,10 +100,12 @@ def cut_short_lines(record: store.StoredScene) -> list[str]:
     """A line where time ended the sampling before it was done, else none."""
     if not record.report.get("cut_short", False):
         return []
-    minutes = float(record.settings.get("minutes", 0.0))
+    minutes = float(record.settings.get("minutes") or 0.0)
+    at = record.report.get("cut_at", {})
+    ended = f"; it ended after {at['rounds']} of {at['of']} rounds of try {at['try']}" if at else ""
     return [
         f"sampling was cut short by --minutes {minutes:g}: the seed alone does not fix this scene,"
-        " and with more minutes it may be better"
+        f" and with more minutes it may be better{ended}"
     ]
 
 

@@ -304,6 +304,7 @@ def _report_rest(made: MadeScene) -> dict[str, Any]:
         "settled": bool(made.polished.settled),
         "tries": made.tries,
         "cut_short": made.cut_short,
+        **({"cut_at": dict(zip(("try", "rounds", "of"), made.cut_at))} if made.cut_short else {}),
     }
 
 

@@ -249,6 +249,15 @@ def sample(
     return found.best_state, _trace(ladder, energies, best, found)
 
 
+def warm_up(play: Play, settings: SamplerSettings, rng: np.random.Generator) -> None:
+    """Do every kind of step once on a scene of its own, so that all loops are compiled."""
+    chain = Chain(play, bootstrap(play, rng), rng)
+    groups = tempered(play.groups, play.library, play.grammar.weights.smooth, 1.0)
+    for step in (chain.grow, chain.recast, chain.jump):
+        step(10, groups, 1.0, settings.sums, settings.attention)
+    chain.walk(10, groups, 1.0, settings.sums)
+
+
 def _block(ladder: _Ladder, settings: SamplerSettings, n: int) -> None:
     """Run a block of the chain at temperature n."""
     chain, groups = ladder.chains[ladder.order[n]], ladder.groups[n]

@@ -60,6 +60,9 @@ def test_sampling_that_time_ended_is_told() -> None:
     short = replace(SCENE, report={**SCENE.report, "cut_short": True})
     assert report_text(short).splitlines()[2] == said
     assert report_facts(short)["cut_short"] is True
+    at = {"try": 2, "rounds": 31, "of": 70}
+    told = replace(short, report={**short.report, "cut_at": at})
+    assert report_text(told).splitlines()[2] == f"{said}; it ended after 31 of 70 rounds of try 2"
 
 
 def test_scenes_that_did_not_note_frames_are_told_as_before() -> None:
