@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import capture, store
@@ -76,9 +76,9 @@ def add_captures(
         when there is nothing to add at the path. Broken files do not raise: they are reported.
     """
     tell = progress or (lambda _what, _done, _total: None)
-    files = _files(folder)
+    files, unusable = _text_names(_files(folder))
     names = {capture_name(_below(path, folder)): path for path in reversed(files)}
-    problems = sheets.unknown(names)
+    problems = sheets.unknown(names) + unusable
     problems += [
         f"{path}: expected one file per name, found "
         f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
@@ -94,7 +94,8 @@ def add_captures(
         readings.append(reading)
         tell("reading captures", done, len(jobs))
     problems += [r.problem for r in readings if r.problem]
-    return _save(database, folder, sheets, settings, readings, problems, tell)
+    report = _save(database, folder, sheets, settings, readings, problems, tell)
+    return replace(report, notes=(*capture.not_read(folder), *report.notes))
 
 
 def _save(
@@ -133,6 +134,7 @@ def _save(
             "folder": str(folder), "sheet": sheet.path if sheet else None,
             "events": sheets.events.path if sheets.events else None, "unit": settings.unit,
             "skip_bad_frames": settings.skip_bad_frames, "joint_map": dict(settings.joint_map),
+            "keep_implausible": settings.keep_implausible,
         }  # fmt: skip
         run_id = store.start_run(database, "add", parameters)
         with updating.counted(database, run_id) as change:
@@ -247,10 +249,24 @@ def _files(folder: Path) -> list[Path]:
         raise MotionDBError(f"{folder}: expected a capture or a folder of captures, found nothing.")
     files = capture.find_captures(folder)
     if not files:
+        others = "".join(f"\n{sentence}." for sentence in capture.not_read(folder))
         raise MotionDBError(
             f"{folder}: expected captures ({', '.join(capture.CAPTURE_ENDINGS)}), found none."
+            + others
         )
     return files
+
+
+def _text_names(files: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """Split files into those whose names are text and problems for the others."""
+    usable = [path for path in files if capture.is_text(path)]
+    problems = [
+        f"{capture.printable(path)}: expected a file name in UTF-8, found other bytes. "
+        "Rename the file."
+        for path in files
+        if not capture.is_text(path)
+    ]
+    return usable, problems
 
 
 def _below(path: Path, folder: Path) -> str:

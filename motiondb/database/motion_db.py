@@ -261,11 +261,15 @@ class MotionDB:
             source.data,
             source.format,
             path=info.name,
-            skeleton=source.skeleton_data,
-            skeleton_path=source.skeleton_name or "",
-            fps=info.fps,
-            unit=float(str(unit)) if unit else None,
-            skip_bad_frames=bool(run.parameters.get("skip_bad_frames")),
+            skeleton=None
+            if source.skeleton_data is None
+            else capture.AsfFile(source.skeleton_data, source.skeleton_name or ""),
+            options=capture.ReadOptions(
+                fps=info.fps,
+                unit=float(str(unit)) if unit else None,
+                skip_bad_frames=bool(run.parameters.get("skip_bad_frames")),
+                limits=capture.NO_LIMITS,
+            ),
         )
 
     def export(
