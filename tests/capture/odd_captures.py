@@ -1,8 +1,8 @@
 """Odd captures and sheets made from a seed: what damaged, hostile and merely strange files hold.
 
-``case(seed)`` gives the same bytes on every machine. Each case starts from a small whole file of one
-kind and damages it: bytes and tokens are exchanged, cut, repeated; numbers become those that break
-programs; structures are nested, widened and declared larger than they are. Further kinds are
+``case(seed)`` gives the same bytes on every machine. Each case starts from a small whole file of
+one kind and damages it: bytes and tokens are exchanged, cut, repeated; numbers become those that
+break programs; structures are nested, widened and declared larger than they are. Further kinds are
 built to be hostile as a whole, such as compressed zeros and deep nesting.
 """
 
@@ -20,33 +20,53 @@ import numpy as np
 Companions = dict[str, bytes]
 """Name -> content of further files that belong to a case, such as the ASF of an AMC."""
 
-BVH = """HIERARCHY
-ROOT Hips
-{
-  OFFSET 0 0 0
-  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
-  JOINT LeftUpLeg
-  {
-    OFFSET 9 0 0
-    CHANNELS 3 Zrotation Xrotation Yrotation
-    JOINT LeftLeg
-    {
-      OFFSET 0 -43 0
-      CHANNELS 3 Zrotation Xrotation Yrotation
-      End Site
-      {
-        OFFSET 0 -42 0
-      }
-    }
-  }
-}
-MOTION
-Frames: 3
-Frame Time: 0.0333333
-0 90 0 0 0 0 1 2 3 4 5 6
-0 91 0 10 0 0 1 2 3 4 5 6
-0 92 0 20 0 0 1 2 3 4 5 6
-"""
+BONES = (
+    # joint of the canonical body, parent, offset in centimetres, name in an ASF
+    ("Hips", "", (0, 0, 0), "root"),
+    ("LeftUpLeg", "Hips", (9, 0, 0), "lfemur"),
+    ("LeftLeg", "LeftUpLeg", (0, -43, 0), "ltibia"),
+    ("LeftFoot", "LeftLeg", (0, -42, 0), "lfoot"),
+    ("RightUpLeg", "Hips", (-9, 0, 0), "rfemur"),
+    ("RightLeg", "RightUpLeg", (0, -43, 0), "rtibia"),
+    ("RightFoot", "RightLeg", (0, -42, 0), "rfoot"),
+    ("Spine2", "Hips", (0, 26, 0), "thorax"),
+    ("Neck", "Spine2", (0, 24, 0), "lowerneck"),
+    ("LeftArm", "Spine2", (17, 18, 0), "lhumerus"),
+    ("LeftForeArm", "LeftArm", (28, 0, 0), "lradius"),
+    ("RightArm", "Spine2", (-17, 18, 0), "rhumerus"),
+    ("RightForeArm", "RightArm", (-28, 0, 0), "rradius"),
+)
+
+
+def _bvh_joint(name: str) -> str:
+    """Write a joint of the BVH with all below it."""
+    offset = next(bone[2] for bone in BONES if bone[0] == name)
+    below = "".join(_bvh_joint(bone[0]) for bone in BONES if bone[1] == name)
+    below = below or "End Site\n{\nOFFSET 0 -9 5\n}\n"
+    places = "6 Xposition Yposition Zposition" if name == "Hips" else "3"
+    return (
+        f"{'ROOT' if name == 'Hips' else 'JOINT'} {name}\n{{\nOFFSET {offset[0]} {offset[1]} 0\n"
+        f"CHANNELS {places} Zrotation Xrotation Yrotation\n{below}}}\n"
+    )
+
+
+_BVH_FRAMES = "".join(f"{n} 90 0 " + " ".join(["0 10 5"] * len(BONES)) + "\n" for n in range(8))
+BVH = f"HIERARCHY\n{_bvh_joint('Hips')}MOTION\nFrames: 8\nFrame Time: 0.0333333\n{_BVH_FRAMES}"
+
+
+def _asf_bone(number: int) -> str:
+    """Write a bone of the ASF: from its joint to the first joint below, in CMU's unit."""
+    name = BONES[number][0]
+    ends = [bone[2] for bone in BONES if bone[1] == name] or [(0, -9, 0)]
+    x, y, _ = ends[0]
+    return (
+        f"  begin\n    id {number}\n    name {BONES[number][3]}\n    direction {x} {y} 0\n"
+        f"    length {0.18 * (x * x + y * y) ** 0.5:.3f}\n    axis 0 0 20 XYZ\n    dof rx rz\n"
+        "    limits (-160.0 20.0)\n  end\n"
+    )
+
+
+_ASF_NAMES = {bone[0]: bone[3] for bone in BONES}
 ASF = """:version 1.10
 :units
   mass 1.0
@@ -58,35 +78,16 @@ ASF = """:version 1.10
   position 0 0 0
   orientation 0 0 0
 :bonedata
-  begin
-    id 1
-    name lfemur
-    direction 0 -1 0
-    length 8
-    axis 0 0 20 XYZ
-    dof rx ry rz
-    limits (-160.0 20.0)
-  end
-  begin
-    id 2
-    name ltibia
-    direction 0 -1 0
-    length 7
-    axis 30 -40 50 XYZ
-    dof rx
-  end
-:hierarchy
-  begin
-    root lfemur
-    lfemur ltibia
-  end
 """
+ASF += "".join(_asf_bone(number) for number in range(1, len(BONES))) + ":hierarchy\n  begin\n"
+ASF += "".join(f"    {_ASF_NAMES[bone[1]]} {bone[3]}\n" for bone in BONES[1:]) + "  end\n"
 AMC = ":FULLY-SPECIFIED\n:DEGREES\n" + "".join(
-    f"{n}\nroot 1 17 2 0 {n} 0\nlfemur 1 2 3\nltibia 4\n" for n in range(1, 5)
+    f"{n}\nroot 1 17 2 0 {n} 0\n" + "".join(f"{bone[3]} 2 3\n" for bone in BONES[1:])
+    for n in range(1, 9)
 )
 FRAME = [0.03, 0.0, 0.9, 0.0] + [1.0, 0, 0, 0] * 4 + [0.1] + [1.0, 0, 0, 0] * 2 + [0.2]
 FRAME += [1.0, 0, 0, 0] + [0.1] + [1.0, 0, 0, 0] * 2 + [0.2]
-DEEPMIMIC = json.dumps({"Loop": "wrap", "Frames": [FRAME] * 3})
+DEEPMIMIC = json.dumps({"Loop": "wrap", "Frames": [FRAME] * 8})
 SHEET = 'file\twords\tstart\tend\tfps\tperformer\na/b.bvh\tsome "words"\t0.5\t1.5\t120\tAnn\n'
 SHEET += "c.bvh\twalks, then runs\t\t\t\tBen\n"
 EVENTS = "file,event,frame,time,joint,other\na/b.bvh,catch,12,,r_wrist,ball\nc.bvh,step,,1.5,,\n"
@@ -94,12 +95,14 @@ EVENTS = "file,event,frame,time,joint,other\na/b.bvh,catch,12,,r_wrist,ball\nc.b
 NUMBERS = (
     "nan", "inf", "-inf", "1e999", "-1e999", "1e308", "-1e308", "1e-320", "1_0", "0x10", "²", "١٢",
     "1,5", "--1", "+-1", "1e", ".", "-", "", "9" * 400, "9" * 5000, "1" + "0" * 18, "1000000000",
-    "-1", "0", "1e-300", "½", "1.2.3", "True", "None", "1j", "1e5", "\u00a0", "∞", "1e19", "2147483648",
+    "-1", "0", "1e-300", "½", "1.2.3", "True", "None", "1j", "1e5", "\u00a0", "∞", "1e19",
+    "2147483648",
 )  # fmt: skip
 """Numbers that are none, or that break what is computed from them."""
 BYTES = (
-    b"\0", b"\r", b"\r\n", b"\n\n", b"\x1c", b"\xff", b"\xff\xfe", b"\xef\xbb\xbf", b"\x85", b"\x0b",
-    b"{", b"}", b'"', b"'", b"\t", b"\xc2\xa0", b"\xe2\x80\xa8", b"\xed\xb3\xa9", b"#", b":", b"\\",
+    b"\0", b"\r", b"\r\n", b"\n\n", b"\x1c", b"\xff", b"\xff\xfe", b"\xef\xbb\xbf", b"\x85",
+    b"\x0b", b"{", b"}", b'"', b"'",
+    b"\t", b"\xc2\xa0", b"\xe2\x80\xa8", b"\xed\xb3\xa9", b"#", b":", b"\\",
 )  # fmt: skip
 
 
