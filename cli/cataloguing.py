@@ -89,7 +89,7 @@ def add(
             callback=finite,
             help="Gigabytes that the clip of a file may fill in memory.",
         ),
-    ] = 1.0,
+    ] = 0.4,
     jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that read files.")] = 2,
     db: Db = DEFAULT_DB,
     json: Json = False,

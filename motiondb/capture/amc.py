@@ -25,8 +25,8 @@ from motiondb.capture.text import (
     line_number,
     number,
     quoted,
-    read_numbers,
     shorten,
+    to_numbers,
 )
 from motiondb.errors import CaptureError, suggestion
 from motiondb.pose import rotation
@@ -185,7 +185,7 @@ def _read_fast(block: bytes, layout: Layout) -> tuple[FloatArray | None, FloatAr
         place += 1 + count
     columns = []
     for place in places:
-        column = read_numbers(b" ".join(tokens[place::stride]))
+        column = to_numbers(tokens[place::stride])
         if column is None:
             return None, nothing
         columns.append(column)

@@ -19,7 +19,7 @@ from types import MappingProxyType
 import numpy as np
 
 from motiondb.capture.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
-from motiondb.capture.text import Faults, clean_bytes, decode, shorten
+from motiondb.capture.text import MAX_DIGITS, Faults, clean_bytes, decode, shorten
 from motiondb.errors import CaptureError
 from motiondb.pose import rotation
 from motiondb.records import Clip, FloatArray, Skeleton
@@ -132,8 +132,8 @@ def _read_frames(data: bytes, path: object) -> list[object]:
             "Cut the motion.",
         )
     try:
-        # as float: whole numbers of thousands of digits become infinity, which is refused below
-        content = json.loads(decode(clean_bytes(data, path)), parse_int=float)
+        text = decode(clean_bytes(data, path))
+        content = json.loads(text, parse_int=_number, parse_float=_number)
     except json.JSONDecodeError as error:
         fault = f"expected JSON, found a fault: {error.msg}. The file may be cut short."
         raise CaptureError(path, [(error.lineno, fault)]) from error
@@ -149,6 +149,11 @@ def _read_frames(data: bytes, path: object) -> list[object]:
     if not frames:
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
     return frames
+
+
+def _number(text: str) -> float:
+    """Return a number of the JSON; infinity, which is refused later, for one that is too long."""
+    return float(text) if len(text) <= MAX_DIGITS else math.inf
 
 
 def _read_table(frames: list[object]) -> tuple[FloatArray, Faults]:

@@ -47,8 +47,9 @@ class ReadLimits:
     seconds : float
         Time to read a file of 10 MB; larger files get more time in proportion.
     memory : int
-        Bytes that the clip may fill in memory. A file that holds at least one byte for each joint
-        in each frame may fill more, because then its data are not made up by a header.
+        Bytes that the clip may fill in memory: 22 joints for half an hour at 120 frames a second.
+        A file that holds at least one byte for each joint in each frame may fill more, because
+        then its data are real; every real capture in text is such a file.
     file_bytes : int
         Largest file that is opened.
     joints : int
@@ -56,7 +57,7 @@ class ReadLimits:
     """
 
     seconds: float = 60.0
-    memory: int = 1_000_000_000
+    memory: int = 400_000_000
     file_bytes: int = 2_000_000_000
     joints: int = 20_000
 

@@ -26,7 +26,10 @@ CUT_SHORT = (
 )
 """Advice for frames with too few values."""
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-_NUMERIC = b"0123456789+-.eE \t\n\r\v\f"
+MAX_DIGITS = 100
+"""Characters of a number. Exact float64 values have up to 25; the time to read a number grows with
+the square of its length."""
+_NUMERIC = b"0123456789+-.eE"
 _PART = 4_000_000
 """Characters that are split into values at a time. Values as Python objects take ten times the
 memory of their text, so a large file is converted in parts of a size that does not show."""
@@ -153,20 +156,30 @@ def read_numbers(block: bytes) -> FloatArray | None:
     >>> read_numbers(b"1 -2.5e0"), read_numbers(b"1_0"), read_numbers(b"nan")
     (array([ 1. , -2.5]), None, None)
     """
-    if block.translate(None, _NUMERIC):
-        return None
     parts = []
     start = 0
     while start < len(block):
         end = start + _PART
         while end < len(block) and block[end] > 32:
             end += 1
-        try:
-            parts.append(np.array(block[start:end].split(), dtype=float))
-        except ValueError:
+        part = to_numbers(block[start:end].split())
+        if part is None:
             return None
+        parts.append(part)
         start = end
-    values = np.concatenate(parts) if parts else np.zeros(0)
+    return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def to_numbers(tokens: list[bytes]) -> FloatArray | None:
+    """Convert tokens to an array of finite numbers; None where one of them is none."""
+    if b"".join(tokens).translate(None, _NUMERIC):
+        return None
+    if max(map(len, tokens), default=0) > MAX_DIGITS:
+        return None
+    try:
+        values = np.array(tokens, dtype=float)
+    except ValueError:
+        return None
     return values if np.isfinite(values).all() else None
 
 
@@ -193,19 +206,19 @@ def number(token: str) -> float | None:
     >>> number("-1.5e-3"), number("nan"), number("1_0")
     (-0.0015, None, None)
     """
-    if not _NUMBER.fullmatch(token):
+    if len(token) > MAX_DIGITS or not _NUMBER.fullmatch(token):
         return None
     value = float(token)
     return value if np.isfinite(value) else None
 
 
 def whole_number(token: str) -> int | None:
-    """Return a whole number of at most 9 ASCII digits, or None.
+    """Return a whole number of at most 15 ASCII digits, or None.
 
     >>> whole_number("12"), whole_number("²"), whole_number("9" * 5000), whole_number("-1")
     (12, None, None, None)
     """
-    return int(token) if re.fullmatch(r"0*[0-9]{1,9}", token) and len(token) < 40 else None
+    return int(token) if re.fullmatch(r"0*[0-9]{1,15}", token) and len(token) < 40 else None
 
 
 def _read_row(
