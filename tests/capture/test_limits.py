@@ -56,7 +56,6 @@ TOO_PLAIN = "f: expected an npz file of plain arrays, found something else. Save
         (BVH.replace("0 10 5", "0 infinity 5"), "expected numbers, found 'infinity' as value 5."),
         (BVH.replace("0 10 5", f"0 {'1' * 200} 5"), f"found '{'1' * 20}' as value 5."),
         (BVH.replace("0.0333333", "3_0e-3"), "expected a frame time from 0.0005 to 1 s, found no"),
-        (BVH.replace("0 10 5", "0 1e308 5").replace("OFFSET 0", "OFFSET 1e308"), "too large"),
         (BVH.replace("Frames: 8", "Frames: 8\nFrames: 8"), "expected one line 'Frames', found a"),
     ],
 )
@@ -234,7 +233,7 @@ def wait() -> None:
 
 
 def test_a_slow_file_is_ended() -> None:
-    with pytest.raises(CaptureError) as caught, guarded("f", 0.05):
+    with pytest.raises(CaptureError) as caught, guarded("f", 0.05), guarded("inner"):
         wait()
     assert str(caught.value) == (
         "f: expected to read the file within 0.05 s, found that it takes longer. Cut the capture, "
