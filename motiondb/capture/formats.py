@@ -25,8 +25,8 @@ from motiondb.errors import CaptureError
 from motiondb.records import Clip
 
 _UNIT_LENGTH = 1e-3
-"""How far the square of a quaternion's length may be from 1. Normalised ones are within 1e-15; a larger
-difference comes from numbers that overflowed."""
+"""How far the square of a quaternion's length may be from 1. Normalised ones are within 1e-15; a
+larger difference comes from numbers that overflowed."""
 
 
 def capture_format(path: Path | str) -> str:
