@@ -19,8 +19,10 @@ class CaptureError(MotionDBError):
 
     Parameters
     ----------
-    path : the file, as the user named it.
-    faults : every structural fault found, as (line or None, sentence); all are reported at once.
+    path : ?
+        The file, as the user named it.
+    faults : ?
+        Every structural fault found, as (line or None, sentence); all are reported at once.
     """
 
     def __init__(self, path: object, faults: Iterable[tuple[int | None, str]] | str) -> None:

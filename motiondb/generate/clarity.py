@@ -29,8 +29,10 @@ def log_unasked(probabilities: FloatArray, asked: IntArray) -> FloatArray:
 
     Parameters
     ----------
-    probabilities : array (segments, words), below 1.
-    asked : word numbers A.
+    probabilities : array (segments, words)
+        Below 1.
+    asked : array
+        Word numbers A.
 
     >>> np.exp(log_unasked(np.array([[0.9, 0.5, 0.2]]), np.array([0]))).round(6)
     array([0.4])
@@ -51,10 +53,14 @@ def symbol_clarity(
 
     Parameters
     ----------
-    probabilities : array (segments, words), below 1.
-    asked : word numbers A, all different.
-    symbols : array (segments,), the symbol of every segment. One without segments shows nothing.
-    unasked_share : h, from 0 to 1.
+    probabilities : array (segments, words)
+        Below 1.
+    asked : array
+        Word numbers A, all different.
+    symbols : array (segments,)
+        The symbol of every segment. One without segments shows nothing.
+    unasked_share : float, optional
+        h, from 0 to 1.
 
     >>> symbol_clarity(np.array([[0.8, 0.5], [0.2, 0.0]]), np.array([0]), np.array([0, 1]), 2, 1.0)
     array([[0.4],

@@ -28,9 +28,12 @@ def generation_symbols(
 
     Parameters
     ----------
-    segments : per symbol the pose vectors (frames, D) of its segments, 30 a second.
-    states : per symbol and segment the recognition state of every frame, rising from 0.
-    n_states : states of a recognition symbol.
+    segments : Sequence[Sequence[FloatArray]]
+        Per symbol the pose vectors (frames, D) of its segments, 30 a second.
+    states : Sequence[Sequence[IntArray]]
+        Per symbol and segment the recognition state of every frame, rising from 0.
+    n_states : int
+        States of a recognition symbol.
 
     Returns
     -------

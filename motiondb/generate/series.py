@@ -21,10 +21,18 @@ class Series:
 
     Attributes
     ----------
-    startprob : array (N,). transmat : array (N, N), rows sum to 1.
-    self_loops : array (N,), probability to stay, also in the last state.
-    means, covars : arrays (N, dimensions).
-    positions : array (N,), which symbol of the sequence each state belongs to.
+    startprob : array (N,)
+        TODO
+    transmat : array (N, N)
+        Rows sum to 1.
+    self_loops : array (N,)
+        Probability to stay, also in the last state.
+    means : array (N, dimensions)
+        Means.
+    covars : array (N, dimensions)
+        Variances.
+    positions : array (N,)
+        Which symbol of the sequence each state belongs to.
     """
 
     startprob: FloatArray

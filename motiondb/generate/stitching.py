@@ -110,8 +110,10 @@ def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatAr
 
     Parameters
     ----------
-    pieces : as chosen; consecutive ones of one capture are played through without a seam.
-    sources : capture -> (path values (frames, 4), heading-relative rotations (frames, 21, 4)).
+    pieces : sequence of Piece
+        As chosen; consecutive ones of one capture are played through without a seam.
+    sources : dict[int, tuple[FloatArray, FloatArray]]
+        Capture -> (path values (frames, 4), heading-relative rotations (frames, 21, 4)).
 
     Returns
     -------

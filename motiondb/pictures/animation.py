@@ -41,12 +41,13 @@ def draw_animation(motion: Motion, path: str | Path, *, height: int = 320) -> Pa
 
     Parameters
     ----------
-    height : pixels; the width is the same, or more for a motion that lies down.
+    height : int, optional
+        Pixels; the width is the same, or more for a motion that lies down.
 
     Raises
     ------
     MotionDBError
-        for a motion without frames or of more than a minute, another ending than .gif, a height
+        For a motion without frames or of more than a minute, another ending than .gif, a height
         below 64, or an unwritable path.
     """
     path = style.check_gif(path)

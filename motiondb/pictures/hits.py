@@ -34,13 +34,15 @@ def draw_hits(
 
     Parameters
     ----------
-    hits : every match with the motion of the whole capture that it lies in.
-    query : name and motion of an example, drawn above the hits.
+    hits : Sequence[tuple[Match, Motion]]
+        Every match with the motion of the whole capture that it lies in.
+    query : tuple[str, Motion], optional
+        Name and motion of an example, drawn above the hits.
 
     Raises
     ------
     MotionDBError
-        for no hits, an interval outside its capture, or an unwritable path.
+        For no hits, an interval outside its capture, or an unwritable path.
     """
     return style.save_png(hits_figure(hits, title, query, n_figures), path)
 
@@ -144,7 +146,7 @@ def cut_motion(motion: Motion, match: Match) -> Motion:
     Raises
     ------
     MotionDBError
-        when the interval begins behind the end of the motion.
+        When the interval begins behind the end of the motion.
     """
     start = max(0, round(match.start * MOTION_FPS))
     end = min(motion.n_frames, max(start + 1, round(match.end * MOTION_FPS)))

@@ -22,9 +22,14 @@ def place_labels(
 
     Parameters
     ----------
-    points : array (labels, 2), what the labels belong to; the points' discs have radius ``gap``.
-    sizes : array (labels, 2), width and height of every label.
-    low, high : arrays (2,), corners of the picture; labels stay inside where they fit.
+    points : array (labels, 2)
+        What the labels belong to; the points' discs have radius ``gap``.
+    sizes : array (labels, 2)
+        Width and height of every label.
+    low : array (2,)
+        Corners of the picture; labels stay inside where they fit.
+    high : array (2,)
+        Corners of the picture; labels stay inside where they fit.
     """
     crowd = np.sum(_distances(points) < 12.0 * gap, axis=1)
     discs = np.concatenate([points - gap, points + gap], axis=1)

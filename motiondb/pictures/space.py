@@ -37,12 +37,13 @@ def draw_symbol_space(
 
     Parameters
     ----------
-    labels : for every symbol its top word, or "".
+    labels : sequence of str
+        For every symbol its top word, or "".
 
     Raises
     ------
     MotionDBError
-        for a space without symbols, labels of another number, or an unwritable path.
+        For a space without symbols, labels of another number, or an unwritable path.
     """
     return style.save_png(space_figure(space, labels, title), path)
 

@@ -47,10 +47,12 @@ class View:
 
     Attributes
     ----------
-    points : array (frames, joints and end sites, 2), metres, right and up, origin on the ground
-        under the pelvis.
-    depths : array (frames, joints and end sites), metres towards the camera.
-    track : array (frames, 2), metres, the pelvis over the ground: right, towards the camera.
+    points : array (frames, joints and end sites, 2)
+        Metres, right and up, origin on the ground under the pelvis.
+    depths : array (frames, joints and end sites)
+        Metres towards the camera.
+    track : array (frames, 2)
+        Metres, the pelvis over the ground: right, towards the camera.
     """
 
     points: FloatArray
@@ -80,7 +82,7 @@ def check_motion(motion: Motion, where: str = "picture") -> None:
     Raises
     ------
     MotionDBError
-        saying so.
+        Saying so.
     """
     if motion.n_frames == 0:
         raise MotionDBError(

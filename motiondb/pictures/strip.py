@@ -79,15 +79,18 @@ def draw_strip(
 
     Parameters
     ----------
-    timelines : drawn from top to bottom; their spans in seconds of the motion.
-    n_figures : figures in a row; None: as many as stand side by side.
-    seconds_per_row : None: up to 12 s a row, more where that would give over 10 rows;
-        whole seconds where there are several rows.
+    timelines : sequence of Timeline, optional
+        Drawn from top to bottom; their spans in seconds of the motion.
+    n_figures : int, optional
+        Figures in a row; None: as many as stand side by side.
+    seconds_per_row : float, optional
+        None: up to 12 s a row, more where that would give over 10 rows; whole seconds where there
+        are several rows.
 
     Raises
     ------
     MotionDBError
-        for a motion without frames, a number that is not positive, or an unwritable path.
+        For a motion without frames, a number that is not positive, or an unwritable path.
     """
     return style.save_png(strip_figure(motion, title, timelines, n_figures, seconds_per_row), path)
 

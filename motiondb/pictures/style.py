@@ -100,8 +100,10 @@ def save_png(figure: Figure, path: str | Path) -> Path:
 
     Raises
     ------
-    QueryError : another ending than .png.
-    MotionDBError : the folder is missing or cannot be written.
+    QueryError
+        Another ending than .png.
+    MotionDBError
+        The folder is missing or cannot be written.
     """
     path = Path(path)
     if path.suffix.lower() != ".png":
@@ -120,7 +122,7 @@ def check_gif(path: str | Path) -> Path:
     Raises
     ------
     MotionDBError
-        for another ending than .gif.
+        For another ending than .gif.
     """
     path = Path(path)
     if path.suffix.lower() != ".gif":
@@ -153,7 +155,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     Raises
     ------
     MotionDBError
-        when the file cannot be written.
+        When the file cannot be written.
     """
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

@@ -29,9 +29,14 @@ def align(
 
     Parameters
     ----------
-    query, symbols : arrays (l,), (n,), symbol numbers.
-    weights : array (l,), share of each query segment, sum 1.
-    distances : array (symbols, symbols), nats per frame.
+    query : array (l,)
+        Symbol numbers.
+    symbols : array (n,)
+        Symbol numbers.
+    weights : array (l,)
+        Share of each query segment, sum 1.
+    distances : array (symbols, symbols)
+        Nats per frame.
 
     Returns
     -------

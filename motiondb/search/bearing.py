@@ -41,8 +41,12 @@ def describe_bearing(features: Float32Array, starts: IntArray, ends: IntArray) -
 
     Parameters
     ----------
-    features : array (frames, 130), recognition features of the capture, 15 a second.
-    starts, ends : arrays (segments,), feature frames, each segment at least one frame long.
+    features : array (frames, 130)
+        Recognition features of the capture, 15 a second.
+    starts : array (segments,)
+        Feature frames, each segment at least one frame long.
+    ends : array (segments,)
+        Feature frames, each segment at least one frame long.
 
     Returns
     -------

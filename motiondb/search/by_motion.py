@@ -191,9 +191,12 @@ def to_activities(
 
     Parameters
     ----------
-    example : contexts (frames, axes) of the query, see :mod:`motiondb.search.extents`.
-    found : best first; the order stays. What all but agrees frame by frame keeps its interval.
-    takes : capture -> contexts, of the captures that are long enough to hold more than the answer.
+    example : array
+        Contexts (frames, axes) of the query, see :mod:`motiondb.search.extents`.
+    found : sequence of Candidate
+        Best first; the order stays. What all but agrees frame by frame keeps its interval.
+    takes : Mapping[int, FloatArray]
+        Capture -> contexts, of the captures that are long enough to hold more than the answer.
     """
     wholes = {capture: extents.extent(example, take) for capture, take in takes.items()}
     placed = []
@@ -212,7 +215,10 @@ def window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArr
 
     Parameters
     ----------
-    starts, ends : arrays (segments,), frames of one capture, which they tile.
+    starts : array (segments,)
+        Frames of one capture, which they tile.
+    ends : array (segments,)
+        Frames of one capture, which they tile.
 
     >>> [place.tolist() for place in window_places(np.array([0, 10]), np.array([10, 30]), 12)]
     [[0, 10, 18], [12, 22, 30]]
@@ -235,8 +241,12 @@ def resemblance(
 
     Parameters
     ----------
-    vector : array (columns,), of length 1. vectors : array (n, columns), rows of length 1.
-    n_bearing : how many of the last columns are posture and travel.
+    vector : array (columns,)
+        Of length 1.
+    vectors : array (n, columns)
+        Rows of length 1.
+    n_bearing : int, optional
+        How many of the last columns are posture and travel.
     """
     if words is None:
         return np.asarray(vectors @ vector)

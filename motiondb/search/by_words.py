@@ -39,9 +39,14 @@ class TakeScores:
 
     Attributes
     ----------
-    starts, ends : arrays (segments,), frames of the motion.
-    windows : array (segments, words), log-odds in the window around each segment.
-    whole : array (words,), log-odds of the whole capture.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    windows : array (segments, words)
+        log-odds in the window around each segment.
+    whole : array (words,)
+        log-odds of the whole capture.
     """
 
     starts: IntArray
@@ -112,10 +117,12 @@ def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | Non
 
     Parameters
     ----------
-    take : log-odds of the words in the capture. Where it has fewer segments than there are actions
-        (a short run with a turn is one segment), these are cut into equal parts.
-    actions : per action the numbers of its words; an empty action asks for anything in between.
-        At least one action has words.
+    take : TakeScores
+        log-odds of the words in the capture. Where it has fewer segments than there are actions (a
+        short run with a turn is one segment), these are cut into equal parts.
+    actions : Sequence[Sequence[int]]
+        Per action the numbers of its words; an empty action asks for anything in between. At least
+        one action has words.
     """
     take = split_segments(take, len(actions))
     values = np.stack(

@@ -67,11 +67,17 @@ def fit_probability(cues: FloatArray, right: NDArray[np.bool_]) -> tuple[FloatAr
 
     Parameters
     ----------
-    cues : array (answers, cues). right : array (answers,).
+    cues : array (answers, cues)
+        TODO
+    right : array (answers,)
+        TODO
 
     Returns
     -------
-    weights : array (cues,), at least 0. constant : where no cue helps, the answers' own log-odds.
+    weights : array (cues,)
+        At least 0.
+    constant : ?
+        Where no cue helps, the answers' own log-odds.
     """
     spread = cues.std(axis=0)
     spread = np.where(spread > 1e-9, spread, 1.0)

@@ -91,7 +91,10 @@ def find_copies(
 
     Parameters
     ----------
-    queries : take numbers to look for. takes : where to look (default: everywhere).
+    queries : sequence of int
+        Take numbers to look for.
+    takes : sequence of int, optional
+        Where to look (default: everywhere).
     """
     places = list(range(len(library.bounds) - 1) if takes is None else takes)
     held = library if takes is None else build_library([_take(library, p) for p in places])

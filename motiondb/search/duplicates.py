@@ -19,8 +19,10 @@ class DuplicateGroup:
 
     Attributes
     ----------
-    captures : names, the one to keep first, the others in order of their number.
-    relations : those among them, by names.
+    captures : tuple of str
+        Names, the one to keep first, the others in order of their number.
+    relations : tuple[Relation, ...]
+        Those among them, by names.
     """
 
     captures: tuple[str, ...]
@@ -34,8 +36,10 @@ def group_duplicates(
 
     Parameters
     ----------
-    relations : of copies, cuts and mirror images.
-    durations : name -> seconds of all captures, in order of their number.
+    relations : sequence of Relation
+        Of copies, cuts and mirror images.
+    durations : mapping of str to float
+        Name -> seconds of all captures, in order of their number.
 
     >>> cut = Relation("b", "a", "cut", 1.0, 2.0, 0.0)
     >>> group_duplicates([cut], {"b": 1.0, "a": 5.0, "c": 5.0})[0].captures

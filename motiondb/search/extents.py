@@ -70,7 +70,10 @@ def extent(example: FloatArray, take: FloatArray) -> tuple[float, int, int]:
 
     Parameters
     ----------
-    example, take : contexts (frames, axes) from :meth:`ContextSpace.view`.
+    example : array
+        Contexts (frames, axes) from :meth:`ContextSpace.view`.
+    take : array
+        Contexts (frames, axes) from :meth:`ContextSpace.view`.
 
     Returns
     -------

@@ -78,8 +78,12 @@ def describe_movement(frames: Float32Array, starts: IntArray, ends: IntArray) ->
 
     Parameters
     ----------
-    frames : array (frames, D), whitened features of the capture.
-    starts, ends : arrays (segments,), feature frames, each segment at least one frame long.
+    frames : array (frames, D)
+        Whitened features of the capture.
+    starts : array (segments,)
+        Feature frames, each segment at least one frame long.
+    ends : array (segments,)
+        Feature frames, each segment at least one frame long.
 
     Returns
     -------

@@ -40,11 +40,18 @@ class WordReason:
 
     Attributes
     ----------
-    word : number in the vocabulary. action : number of its action.
-    log_odds : of the word by itself, the mean of its window and of the whole capture.
-    prior : what it adds before any motion is seen (how often it is said).
-    written : what people's words about the capture add.
-    shares : what the segments add, in order of time.
+    word : int
+        Number in the vocabulary.
+    action : int
+        Number of its action.
+    log_odds : float
+        Of the word by itself, the mean of its window and of the whole capture.
+    prior : float
+        What it adds before any motion is seen (how often it is said).
+    written : float
+        What people's words about the capture add.
+    shares : tuple[Share, ...]
+        What the segments add, in order of time.
     """
 
     word: int
@@ -103,8 +110,12 @@ def explain_word(
 
     Parameters
     ----------
-    window : frames of the action's window. peak : number of the segment it stands around.
-    weight : of this word in the answer: 1 / (actions with words * words of the action).
+    window : tuple[int, int]
+        Frames of the action's window.
+    peak : int
+        Number of the segment it stands around.
+    weight : float
+        Of this word in the answer: 1 / (actions with words * words of the action).
     """
     near = segment_shares(evidence, *window)
     whole = segment_shares(evidence, 0, int(evidence.ends[-1]))

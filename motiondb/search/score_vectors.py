@@ -37,9 +37,11 @@ class ScoreSpace:
 
         Parameters
         ----------
-        scores : array (segments, symbols), nats per frame.
-        movement : array (segments, columns); those beyond the space's columns are left out (a
-            space that was learned before there were posture and travel has none of them).
+        scores : array (segments, symbols)
+            Nats per frame.
+        movement : array (segments, columns)
+            Those beyond the space's columns are left out (a space that was learned before there
+            were posture and travel has none of them).
         """
         relative = _relative(scores)
         n_symbols = relative.shape[1]
@@ -81,9 +83,16 @@ def interval_vectors(
 
     Parameters
     ----------
-    standardised : array (segments, symbols) of one capture, in order.
-    starts, ends : arrays (segments,), frames; they tile the capture.
-    low, high : arrays (intervals,), frames.
+    standardised : array (segments, symbols)
+        Of one capture, in order.
+    starts : array (segments,)
+        Frames; they tile the capture.
+    ends : array (segments,)
+        Frames; they tile the capture.
+    low : array (intervals,)
+        Frames.
+    high : array (intervals,)
+        Frames.
     """
     inside = np.minimum(ends, high[:, None]) - np.maximum(starts, low[:, None])
     weights = np.maximum(inside, 0.0)
