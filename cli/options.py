@@ -81,7 +81,7 @@ def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:
         typer.echo(f"unknown word {word!r} left out{hint}", err=True)
 
 
-def print_json(value: Any) -> None:
+def print_json(value: object) -> None:
     """JSON on standard output, floats as they are."""
     typer.echo(jsonlib.dumps(value, indent=2, ensure_ascii=False, default=str))
 

@@ -140,7 +140,7 @@ def validate(
         raise typer.Exit(1)
 
 
-def _tree_facts(tree: Tree) -> Any:
+def _tree_facts(tree: Tree) -> str | list[Any]:
     return tree.symbol if tree.is_leaf else [tree.symbol, [_tree_facts(c) for c in tree.children]]
 
 

@@ -50,7 +50,7 @@ def open(path: str | Path = "motions.duckdb", *, read_only: bool = False) -> Mot
     return MotionDB(path, read_only=read_only)
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> Any:  # noqa: ANN401  each public name has a type of its own
     """Public names are imported when they are first used: the command line starts fast."""
     if name in _PUBLIC:
         from importlib import import_module

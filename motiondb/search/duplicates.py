@@ -1,8 +1,8 @@
-"""Groups of captures that repeat one another: same takes, cuts, and mirror images.
+"""Groups of captures that repeat one another: copies, cuts and mirror images.
 
-Relations say of two captures that one repeats the other; captures that are connected by them, over
-however many steps, are one group. Its first is the one to keep: the longest, and of equally long
-ones the one that was there first.
+A relation connects two captures of which one repeats the other. Groups are the connected components
+of all relations. The first capture of a group is the one to keep: the longest, and of equally long
+ones the one that was added first.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ class DuplicateGroup:
     Attributes
     ----------
     captures : tuple of str
-        Names, the one to keep first, the others in order of their number.
+        Names: first the one to keep, then the others in the order in which they were added.
     relations : tuple[Relation, ...]
-        Those among them, by names.
+        Relations between them.
     """
 
     captures: tuple[str, ...]
@@ -32,7 +32,7 @@ class DuplicateGroup:
 def group_duplicates(
     relations: Sequence[Relation], durations: Mapping[str, float]
 ) -> tuple[DuplicateGroup, ...]:
-    """The connected groups of relations, the largest first.
+    """Connected components of relations, the largest first.
 
     Parameters
     ----------

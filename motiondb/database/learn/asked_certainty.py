@@ -53,7 +53,7 @@ class Written:
     captures, starts, ends, groups : arrays (rows,); frames; who performs.
     table : all segments. standardised : array (segments, columns).
     ridge, calibration : of the word map. margin : frames that a window reaches past its segment.
-    n_bearing : how many of the last columns are posture and travel.
+    n_posture_and_travel : how many of the last columns are posture and travel.
     """
 
     vectors: FloatArray
@@ -68,7 +68,7 @@ class Written:
     ridge: float
     calibration: FloatArray
     margin: int = by_words.WINDOW_MARGIN
-    n_bearing: int = 0
+    n_posture_and_travel: int = 0
 
     @cached_property
     def moments(self) -> WordMoments:
@@ -182,7 +182,10 @@ class Gallery:
     def alike(self, written: Written, row: int, words: WordMap) -> FloatArray:
         """Resemblance of every capture to the example: array (captures,)."""
         return by_motion.resemblance(
-            written.vectors[row], self.vectors, words, n_bearing=written.n_bearing
+            written.vectors[row],
+            self.vectors,
+            words,
+            n_posture_and_travel=written.n_posture_and_travel,
         )
 
 
@@ -255,7 +258,7 @@ def _folds(groups: IntArray) -> IntArray:
 def _heard(written: Written, words: WordMap, capture: int) -> FloatArray:
     """Log-odds of every word as the only action asked of a capture: array (words,)."""
     rows = written.segments[capture]
-    odds = by_words.heard(
+    odds = by_words.motion_log_odds(
         words, written.standardised[rows], written.table.starts[rows], written.table.ends[rows],
         written.margin,
     )  # fmt: skip

@@ -70,9 +70,11 @@ class Learned:
         return self.score_space.standardise(self.segments.scores, self.segments.movement)
 
     @cached_property
-    def n_bearing(self) -> int:
+    def n_posture_and_travel(self) -> int:
         """How many of the last columns of vectors are posture and travel."""
-        return movement.count_bearing(len(self.score_space.mean) - self.symbols.n_symbols)
+        return movement.count_posture_and_travel(
+            len(self.score_space.mean) - self.symbols.n_symbols
+        )
 
     @cached_property
     def feature_space(self) -> feature_space.FeatureSpace:
@@ -178,7 +180,7 @@ class Learned:
         """What motion alone says: log-odds (segments + 1, words) per capture, last row: whole."""
         starts, ends, fit = self.segments.starts, self.segments.ends, self.word_map
         return {
-            capture: by_words.heard(
+            capture: by_words.motion_log_odds(
                 fit, self.standardised[rows], starts[rows], ends[rows], WINDOW_MARGIN
             )
             for capture, rows in self.rows.items()

@@ -27,7 +27,7 @@ from motiondb.records import (
     MotionSymbols,
     SegmentTable,
 )
-from motiondb.search import bearing, extents, movement, score_vectors
+from motiondb.search import extents, movement, posture_and_travel, score_vectors
 from motiondb.symbols import acquisition, feature_space, hmm, segmentation
 from motiondb.symbols import space as symbol_spaces
 from motiondb.words import association, transition, vocabulary, word_map
@@ -233,7 +233,9 @@ def describe_segments(
     frames, features : of the capture, whitened and plain. starts, ends : feature frames.
     """
     moving = movement.describe_movement(frames, starts, ends)
-    return np.concatenate([moving, bearing.describe_bearing(features, starts, ends)], axis=1)
+    return np.concatenate(
+        [moving, posture_and_travel.describe_posture_and_travel(features, starts, ends)], axis=1
+    )
 
 
 def background(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
@@ -291,6 +293,6 @@ def _certainties(table, described, rows, scores, names, fit):  # type: ignore[no
         asked_certainty.Written(
             vectors, presence, names, owners, starts, ends, who, table, standardised,
             fit.ridge, fit.calibration,
-            n_bearing=movement.count_bearing(table.movement.shape[1]),
+            n_posture_and_travel=movement.count_posture_and_travel(table.movement.shape[1]),
         )
     )  # fmt: skip

@@ -1,21 +1,24 @@
-"""How a body bears itself during a segment: where its joints are, and how it travels.
+"""Posture and travel of a segment: where the joints are, and how the body moves through space.
 
 Notation: p_t the joint positions of frame t in the frame of the heading, metres on the standard
 body (``pose.features``); r_t = (velocity to the left, up, ahead, turning) in their usual spreads
-0.3 m/s, 0.3 m/s, 0.6 m/s, 0.9 rad/s; r*_t the mean of r over two seconds around t. Every column is
-a mean over the segment's frames:
+0.3 m/s, 0.3 m/s, 0.6 m/s, 0.9 rad/s; r*_t the mean of r over two seconds around t; s the logistic
+function of (r* - level) / 0.25. Every column is a mean over the segment's frames:
 
 ========  =======  =============================================================================
 block     columns  mean over frames of
 ========  =======  =============================================================================
-posture   63       p_t: sitting, kneeling and hanging are postures, whoever takes them
-travel    24       how surely r*_t lies above -1.5, -0.75, 0, 0.75, 1.5 spreads; the size of r_t
+posture   63       p_t, which tells sitting, kneeling and hanging apart
+travel    24       s for the levels -1.5, -0.75, 0, 0.75, 1.5, and the absolute value of r_t
 ========  =======  =============================================================================
 
-Neither depends on what a database has learned: no axes, no symbols. They say plainly what whitened
-axes and symbols hold only mixed with everything else: a turn, a stop, a step to the side, a way
-covered. They stand beside the columns of :mod:`motiondb.search.movement`; means over frames add up
-over segments, so that whatever is linear in them can be taken apart exactly.
+Neither depends on what a database has learned. They describe directly what whitened axes and
+symbols mix with other properties: a turn, a stop, a step to the side, the distance covered. They
+follow the columns of :mod:`motiondb.search.movement`. Means over frames are additive over segments,
+so that functions linear in them can be decomposed exactly.
+
+Levels, averaging and weights were chosen among about 270 settings by leaving performers out of the
+CMU training parts (``docs/quality.md``, "Words to motion").
 """
 
 from __future__ import annotations
@@ -27,31 +30,38 @@ from motiondb.pose.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 N_POSTURE = 3 * len(body.JOINTS)
+"""Columns of posture."""
 N_TRAVEL = 24
+"""Columns of travel."""
 LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
+"""Levels of r*, in spreads."""
 SOFTNESS = 0.25
+"""Width of the logistic function, in spreads."""
 SPREADS = (0.3, 0.3, 0.6, 0.9)
-"""Of r: m/s to the left, up, ahead; rad/s. Measured on real captures, rounded."""
+"""Spreads of r: m/s to the left, up, ahead; rad/s. Measured on real captures, rounded."""
 AVERAGED = 2.0
-"""Seconds over which travelling is averaged: within a step the pelvis sways and speeds up."""
+"""Seconds over which r is averaged, because the pelvis sways within every step."""
 
 
-def describe_bearing(features: Float32Array, starts: IntArray, ends: IntArray) -> Float32Array:
-    """Posture and travel of the segments of one capture.
+def describe_posture_and_travel(
+    features: Float32Array, starts: IntArray, ends: IntArray
+) -> Float32Array:
+    """Compute posture and travel of the segments of one capture.
 
     Parameters
     ----------
     features : array (frames, 130)
         Recognition features of the capture, 15 a second.
     starts : array (segments,)
-        Feature frames, each segment at least one frame long.
+        First feature frame of each segment.
     ends : array (segments,)
-        Feature frames, each segment at least one frame long.
+        One past the last feature frame; every segment has at least one frame.
 
     Returns
     -------
-    array (segments, 87), means over the segments' frames. Where the two seconds around a frame
-    reach beyond the capture, those of its frames that there are count.
+    array (segments, 87)
+        Means over the segments' frames. At the ends of the capture r is averaged over the frames
+        that there are.
     """
     each = np.concatenate([features[:, :N_POSTURE], travel(features[:, -4:])], axis=1)
     rows = np.empty((len(starts), each.shape[1]), dtype=np.float32)
@@ -61,9 +71,12 @@ def describe_bearing(features: Float32Array, starts: IntArray, ends: IntArray) -
 
 
 def travel(root: Float32Array) -> FloatArray:
-    """The 24 columns of travel frame by frame: array (frames, 24).
+    """Compute the 24 columns of travel for every frame: array (frames, 24).
 
-    root : array (frames, 4), the features' weighted velocity of the pelvis and turning.
+    Parameters
+    ----------
+    root : array (frames, 4)
+        The features' weighted velocity of the pelvis and turning.
 
     >>> still = travel(np.zeros((1, 4), dtype=np.float32))
     >>> still[0, 8:12].tolist(), still[0, 20:].tolist()  # on the level 0; sizes
@@ -76,7 +89,7 @@ def travel(root: Float32Array) -> FloatArray:
 
 
 def _averaged(rows: FloatArray, reach: int) -> FloatArray:
-    """Means of the rows at most ``reach`` before or after each."""
+    """Mean of the rows within ``reach`` rows of each row."""
     sums = np.concatenate([np.zeros((1, rows.shape[1])), np.cumsum(rows, axis=0)])
     now = np.arange(len(rows))
     low, high = np.maximum(now - reach, 0), np.minimum(now + reach + 1, len(rows))
