@@ -138,7 +138,7 @@ def compiled(base: motiondb.MotionDB) -> None:
 def material(base: motiondb.MotionDB, diagram: str) -> tuple[SceneText, Any]:
     """A diagram and its clips."""
     text = read_scene_text(diagram)
-    return text, scene_clips(base, text.grammar)
+    return text, scene_clips(base.session, text.grammar)
 
 
 def baseline(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:

@@ -120,14 +120,12 @@ def list_captures(
     json: Json = False,
 ) -> None:
     """List the captures of the database, or with --duplicates those that repeat one another."""
-    from motiondb import store
-
     if duplicates:
         _list_duplicates(where, limit, db, json)
         return
     with database(db) as base:
         infos = base.captures(where)
-        captions = store.load_captions(base.store)
+        captions = base.all_captions()
     shown = infos[:limit]
     if json:
         words = {i.capture_id: [asdict(c) for c in captions.get(i.capture_id, ())] for i in shown}
@@ -181,14 +179,12 @@ def show(
 
     --png draws it as a strip with timelines; --gif animates it, or the part --from to --to.
     """
-    from motiondb.database.ask.showing import animate_capture, describe_capture, draw_capture
-
     with database(db) as base:
-        facts = describe_capture(base, name)
+        facts = base.show(name)
         if png:
-            draw_capture(base, name, png)
+            base.draw(name, png)
         if gif:
-            animate_capture(base, name, gif, start, end)
+            base.animate(name, gif, start, end)
     pictures = {k: str(file) for k, file in (("png", png), ("gif", gif)) if file}
     if json:
         print_json(facts | pictures)

@@ -28,10 +28,8 @@ def events(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> N
     """List which instants the database knows, how often, and in how many captures."""
     if context.invoked_subcommand is not None:
         return
-    from motiondb import store
-
     with database(db) as base:
-        known = store.load_events(base.store)
+        known = base.all_events()
     counts = Counter(event.name for of_one in known.values() for event in of_one)
     captures = Counter(name for of_one in known.values() for name in {e.name for e in of_one})
     rows = [

@@ -32,28 +32,8 @@ def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
 
 def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Say what is in the database and how it came about."""
-    from motiondb import store
-
     with database(db) as base:
-        captures = base.captures()
-        facts = {
-            "database": str(db),
-            "bytes": db.stat().st_size,
-            "captures": len(captures),
-            "generated": sum(c.kind == "generated" for c in captures),
-            "seconds": round(sum(c.duration for c in captures), 2),
-            "performers": len({c.tags["performer"] for c in captures if "performer" in c.tags}),
-            "captures with words": len(store.load_captions(base.store)),
-            "copies": len(base.relations()),
-            "grammars": len(base.grammars.names()),
-            "learned": store.is_learned(base.store),
-        }
-        if facts["learned"]:
-            size = store.load_learning_size(base.store)
-            facts |= {"symbols": size.n_symbols, "clusters": size.n_clusters, "words": size.n_words}
-            facts["current"] = store.learning_is_current(base.store)
-            facts["not yet learned"] = len(base.unlearned())
-        runs = [asdict(run) for run in store.load_runs(base.store)]
+        facts, runs = base.info(), base.runs()
         drift = base.drift()
     if json:
         print_json(facts | {"drift": asdict(drift) if drift else None, "runs": runs})

@@ -116,7 +116,7 @@ def _end_lost_interrupt(lost: sys.UnraisableHookArgs) -> None:
 
 def _end_interrupted() -> NoReturn:
     """Say so and end at once: threads must not outlive what they compute with."""
-    store = sys.modules.get("motiondb.store.connection")  # not there: nothing was opened
+    store = sys.modules.get("motiondb.store.connection.handle")  # not there: nothing was opened
     if store is not None and store.Store.changes_saved:
         typer.echo("interrupted: what was saved by then stays, nothing is half saved", err=True)
     else:

@@ -237,7 +237,7 @@ def _clips(path: Path | None, grammar: MotionGrammar) -> Mapping[str, Sequence[S
     from motiondb.database.scenes.scene_clips import find_actions
 
     with database(path) as base:
-        return find_actions(base, grammar)
+        return find_actions(base.session, grammar)
 
 
 def _clip_facts(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -38,19 +38,7 @@ def words(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> No
     if context.invoked_subcommand is not None:
         return
     with database(db) as base:
-        association = base.learned.association
-    t = association.translation[1:]
-    rows: list[dict[str, Any]] = []
-    for number in sorted(range(len(association.words)), key=lambda w: -association.counts[w]):
-        column = t[:, number]
-        best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > 0.01]
-        rows.append(
-            {
-                "word": association.words[number],
-                "count": int(association.counts[number]),
-                "symbols": [{"symbol": s, "probability": float(column[s])} for s in best],
-            }
-        )
+        rows = base.word_rows()
     if json:
         print_json(rows)
         return

@@ -19,6 +19,7 @@ NOT_YET = (
     "motiondb/database/",
     "motiondb/fetch/",
     "motiondb/grammar/",
+    "motiondb/learning/",
     "motiondb/pose/",
     "motiondb/scene/",
     "motiondb/store/",

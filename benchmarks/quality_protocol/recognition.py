@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.database.learn.learning import (
+from motiondb.learning.symbol_fitting import (
     FeaturePool,
     LearnSettings,
     acquire_symbols,

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.database.learn import asked_certainty as simulation
+from motiondb.learning import asked_certainty as simulation
 from motiondb.records import FloatArray
 from motiondb.search import certainty
 from motiondb.search.by_motion import resemblance

@@ -122,7 +122,7 @@ def test_a_damaged_block_is_told(filled: store.Store) -> None:
     assert fault.startswith(
         f"{filled.path}: expected tables that can be read, found: Catalog Error"
     )
-    assert fault.endswith("The file is damaged: restore a copy.")
+    assert fault.endswith("-o NEW.duckdb.")
 
 
 def test_an_empty_store_is_whole(database: store.Store) -> None:

@@ -10,7 +10,9 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import StoreError
-from motiondb.store import grammars, migrations, scenes
+from motiondb.store.connection import migrations
+from motiondb.store.grammars import grammars, scenes
+from motiondb.store.learned import learning
 
 _CATALOG = (
     "SELECT table_name, sql FROM duckdb_tables() ORDER BY ALL",
@@ -57,7 +59,7 @@ def test_every_derived_row_names_its_run() -> None:
     assert named == {
         "run",
         "capture",
-        *store.learned.DERIVED_TABLES,
+        *learning.DERIVED_TABLES,
         *grammars.TABLES,
         *scenes.TABLES,
     }
@@ -80,7 +82,7 @@ def test_a_later_migration_is_applied_once_to_an_older_file(
 def test_a_failing_migration_leaves_the_version_before(tmp_path: Path) -> None:
     with store.open_store(tmp_path / "m.duckdb") as database:
         bad = (*migrations.known_migrations(), "CREATE TABLE later (x BIGINT); SELECT nothing;")
-        with pytest.raises(duckdb.Error):
+        with pytest.raises(StoreError, match='Referenced column "nothing"'):
             migrations.migrate(database.connection, len(bad) - 1, bad)
         assert "later" not in store.count_rows(database)
         assert migrations.schema_version(database.connection, "") == len(bad) - 1

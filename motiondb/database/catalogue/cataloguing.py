@@ -11,7 +11,7 @@ from motiondb.capture.event_sheet import EventSheet
 from motiondb.capture.sheet import Sheet, SheetEntry, capture_name
 from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
 from motiondb.database.learn import updating
-from motiondb.errors import MotionDBError
+from motiondb.errors import MotionDBError, QueryError
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
 from motiondb.search import copies
 
@@ -62,7 +62,7 @@ class Sheets:
 
 
 def add_captures(
-    database: store.Store,
+    opened: store.Store,
     folder: Path,
     sheets: Sheets,
     settings: AddSettings,
@@ -94,11 +94,11 @@ def add_captures(
         readings.append(reading)
         tell("reading captures", done, len(jobs))
     problems += [r.problem for r in readings if r.problem]
-    return _save(database, folder, sheets, settings, readings, problems, tell)
+    return _save(opened, folder, sheets, settings, readings, problems, tell)
 
 
 def _save(
-    database: store.Store,
+    opened: store.Store,
     folder: Path,
     sheets: Sheets,
     settings: AddSettings,
@@ -108,8 +108,8 @@ def _save(
 ) -> AddReport:
     sheet = sheets.words
     known, added, notes, seconds, n_events = [], [], _sheet_notes(sheets), 0.0, 0
-    digests = store.load_digests(database)
-    names = {info.name for info in store.load_captures(database)}
+    digests = store.load_digests(opened)
+    names = {info.name for info in store.load_captures(opened)}
     new: list[Reading] = []
     for reading in readings:
         if reading.source is None:
@@ -125,31 +125,31 @@ def _save(
         else:
             digests[reading.source.sha256] = reading.name
             new.append(reading)
-    notes += _words_left(database, sheet, known) + _events_left(database, sheets.events, known)
+    notes += _words_left(opened, sheet, known) + _events_left(opened, sheets.events, known)
     if not new:
         return AddReport((), tuple(known), tuple(problems), (), tuple(notes), 0.0)
-    with store.transaction(database):
+    with store.transaction(opened):
         parameters = {
             "folder": str(folder), "sheet": sheet.path if sheet else None,
             "events": sheets.events.path if sheets.events else None, "unit": settings.unit,
             "skip_bad_frames": settings.skip_bad_frames, "joint_map": dict(settings.joint_map),
         }  # fmt: skip
-        run_id = store.start_run(database, "add", parameters)
-        with updating.counted(database, run_id) as change:
+        run_id = store.start_run(opened, "add", parameters)
+        with updating.counted(opened, run_id) as change:
             for done, reading in enumerate(new, start=1):
                 info, captions = _info(reading, _entry(sheet, reading.name), run_id, notes)
                 assert reading.motion is not None
                 assert reading.source is not None
-                info = store.save_capture(database, info, reading.motion, reading.source, captions)
-                n_events += _save_events(database, sheets.events, info, problems)
+                info = store.save_capture(opened, info, reading.motion, reading.source, captions)
+                n_events += _save_events(opened, sheets.events, info, problems)
                 change.added.append(info.capture_id)
                 added.append(reading.name)
                 seconds += info.duration
                 tell("saving captures", done, len(new))
         tell("looking for copies", 0, 1)
-        relations = find_relations(database, set(added))
-        store.save_relations(database, relations)
-        store.finish_run(database, run_id)
+        relations = find_relations(opened, set(added))
+        store.save_relations(opened, relations)
+        store.finish_run(opened, run_id)
     tell("looking for copies", 1, 1)
     return AddReport(
         tuple(added), tuple(known), tuple(problems), tuple(relations), tuple(notes), seconds,
@@ -158,12 +158,12 @@ def _save(
 
 
 def _save_events(
-    database: store.Store, sheet: EventSheet | None, info: CaptureInfo, problems: list[str]
+    opened: store.Store, sheet: EventSheet | None, info: CaptureInfo, problems: list[str]
 ) -> int:
     """Keep the sheet's events of a capture; how many. Those after its end become problems."""
     events = sheet.within(info.name, info.motion_frames, problems) if sheet else ()
     if events:
-        store.save_events(database, info.capture_id, events)
+        store.save_events(opened, info.capture_id, events)
     return len(events)
 
 
@@ -177,13 +177,13 @@ def _sheet_notes(sheets: Sheets) -> list[str]:
 
 
 def _events_left(
-    database: store.Store, sheet: EventSheet | None, known: Sequence[tuple[str, str]]
+    opened: store.Store, sheet: EventSheet | None, known: Sequence[tuple[str, str]]
 ) -> list[str]:
     """A note where a sheet has other events for captures that are there already."""
     if sheet is None or not known:
         return []
-    kept = store.load_events(database)
-    numbers = {info.name: info.capture_id for info in store.load_captures(database)}
+    kept = store.load_events(opened)
+    numbers = {info.name: info.capture_id for info in store.load_captures(opened)}
     count = sum(
         {event for _, event in sheet.entries[name]} != set(kept.get(numbers.get(there, -1), ()))
         for name, there in known
@@ -198,13 +198,13 @@ def _events_left(
 
 
 def _words_left(
-    database: store.Store, sheet: Sheet | None, known: Sequence[tuple[str, str]]
+    opened: store.Store, sheet: Sheet | None, known: Sequence[tuple[str, str]]
 ) -> list[str]:
     """A note where a sheet has other words for captures that are there already."""
     if sheet is None or not known:
         return []
-    captions = store.load_captions(database)
-    numbers = {info.name: info.capture_id for info in store.load_captures(database)}
+    captions = store.load_captions(opened)
+    numbers = {info.name: info.capture_id for info in store.load_captures(opened)}
     count = 0
     for name, there in known:
         entry = sheet.find(name)
@@ -218,10 +218,10 @@ def _words_left(
     ]
 
 
-def find_relations(database: store.Store, new: set[str]) -> list[Relation]:
+def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
     """Copies, mirror images and cuts among the captures, of which at least one is new."""
-    infos = store.load_captures(database)
-    pool = store.load_motion_pool(database)
+    infos = store.load_captures(opened)
+    pool = store.load_motion_pool(opened)
     poses = [copies.copy_poses(pool.motion(info.capture_id)) for info in infos]
     library = copies.build_library(poses)
     fresh = [n for n, info in enumerate(infos) if info.name in new]
@@ -299,3 +299,20 @@ def captions_within(
             continue
         kept.append(caption)
     return tuple(kept)
+
+
+def check_name_free(opened: store.Store, name: str) -> None:
+    """Refuse an empty name, and one that a capture has already.
+
+    Raises
+    ------
+    QueryError
+        When the name is empty or taken.
+    """
+    if not name.strip():
+        raise QueryError("name: expected a name for the capture, found nothing. Give one.")
+    if any(info.name == name for info in store.load_captures(opened)):
+        raise QueryError(
+            f"{name}: expected a name that is free, found a capture of that name. Remove that "
+            f"one first (motiondb remove {name}), or give another name."
+        )

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import pictures, store
-from motiondb.database.generate.keeping import check_name_free, keep_generated
+from motiondb.database.catalogue.cataloguing import check_name_free
+from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.learn import updating
 from motiondb.database.scenes.scene_folder import (
     check_scene_folder,
@@ -43,7 +44,7 @@ from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.polish import Placed
 
 if TYPE_CHECKING:
-    from motiondb.database.motion_db import MotionDB
+    from motiondb.database.session import Session
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +68,8 @@ def _quiet(_what: str, _share: float, _error: float) -> None:
 class Scenes:
     """The scenes of a database; reached as ``db.scenes``."""
 
-    def __init__(self, database: MotionDB) -> None:
-        self._database = database
+    def __init__(self, session: Session) -> None:
+        self._session = session
 
     def make(
         self,
@@ -85,7 +86,7 @@ class Scenes:
         """
         text = read_scene_text(diagram)
         progress("loading", 0.0, np.nan)
-        clips = scene_clips(self._database, text.grammar)
+        clips = scene_clips(self._session, text.grammar)
         progress("loading", 1.0, np.nan)
         made = make(text, clips, settings or SceneSettings(), progress)
         return self._finished(made, name or text.diagram.name)
@@ -107,13 +108,13 @@ class Scenes:
         settings = settings or SceneSettings(**earlier.settings)
         if new.grammar_text != old.grammar_text:
             return self.make(diagram, settings, progress, earlier.name)
-        clips = scene_clips(self._database, new.grammar)
+        clips = scene_clips(self._session, new.grammar)
         state = record_state(earlier, old, clips.library)
         made = make(new, clips, settings, progress, (old.diagram, state))
         return self._finished(made, earlier.name)
 
     def _finished(self, made: MadeScene, name: str) -> Scene:
-        infos = {info.name: info for info in self._database.captures()}
+        infos = {info.name: info for info in store.load_captures(self._session.store)}
         provenance = {
             player.player: self._provenance(player, {n: i.capture_id for n, i in infos.items()})
             for player in made.polished.players
@@ -128,7 +129,7 @@ class Scenes:
     def _provenance(self, player: Placed, numbers: Mapping[str, int]) -> store.Provenance:
         captures = np.array([numbers[capture] for capture in player.captures], dtype=np.int64)
         return store.to_provenance(
-            self._database.store,
+            self._session.store,
             captures[player.source_numbers],
             player.source_frames,
             player.warps,
@@ -165,9 +166,8 @@ class Scenes:
         ------
         QueryError : a player's capture would have the name of another capture.
         """
-        database, name = self._database.store, scene.record.name
+        database, name = self._session.store, scene.record.name
         made = scene.made
-        old = store.load_scene_captures(database, name)
         parameters = {"scene": name, "diagram": made.text.diagram.name, **scene.record.settings}
         with store.transaction(database):
             if name in store.load_scene_names(database):
@@ -185,15 +185,13 @@ class Scenes:
             record = replace(scene.record, players=tuple(kept), run_id=run_id)
             store.save_scene(database, record, run_id)
             store.finish_run(database, run_id)
-        if old:
-            self._database.forget()
         return record
 
     def check_name(self, name: str, players: Iterable[str]) -> None:
         """Refuse a name under which a scene with these players cannot be kept (QueryError)."""
         if not name.strip():
             raise QueryError("name: expected a name for the scene, found nothing. Give one.")
-        database = self._database.store
+        database = self._session.store
         replaced = (
             store.load_scene_captures(database, name)
             if name in store.load_scene_names(database)
@@ -205,11 +203,11 @@ class Scenes:
 
     def names(self) -> list[str]:
         """The names of the scenes that are kept."""
-        return store.load_scene_names(self._database.store)
+        return store.load_scene_names(self._session.store)
 
     def load(self, name: str) -> store.StoredScene:
         """A kept scene (QueryError)."""
-        return store.load_scene(self._database.store, name)
+        return store.load_scene(self._session.store, name)
 
     def find(self, place: str | Path) -> store.StoredScene:
         """The scene of a folder, or the kept one of this name.
@@ -233,14 +231,13 @@ class Scenes:
 
     def remove(self, name: str) -> list[str]:
         """Take a kept scene out with its players' captures; gives their names (QueryError)."""
-        database = self._database.store
+        database = self._session.store
         captures = store.load_scene_captures(database, name)
         numbers = [store.load_capture(database, capture).capture_id for capture in captures]
         with updating.changing(database, "scene remove", {"scene": name}, numbers):
             store.remove_scene(database, name)
             for number in numbers:
                 store.remove_capture(database, number)
-        self._database.forget()
         return captures
 
     def draw(self, name: str, png: Path) -> Path:
@@ -258,7 +255,7 @@ class Scenes:
                 f" {', '.join(gone)} were removed. Make the scene anew."
             )
         motions = {
-            player.name: store.load_motion(self._database.store, player.capture_id)
+            player.name: store.load_motion(self._session.store, player.capture_id)
             for player in record.players
         }
         return pictures.draw_scene_paths(
