@@ -38,12 +38,15 @@ def open(path: str | Path = "motions.duckdb", *, read_only: bool = False) -> Mot
 
     Parameters
     ----------
-    path : the DuckDB file. read_only : only ask; several processes may do so at once.
+    path : str or Path, optional
+        The DuckDB file.
+    read_only : bool, optional
+        Whether to ask questions only; then several processes may open the file at once.
 
     Raises
     ------
     MotionDBError
-        when another process holds the file, or it is no motion database, or a newer one.
+        If another process holds the file, or if it is not a motion database, or a newer one.
     """
     from motiondb.database import MotionDB
 
