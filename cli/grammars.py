@@ -91,7 +91,7 @@ def learn(
         facts = base.grammars.show(learned.name)
         size = base.grammars.size(learned.name)
     if json:
-        print_json(facts | {"no longer editable": lost})
+        print_json(facts | {"no_longer_editable": lost})
         return
     typer.echo(summary(size))
     _say_tried(facts)
@@ -252,7 +252,7 @@ def remove(name: GrammarName, db: Db = DEFAULT_DB, json: Json = False) -> None:
     with database(db, writing=True) as base:
         lost = base.grammars.remove(name)
     if json:
-        print_json({"removed": name, "no longer editable": lost})
+        print_json({"removed": name, "no_longer_editable": lost})
         return
     typer.echo(f"{name} removed")
     _say_lost(lost)

@@ -1,4 +1,4 @@
-"""check, info, compact: keeping the database sound."""
+"""Commands check, info and compact: maintenance of the database."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def register(app: typer.Typer) -> None:
 
 
 def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Look for faults in the database; exit 1 if there are any."""
+    """Check the database for faults; exit 1 if there are any."""
     with database(db) as base:
         faults = base.check()
     if json:
@@ -31,7 +31,7 @@ def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
 
 
 def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Say what is in the database and how it came about."""
+    """Show what the database contains and the commands that changed it."""
     with database(db) as base:
         facts, runs = base.info(), base.runs()
         drift = base.drift()
@@ -39,7 +39,7 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
         print_json(facts | {"drift": asdict(drift) if drift else None, "runs": runs})
         return
     for key, value in facts.items():
-        typer.echo(f"{key + ':':22} {value}")
+        typer.echo(f"{key.replace('_', ' ') + ':':22} {value}")
     for run in runs[-10:]:
         what = f"run {run['run_id']:<4} {run['kind']:10}"
         typer.echo(f"{what} {run['started']} motiondb {run['version']}")
@@ -49,7 +49,7 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
 
 
 def compact(db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Rewrite the database file without the space that removed rows left."""
+    """Rewrite the database file without the space of removed rows."""
     from motiondb import store
 
     before, after = store.compact(db)

@@ -66,12 +66,12 @@ def _facts(found: ParsedMotion) -> dict[str, Any]:
     return {
         "string": list(found.string),
         "spans": [list(span) for span in zip(found.starts, found.ends)],
-        "learned from": found.stored,
+        "learned_from": found.stored,
         "distances": list(found.distances),
-        "usual distance": found.reach,
+        "usual_distance": found.reach,
         "unlike": list(found.unlike),
-        "share unlike": found.share_unlike,
-        "is unlike": found.is_unlike,
+        "share_unlike": found.share_unlike,
+        "is_unlike": found.is_unlike,
         "sentences": [
             {"string": list(tree.leaves()), "tree": format_tree(tree)} for tree in found.trees
         ],
@@ -79,7 +79,7 @@ def _facts(found: ParsedMotion) -> dict[str, Any]:
         if fault is None
         else {
             "position": fault.position, "found": fault.found,
-            "expected": list(fault.expected), "may end": fault.may_end, "says": str(fault),
+            "expected": list(fault.expected), "may_end": fault.may_end, "says": str(fault),
         },
     }  # fmt: skip
 
