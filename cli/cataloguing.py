@@ -30,7 +30,13 @@ Unit = Annotated[
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
     app.command()(add)
     app.command("list")(list_captures)
     app.command()(show)

@@ -10,7 +10,13 @@ from motiondb.cli.options import DEFAULT_DB, Db, Json, database, note_drift, pri
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
     app.command()(check)
     app.command()(info)
     app.command()(compact)

@@ -56,7 +56,13 @@ Place = Annotated[
 
 
 def register(group: typer.Typer) -> None:
-    """Put the commands into the group ``scene``."""
+    """Add the commands to the group.
+
+    Parameters
+    ----------
+    group : typer.Typer
+        The group ``scene``.
+    """
     for command in (make, update, report):
         group.command(command.__name__)(command)
     group.command("list")(list_scenes)

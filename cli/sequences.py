@@ -35,7 +35,13 @@ TreesPng = Annotated[
 
 
 def register(group: typer.Typer) -> None:
-    """Put the commands into the group."""
+    """Add the commands to the group.
+
+    Parameters
+    ----------
+    group : typer.Typer
+        The group ``grammar``.
+    """
     group.command("generate")(generate)
     group.command("edit")(edit)
 
