@@ -151,7 +151,7 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _read_beside(parent: int, folder: str, *job: Any) -> Reading:
+def _read_beside(parent: int, folder: str, *job: Any) -> Reading:  # noqa: ANN401  arguments of a job
     """Read in another process, which ends when its parent has been killed.
 
     Processes are used again: ``folder`` is where relative paths begin now.

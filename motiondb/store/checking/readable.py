@@ -1,4 +1,4 @@
-"""Can every column of every table be read, and are the tables those of ``schema.sql``?"""
+"""Whether every column of every table can be read, and the tables are those of ``schema.sql``."""
 
 from __future__ import annotations
 

@@ -31,7 +31,9 @@ def to_rows(matrix: NDArray[Any]) -> NDArray[np.object_]:
     return column
 
 
-def from_rows(column: NDArray[Any], shape: tuple[int, ...], dtype: type = np.float64) -> Any:
+def from_rows(
+    column: NDArray[Any], shape: tuple[int, ...], dtype: type = np.float64
+) -> NDArray[Any]:
     """The array (rows, *shape) of a list column; the inverse of :func:`to_rows`."""
     if not len(column):
         return np.zeros((0, *shape), dtype=dtype)
