@@ -10,6 +10,7 @@ import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     From,
     Json,
@@ -42,7 +43,7 @@ def register(app: typer.Typer) -> None:
     app.command()(show)
     app.command()(export)
     app.command()(remove)
-    fetching = typer.Typer(help="Download captures from public databases.", no_args_is_help=True)
+    fetching = Commands(help="Download captures from public databases.", no_args_is_help=True)
     fetching.command("cmu")(fetch_cmu)
     app.add_typer(fetching, name="fetch")
 
@@ -291,12 +292,18 @@ def fetch_cmu(
     base_url: Annotated[
         str | None, typer.Option("--base-url", help="Address of another site with the same files.")
     ] = None,
+    deadline: Annotated[
+        float,
+        typer.Option(
+            "--deadline", min=1.0, max=1e6, callback=finite, help="Seconds for the whole download."
+        ),
+    ] = 21_600.0,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """Download captures and captions of the CMU Graphics Lab database, and add them."""
-    from motiondb.fetch.cmu import CMU_TERMS, CMU_URL
-    from motiondb.fetch.cmu import fetch_cmu as fetch
+    from motiondb.fetch import CMU_TERMS, CMU_URL, FetchSettings, Limits
+    from motiondb.fetch import fetch_cmu as fetch
 
     typer.echo(CMU_TERMS, err=True)
     if not yes and not typer.confirm("Do you accept these terms?", err=True):
@@ -304,7 +311,8 @@ def fetch_cmu(
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]
     with progress(not json) as tell:
         report = fetch(
-            wanted, folder, base_url=base_url or CMU_URL, accept_terms=True,
+            wanted, folder, FetchSettings(base_url or CMU_URL, limits=Limits(seconds=deadline)),
+            accept_terms=True,
             on_progress=lambda p: tell("fetching", p.number, p.n_files),
         )  # fmt: skip
     if json:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, database, print_json, print_table
+from motiondb.cli.options import DEFAULT_DB, Commands, Db, Json, database, print_json, print_table
 
 
 def register(app: typer.Typer) -> None:
@@ -20,7 +20,7 @@ def register(app: typer.Typer) -> None:
     app : typer.Typer
         The app.
     """
-    group = typer.Typer(
+    group = Commands(
         help="Events of captures: foot strikes, catches and releases of a ball.",
         invoke_without_command=True,
     )

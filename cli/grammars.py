@@ -10,6 +10,7 @@ import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     GrammarName,
     Json,
@@ -35,7 +36,7 @@ def register(app: typer.Typer) -> None:
     """
     from motiondb.cli import parsing, sequences
 
-    group = typer.Typer(
+    group = Commands(
         help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
         no_args_is_help=True,
     )

@@ -1,12 +1,22 @@
-"""Commands check, info and compact: maintenance of the database."""
+"""Commands check, rescue, info and compact: maintenance of the database."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, database, note_drift, print_json
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    Json,
+    database,
+    note_drift,
+    print_json,
+    seconds_to_wait,
+)
 
 
 def register(app: typer.Typer) -> None:
@@ -18,14 +28,16 @@ def register(app: typer.Typer) -> None:
         The app.
     """
     app.command()(check)
+    app.command()(rescue)
     app.command()(info)
     app.command()(compact)
 
 
 def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Check the database for faults; exit 1 if there are any."""
-    with database(db) as base:
-        faults = base.check()
+    from motiondb.store import check_file
+
+    faults = check_file(db, wait=seconds_to_wait())
     if json:
         print_json({"faults": faults})
     elif not faults:
@@ -33,6 +45,33 @@ def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
     for fault in faults:
         typer.echo(f"  {fault}", err=True)
     if faults:
+        raise typer.Exit(1)
+
+
+def rescue(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="FILE", help="The damaged database; else --db.")
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="The new database, a new file.")
+    ] = Path("rescued.duckdb"),
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Save every readable capture of a damaged database into a new file; exit 1 if any is lost."""
+    from motiondb.database.catalogue.rescuing import rescue as save
+
+    report = save(file or db, output)
+    if json:
+        print_json(asdict(report))
+    else:
+        count = len(report.captures)
+        typer.echo(f"{count} capture{'' if count == 1 else 's'} saved in {report.output}")
+        if report.was_learned:
+            typer.echo(f"Learn again: motiondb learn --db {report.output}")
+    for sentence in (*report.mended, *report.lost):
+        typer.echo(f"  {sentence}", err=True)
+    if report.lost:
         raise typer.Exit(1)
 
 
@@ -56,9 +95,9 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
 
 def compact(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Rewrite the database file without the space of removed rows."""
-    from motiondb import store
+    import motiondb
 
-    before, after = store.compact(db)
+    before, after = motiondb.compact(db)
     if json:
         print_json({"before": before, "after": after})
     else:

@@ -19,8 +19,9 @@ from motiondb.cli import (
     scenes,
     words,
 )
+from motiondb.cli.options import Commands
 
-app = typer.Typer(
+app = Commands(
     name="motiondb",
     help="A motion-capture database that understands what is in it.",
     no_args_is_help=True,

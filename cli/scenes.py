@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motiondb.cli import scene_making
-from motiondb.cli.options import Json, database, print_json, print_table
+from motiondb.cli.options import Commands, Json, database, print_json, print_table
 
 if TYPE_CHECKING:
     from motiondb.database.scenes.scene_clips import ShownAction
@@ -37,10 +37,8 @@ def register(app: typer.Typer) -> None:
     app : typer.Typer
         The app.
     """
-    group = typer.Typer(
-        help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True
-    )
-    grammars = typer.Typer(help="Grammars of motion.", no_args_is_help=True)
+    group = Commands(help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True)
+    grammars = Commands(help="Grammars of motion.", no_args_is_help=True)
     grammars.command("check")(check_grammar)
     group.add_typer(grammars, name="grammar")
     group.command("validate")(validate)

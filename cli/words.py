@@ -10,6 +10,7 @@ import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     From,
     Json,
@@ -30,7 +31,7 @@ def register(app: typer.Typer) -> None:
     app : typer.Typer
         The app.
     """
-    group = typer.Typer(
+    group = Commands(
         help="The vocabulary, and the captions of captures.", invoke_without_command=True
     )
     group.callback()(words)

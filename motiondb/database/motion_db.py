@@ -38,6 +38,8 @@ class MotionDB(QuestionVerbs):
         Only ask; several processes may do so at once.
     create : bool
         Make the file where there is none (never when ``read_only``).
+    wait : float
+        Seconds to wait for another process that holds the file.
 
     Raises
     ------
@@ -46,8 +48,10 @@ class MotionDB(QuestionVerbs):
         motiondb.
     """
 
-    def __init__(self, path: str | Path, *, read_only: bool = False, create: bool = True) -> None:
-        super().__init__(Session(path, read_only=read_only, create=create))
+    def __init__(
+        self, path: str | Path, *, read_only: bool = False, create: bool = True, wait: float = 0.0
+    ) -> None:
+        super().__init__(Session(path, read_only=read_only, create=create, wait=wait))
 
     @cached_property
     def grammars(self) -> Grammars:

@@ -41,6 +41,8 @@ class Session:
         Whether writing is refused; several processes may read at once.
     create : bool
         Make the file where there is none (never when ``read_only``).
+    wait : float
+        Seconds to wait for another process that holds the file.
 
     Attributes
     ----------
@@ -48,8 +50,10 @@ class Session:
         The open store.
     """
 
-    def __init__(self, path: str | Path, *, read_only: bool = False, create: bool = True) -> None:
-        self.store = store.open_store(path, read_only=read_only, create=create)
+    def __init__(
+        self, path: str | Path, *, read_only: bool = False, create: bool = True, wait: float = 0.0
+    ) -> None:
+        self.store = store.open_store(path, read_only=read_only, create=create, wait=wait)
         self._lock = threading.RLock()
         self._revision = -1
         self._kept: dict[Hashable, Any] = {}

@@ -28,17 +28,27 @@ from motiondb.store.catalogue.generated import (
     save_provenance,
     to_provenance,
 )
+from motiondb.store.catalogue.names import check_new_name
 from motiondb.store.catalogue.relations import load_relations, save_relations
-from motiondb.store.catalogue.runs import finish_run, load_runs, start_run
+from motiondb.store.catalogue.runs import finish_run, load_runs, save_runs, start_run
 from motiondb.store.catalogue.sources import Source, digest, load_source, pack_source
 from motiondb.store.catalogue.where import Condition, matches, parse_where
+from motiondb.store.checking.beside import check_file
 from motiondb.store.checking.check import check_store
 from motiondb.store.checking.compaction import compact, count_rows
+from motiondb.store.checking.salvage import (
+    SalvagedCapture,
+    open_damaged,
+    salvage_captures,
+    salvage_runs,
+)
+from motiondb.store.checking.shared import copy_shared, was_learned
 from motiondb.store.connection.faults import DamagedFileError
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.opening import open_store
 from motiondb.store.connection.sharing import released
 from motiondb.store.connection.transactions import (
+    check_writable,
     content_revision,
     reading,
     revision,
@@ -93,6 +103,7 @@ __all__ = [
     "LearningSize",
     "MotionPool",
     "Provenance",
+    "SalvagedCapture",
     "SceneClip",
     "ScenePlayer",
     "SceneRule",
@@ -101,9 +112,13 @@ __all__ = [
     "Store",
     "StoredScene",
     "cached_arrays",
+    "check_file",
+    "check_new_name",
     "check_store",
+    "check_writable",
     "compact",
     "content_revision",
+    "copy_shared",
     "count_rows",
     "digest",
     "finish_run",
@@ -139,6 +154,7 @@ __all__ = [
     "load_synonyms",
     "load_transition_counts",
     "matches",
+    "open_damaged",
     "open_store",
     "pack_source",
     "parse_where",
@@ -148,6 +164,8 @@ __all__ = [
     "remove_grammar",
     "remove_scene",
     "revision",
+    "salvage_captures",
+    "salvage_runs",
     "save_captions",
     "save_capture",
     "save_derivation",
@@ -156,10 +174,12 @@ __all__ = [
     "save_learning",
     "save_provenance",
     "save_relations",
+    "save_runs",
     "save_scene",
     "save_synonyms",
     "save_tags",
     "start_run",
     "to_provenance",
     "transaction",
+    "was_learned",
 ]

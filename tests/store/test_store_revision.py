@@ -206,5 +206,14 @@ def test_the_first_cause_of_an_aborted_transaction_is_told(database: store.Store
 
     with pytest.raises(StoreError) as error:
         insert_and_go_on()
-    assert "NOT NULL constraint failed: capture_tag.value" in str(error.value)
+    assert 'NOT NULL constraint failed: capture_tag."value". Nothing' in str(error.value)
     assert "aborted" not in str(error.value)
+
+
+def test_a_released_file_that_another_store_holds_can_still_be_read(
+    database: store.Store,
+) -> None:
+    with store.open_store(database.path) as other, store.released(database):
+        store.save_synonyms(other, {"dash": "run"})
+        assert store.load_synonyms(database) == {"dash": "run"}
+    store.save_synonyms(database, {})

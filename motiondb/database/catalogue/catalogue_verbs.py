@@ -150,8 +150,10 @@ class CatalogueVerbs:
         ----------
         example : str, Path or Motion
             A file, the name of a stored capture, or a motion.
-        start, end : float, optional
-            Part of the motion, seconds.
+        start : float, optional
+            Start of the part of the motion, seconds.
+        end : float, optional
+            End of the part of the motion, seconds.
 
         Raises
         ------
@@ -210,8 +212,10 @@ class CatalogueVerbs:
             Name of the capture.
         path : str or Path
             The ending says the format: .bvh, .glb or .gltf, or the ending of the added file.
-        start, end : float, optional
-            Part of the capture, seconds; a part is written anew.
+        start : float, optional
+            Start of the part of the capture, seconds. A part is written anew.
+        end : float, optional
+            End of the part of the capture, seconds.
         canonical : bool
             Write the motion on the canonical body at 30 frames a second.
 
@@ -277,8 +281,10 @@ class CatalogueVerbs:
             Name of the capture.
         words : str
             What it shows.
-        start, end : float, optional
-            Part of the capture, seconds.
+        start : float, optional
+            Start of the part of the capture, seconds.
+        end : float, optional
+            End of the part of the capture, seconds.
         keep : bool
             Add to the captions that are there instead of replacing them.
 

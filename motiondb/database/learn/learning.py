@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 
+import numpy as np
+
 from motiondb import store
 from motiondb.database.session import load_features
 from motiondb.errors import MotionDBError
@@ -19,6 +21,9 @@ from motiondb.learning.parameter_arrays import (
 )
 from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings, Progress
 from motiondb.learning.word_fitting import TaughtWords
+
+_ATTEMPTS = 3
+"""How often to learn from the beginning where captures change meanwhile. Chosen by hand."""
 
 
 def learn(
@@ -41,31 +46,59 @@ def learn(
         When the database holds no captures, or fewer segments than symbols asked for.
     """
     tell = progress or (lambda _what, _share: None)
-    tell("features", 0.0)
-    pool, taught = _load_taught(opened)
-    model = fit_model(pool, taught, settings, tell)
+    store.check_writable(opened)
+    for _ in range(_ATTEMPTS):
+        with store.released(opened) as let_go:
+            tell("features", 0.0)
+            pool, taught = _load_taught(opened)
+            let_go()
+            rng = np.random.default_rng(settings.seed)
+            model = fit_model(pool, taught, settings, rng, tell)
+        with store.transaction(opened):
+            if _same(_load_catalogue(opened), taught):
+                return _save(opened, settings, model, tell)
+        tell("captures changed, again", 0.0)
+    raise MotionDBError(
+        f"{opened.path}: expected captures and words to stay as they are while learning, found "
+        f"them changed by others in {_ATTEMPTS} attempts. Nothing was changed; run motiondb learn "
+        "again when nobody adds or edits."
+    )
+
+
+def _save(
+    opened: store.Store, settings: LearnSettings, model: LearnedModel, tell: Progress
+) -> LearnedModel:
     tell("saving", 0.0)
-    with store.transaction(opened):
-        run_id = store.start_run(opened, "learn", asdict(settings), settings.seed)
-        model = replace(model, run_id=run_id)
-        store.save_learning(opened, to_stored(model))
-        store.finish_run(opened, run_id)
+    run_id = store.start_run(opened, "learn", asdict(settings), settings.seed)
+    model = replace(model, run_id=run_id)
+    store.save_learning(opened, to_stored(model))
+    store.finish_run(opened, run_id)
     return model
 
 
 def _load_taught(opened: store.Store) -> tuple[FeaturePool, TaughtWords]:
     """Features of the captured captures, and what people wrote about them; of one revision."""
     with store.reading(opened):
-        captured = {i.capture_id: i for i in store.load_captures(opened) if i.kind == "captured"}
-        if not captured:
+        taught = _load_catalogue(opened)
+        if not taught.performers:
             raise MotionDBError(
                 f"{opened.path}: expected captures to learn from, found none. "
                 "Add some first: motiondb add FOLDER."
             )
-        captions = {c: v for c, v in store.load_captions(opened).items() if c in captured}
-        performers = {c: info.tags.get("performer", f"#{c}") for c, info in captured.items()}
-        taught = TaughtWords(captions, store.load_synonyms(opened), performers)
-        return load_features(opened).only(captured), taught
+        return load_features(opened).only(taught.performers), taught
+
+
+def _load_catalogue(opened: store.Store) -> TaughtWords:
+    """Who performs in the captured captures, and what people wrote about them."""
+    captured = {i.capture_id: i for i in store.load_captures(opened) if i.kind == "captured"}
+    captions = {c: v for c, v in store.load_captions(opened).items() if c in captured}
+    performers = {c: info.tags.get("performer", f"#{c}") for c, info in captured.items()}
+    return TaughtWords(captions, store.load_synonyms(opened), performers)
+
+
+def _same(first: TaughtWords, second: TaughtWords) -> bool:
+    """Whether the same would be learned from both; motions never change."""
+    return vars(first) == vars(second)
 
 
 def measure(opened: store.Store) -> Drift | None:

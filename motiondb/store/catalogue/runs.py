@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 
 from motiondb.records import Run
@@ -40,6 +40,24 @@ def finish_run(store: Store, run_id: int) -> None:
         connection.execute(
             "UPDATE run SET finished = ? WHERE run_id = ? AND finished IS NULL", [_now(), run_id]
         )
+
+
+def save_runs(store: Store, runs: Iterable[Run]) -> None:
+    """Write runs of another store, with their numbers, into one that has none."""
+    with transaction(store) as connection:
+        for run in runs:
+            connection.execute(
+                "INSERT INTO run VALUES (?, ?, ?, ?, ?, ?, ?)",
+                [
+                    run.run_id,
+                    run.kind,
+                    json.dumps(run.parameters, sort_keys=True),
+                    run.seed,
+                    run.version,
+                    run.started,
+                    run.finished,
+                ],
+            )
 
 
 def load_runs(store: Store) -> list[Run]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from motiondb.errors import QueryError, StoreError
 from motiondb.store.connection.handle import Store
@@ -75,15 +76,33 @@ def load_source(store: Store, capture_id: int) -> Source:
     ).fetchone()
     if row is None:
         raise QueryError(f"capture {capture_id}: expected a capture in {store.path}, found none.")
-    sha256, format, file_name, packed, skeleton_name, packed_skeleton = row
+    return unpack_source(store.path, Source(*row))
+
+
+def unpack_source(path: Path, source: Source) -> Source:
+    """The stored bytes as they were added.
+
+    Parameters
+    ----------
+    path : Path
+        The database file, for the message.
+    source : Source
+        As it is stored, with packed bytes.
+
+    Raises
+    ------
+    StoreError
+        The bytes do not give their digest.
+    """
+    packed = source.skeleton_data
     try:
-        data = zlib.decompress(packed)
-        skeleton = None if packed_skeleton is None else zlib.decompress(packed_skeleton)
+        data = zlib.decompress(source.data)
+        skeleton = None if packed is None else zlib.decompress(packed)
     except zlib.error:
         data, skeleton = b"", None
-    if digest(data, skeleton) != sha256:
+    if digest(data, skeleton) != source.sha256:
         raise StoreError(
-            f"{store.path}: expected the bytes of {file_name} with digest {sha256[:12]}, "
+            f"{path}: expected the bytes of {source.file_name} with digest {source.sha256[:12]}, "
             "found others. The file is damaged: restore a copy, or add the capture again."
         )
-    return Source(sha256, format, file_name, data, skeleton_name, skeleton)
+    return replace(source, data=data, skeleton_data=skeleton)

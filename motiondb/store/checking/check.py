@@ -11,11 +11,14 @@ import numpy as np
 from motiondb.errors import MotionDBError, StoreError
 from motiondb.store.catalogue.poses import POSE_SIZE, unflatten_motion
 from motiondb.store.catalogue.sources import load_source
+from motiondb.store.checking.beside import block_faults
 from motiondb.store.checking.grammar_check import broken_grammars
 from motiondb.store.checking.offenders import broken_rules, foreign_rows
+from motiondb.store.checking.readable import unreadable_columns, wrong_tables
 from motiondb.store.connection.columns import fetch, from_rows
-from motiondb.store.connection.faults import damage_sentence, first_sentence
+from motiondb.store.connection.faults import damage_sentence
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import read_meta
 from motiondb.store.grammars.scenes import broken_scenes
 from motiondb.store.learned.learning import DERIVED_TABLES
 
@@ -109,21 +112,51 @@ _REFERENCES = (
 )
 
 
-def check_store(store: Store, *, sources: bool = False) -> list[str]:
-    """Every fault in the store, one sentence each; none where it is whole.
+def check_store(store: Store, *, sources: bool = False, blocks: bool | None = None) -> list[str]:
+    """Every fault in the store, one sentence each; none where it is sound.
+
+    Reads every column of every table, compares the tables with ``schema.sql``, and looks for rows
+    that break a rule. Nothing is called sound that could not be read.
 
     Parameters
     ----------
-    sources : also unpack every file and compare its digest (0.1 s for every 30 MB).
+    store : Store
+        The open database.
+    sources : bool
+        Whether to unpack every stored file and compare its digest (0.1 s for every 30 MB).
+    blocks : bool or None
+        Whether to compare every block of the file with its checksum, in another process (0.4 s);
+        None: where ``sources`` is True.
     """
+    faults = block_faults(store.path) if (sources if blocks is None else blocks) else []
     try:
+        damaged = unreadable_columns(store)
+        if damaged:
+            listed = "; ".join(f"{table} ({', '.join(c)})" for table, c in damaged.items())
+            faults.append(damage_sentence(store.path, f"damaged columns: {listed}."))
+        faults += wrong_tables(store)
+        if faults:  # the rules read these tables
+            return faults
         faults = broken_rules(store, _RULES) + _unresolved(store) + _bad_provenance(store)
-        faults += _bad_runs(store) + _bad_poses(store)
+        faults += _bad_runs(store) + _bad_poses(store) + _bad_meta(store)
         faults += broken_grammars(store) + broken_scenes(store)
         return faults + (_bad_sources(store) if sources else [])
     except StoreError as error:
-        cause = error.__cause__ or error
-        return [damage_sentence(store.path, first_sentence(cause))]
+        return [*faults, str(error)]
+
+
+def _bad_meta(store: Store) -> list[str]:
+    """Keys that the table ``meta`` lacks, or whose values are no numbers where they must be."""
+    faults = []
+    for key in ("schema_version", "next_capture_id", "revision", "motion_revision"):
+        try:
+            value = read_meta(store, key)
+        except StoreError as error:
+            faults.append(str(error))
+            continue
+        if key != "motion_revision" and not value.isdecimal():
+            faults.append(f"meta: expected a number for {key}, found {value!r}.")
+    return faults
 
 
 def _unresolved(store: Store) -> list[str]:

@@ -33,6 +33,10 @@ class DamagedFileError(StoreError):
     """A database file whose blocks cannot be read."""
 
 
+class OtherModeError(StoreError):
+    """A database file that this process has open for writing, or only for reading."""
+
+
 def is_damage(error: BaseException) -> bool:
     """Whether an error of DuckDB says that the file is damaged.
 

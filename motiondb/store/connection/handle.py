@@ -21,7 +21,7 @@ import duckdb
 from numpy.typing import NDArray
 
 from motiondb.errors import StoreError
-from motiondb.store.connection.faults import ABORTED, translate
+from motiondb.store.connection.faults import ABORTED, OtherModeError, translate
 
 
 class Connection:
@@ -80,7 +80,10 @@ class Connection:
 
     def register(self, name: str, table: object) -> None:
         """Make arrays visible to this connection as a table."""
-        self.raw.register(name, table)
+        try:
+            self.raw.register(name, table)
+        except duckdb.Error as error:
+            self._fail(error)
 
     def unregister(self, name: str) -> None:
         """Undo :meth:`register`."""
@@ -257,5 +260,10 @@ class Store:
                 "Open it again with motiondb.open."
             )
         if self._root is None:
-            self._root = self._connect(self.read_only or self._is_lent, wait)
+            try:
+                self._root = self._connect(self.read_only or self._is_lent, wait)
+            except OtherModeError:
+                if not self._is_lent:
+                    raise
+                self._root = self._connect(False, wait)  # as another store of this process
         return self._root

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import glob
 import os
+import re
 import time
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,7 @@ import duckdb
 
 from motiondb.errors import StoreError
 from motiondb.store.connection import migrations
-from motiondb.store.connection.faults import first_sentence, is_damage
+from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import holder_sentence, is_lock
 
@@ -73,7 +75,7 @@ def _connect_current(
 ) -> duckdb.DuckDBPyConnection:
     """A connection to a database that has the schema of today."""
     wait = usual_wait if wait is None else wait
-    connection = _connect(path, read_only, wait=wait)
+    connection = connect(path, read_only, wait=wait)
     try:
         version = migrations.schema_version(connection, str(path))
         migrations.check_not_newer(connection, str(path), version)
@@ -83,6 +85,9 @@ def _connect_current(
                 _connect_current(path, usual_wait, False, wait).close()
                 return _connect_current(path, usual_wait, True, wait)
             migrations.migrate(connection, version)
+        _sweep_drafts(path)
+        if not read_only:
+            _sweep_copies(path)
     except duckdb.Error as error:
         connection.close()
         raise StoreError(_unreadable(path, error)) from error
@@ -99,10 +104,8 @@ def _create(path: Path) -> None:
         raise StoreError(
             f"{path}: expected the folder {path.parent}, found none. Make the folder first."
         )
-    for left in path.parent.glob(f".{glob.escape(path.name)}.new-*"):  # by a kill
-        if left == new or time.time() - left.stat().st_mtime > _ABANDONED:
-            left.unlink(missing_ok=True)
-    connection = _connect(new, read_only=False, named=path)
+    _sweep_drafts(path)
+    connection = connect(new, read_only=False, named=path)
     try:
         migrations.migrate(connection, 0)
     finally:
@@ -112,18 +115,67 @@ def _create(path: Path) -> None:
     new.unlink(missing_ok=True)
 
 
-def _connect(
+def _sweep_drafts(path: Path) -> None:
+    """Delete drafts of a new file whose process was killed."""
+    for left in path.parent.glob(f".{glob.escape(path.name)}.new-*"):
+        maker = re.search(r"\.new-([0-9]+)", left.name)
+        with suppress(OSError):
+            is_old = time.time() - left.stat().st_mtime > _ABANDONED
+            if is_old or (maker is not None and not _is_running(int(maker[1]))):
+                left.unlink(missing_ok=True)
+
+
+def _sweep_copies(path: Path) -> None:
+    """Delete copies that a killed ``compact`` left; for a writer, beside whom none can run."""
+    for left in path.parent.glob(f".{glob.escape(path.name)}.compact*"):
+        with suppress(OSError):
+            left.unlink(missing_ok=True)
+
+
+def _is_running(pid: int) -> bool:
+    """Whether this host has such a process, other than this one."""
+    if pid == os.getpid():
+        return False
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True  # of another user
+    return True
+
+
+def connect(
     path: Path, read_only: bool, named: Path | None = None, wait: float = 0.0
 ) -> duckdb.DuckDBPyConnection:
-    """A connection, after waiting at most ``wait`` seconds for a process that holds the file."""
+    """A connection of DuckDB, whatever is in the file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    read_only : bool
+        Whether writing is refused.
+    named : Path or None
+        What messages call the file, where it is not ``path``.
+    wait : float
+        Seconds to wait for a process that holds the file.
+
+    Raises
+    ------
+    StoreError
+        The file is held, or is none of DuckDB's, or is damaged.
+    """
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
     while True:
         try:
             return duckdb.connect(str(path), read_only=read_only, config=_CONFIG)
         except duckdb.Error as error:
             left = deadline - time.monotonic()
-            if not is_lock(error) or left <= 0.0:
-                raise StoreError(_unreadable(named or path, error, wait)) from error
+            is_other_mode = "different configuration" in str(error)
+            if left <= 0.0 or not (is_lock(error) or is_other_mode):
+                kind = OtherModeError if is_other_mode else StoreError
+                raise kind(_unreadable(named or path, error, wait)) from error
         time.sleep(min(pause, left))
         pause = min(2.0 * pause, _LONGEST_PAUSE)
 

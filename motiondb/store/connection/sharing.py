@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from motiondb.store.connection.handle import Store
@@ -13,19 +13,24 @@ minutes to compute is worse than waiting for others, whose commands take seconds
 
 
 @contextmanager
-def released(store: Store) -> Iterator[None]:
+def released(store: Store) -> Iterator[Callable[[], None]]:
     """Let go of the file while the block computes, and take it back at its end.
 
-    Other processes may read and write meanwhile. Threads of this process may still read: a question
-    opens the file for reading until the end of the block. What the block computes from must be
-    loaded before; whether it is still so must be asked afterwards, for example by comparing
-    :func:`~motiondb.store.connection.transactions.revision` with the one before. A store that was
-    opened for reading keeps the file: it stands in nobody's way but a writer's.
+    Other processes may read and write meanwhile. What is loaded in the block, by any thread, opens
+    the file for reading, so that others can read but not write; the function that the block is
+    given lets go of it again. Whether what was loaded is still so must be asked afterwards, by
+    comparing it or :func:`~motiondb.store.connection.transactions.revision`. A store opened
+    for reading stays open, and stands in no reader's way.
 
     Parameters
     ----------
     store : Store
         The open database; not within a transaction or a ``reading`` block of this thread.
+
+    Yields
+    ------
+    callable
+        Lets go of the file that was opened again for loading.
 
     Raises
     ------
@@ -33,11 +38,11 @@ def released(store: Store) -> Iterator[None]:
         Another process held the file for :data:`TAKE_BACK` seconds after the computation.
     """
     if store.read_only or store.in_transaction:
-        yield
+        yield lambda: None
         return
     store.lend()
     try:
-        yield
+        yield store.lend
     except BaseException:
         store.take_back_later()
         raise

@@ -38,11 +38,7 @@ def transaction(store: Store) -> Iterator[Connection]:
         The store was opened for reading, or DuckDB refuses (a full disk, for example). The message
         tells the first thing that went wrong in the transaction.
     """
-    if store.read_only:
-        raise StoreError(
-            f"{store.path}: expected a database opened for writing, found one opened for reading."
-            " Open it without read_only."
-        )
+    check_writable(store)
     if store.in_transaction:
         yield store.connection
         return
@@ -66,6 +62,21 @@ def transaction(store: Store) -> Iterator[Connection]:
         finally:
             store.in_transaction = False
             store.changed.clear()
+
+
+def check_writable(store: Store) -> None:
+    """Refuse a store that was opened for reading.
+
+    Raises
+    ------
+    StoreError
+        Says so.
+    """
+    if store.read_only:
+        raise StoreError(
+            f"{store.path}: expected a database opened for writing, found one opened for reading."
+            " Open it without read_only."
+        )
 
 
 @contextmanager
