@@ -13,18 +13,24 @@ ROOT = Path(__file__).resolve().parents[1]
 SECTIONS = ("Parameters", "Attributes")
 
 NOT_YET = (
-    # Rooms that are being brought in line on branches of their own: take a line out at its merge.
+    # Rooms and modules that are being brought in line by others: take a line out when it is.
     "motiondb/records.py",
     "motiondb/capture/",
-    "motiondb/database/",
-    "motiondb/fetch/",
     "motiondb/grammar/",
-    "motiondb/learning/",
     "motiondb/pose/",
-    "motiondb/scene/",
-    "motiondb/store/",
-    "motiondb/words/lemmas.py",
-    "motiondb/words/vocabulary.py",
+    "motiondb/database/grammars/",
+    "motiondb/database/scenes/scene_folder.py",
+    "motiondb/database/scenes/scene_making.py",
+    "motiondb/database/scenes/scene_records.py",
+    "motiondb/database/session.py",
+    "motiondb/learning/answers/word_answers.py",
+    "motiondb/learning/asked_certainty.py",
+    "motiondb/learning/recognition.py",
+    "motiondb/learning/symbol_fitting.py",
+    "motiondb/scene/polish/placed.py",
+    "motiondb/store/catalogue/",
+    "motiondb/store/grammars/",
+    "motiondb/words/place_map.py",
     "motiondb/pictures/scene_animation.py",
     "motiondb/pictures/scene_paths.py",
     "motiondb/pictures/strings.py",

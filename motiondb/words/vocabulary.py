@@ -62,14 +62,17 @@ _APOSTROPHES = str.maketrans({"’": "'", "`": "'"})
 
 @dataclass(frozen=True)
 class ParsedQuery:
-    """A question in words, as far as it is understood.
+    """A parsed query.
 
     Attributes
     ----------
-    words : known words in order, without wildcards.
-    actions : known words of every action in order; () asks for any action. An action of which no
-        word is known is left out.
-    unknown : from each word that is not known to the nearest known ones, best first.
+    words : tuple of str
+        Known words in order, without wildcards.
+    actions : tuple of tuple of str
+        Known words of every action in order; () stands for any action. An action without known
+        words is left out.
+    unknown : dict of str to tuple of str
+        Known words that are similar to each unknown word, the most similar first.
     """
 
     words: tuple[str, ...]
@@ -145,12 +148,12 @@ def parse_query(
     synonyms: Mapping[str, str] | None = None,
     lemmas: Mapping[str, str] | None = None,
 ) -> ParsedQuery:
-    """Understand a question as far as the vocabulary goes.
+    """Parse a query with a vocabulary.
 
     Parameters
     ----------
     text : str
-        What the user asks.
+        The query.
     known : collection of str
         The vocabulary.
     synonyms : dict, optional
@@ -160,7 +163,8 @@ def parse_query(
 
     Raises
     ------
-    QueryError : where no word of the question is known; names the nearest known ones.
+    QueryError
+        If no word of the query is known; the message names the most similar known ones.
 
     >>> parse_query("walk, sti", ["sit", "walk"])
     ParsedQuery(words=('walk',), actions=(('walk',),), unknown={'sti': ('sit',)})

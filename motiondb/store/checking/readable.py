@@ -1,4 +1,4 @@
-"""Whether every column of every table can be read, and the tables are those of ``schema.sql``."""
+"""Check that every column can be read and that the tables are those of ``schema.sql``."""
 
 from __future__ import annotations
 
