@@ -19,6 +19,7 @@ __all__ = [
     "__version__",
     "open",
     "read_capture",
+    "rescue",
     "write_bvh",
     "write_gltf",
 ]
@@ -28,6 +29,7 @@ _PUBLIC = {
     "MotionDB": "motiondb.database",
     "MotionDBError": "motiondb.errors",
     "read_capture": "motiondb.capture",
+    "rescue": "motiondb.database.catalogue.rescuing",
     "write_bvh": "motiondb.capture",
     "write_gltf": "motiondb.capture",
 }
