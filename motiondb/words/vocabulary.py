@@ -66,10 +66,13 @@ class ParsedQuery:
 
     Attributes
     ----------
-    words : known words in order, without wildcards.
-    actions : known words of every action in order; () asks for any action. An action of which no
-        word is known is left out.
-    unknown : from each word that is not known to the nearest known ones, best first.
+    words : tuple of str
+        Known words in order, without wildcards.
+    actions : tuple of tuple of str
+        Known words of every action in order; () asks for any action. An action of which no word is
+        known is left out.
+    unknown : dict
+        Word that is not known -> the nearest known words, best first.
     """
 
     words: tuple[str, ...]

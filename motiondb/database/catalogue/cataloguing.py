@@ -129,8 +129,13 @@ def add_captures(
             readings.append(reading)
             tell("reading captures", done, len(jobs))
     problems += [r.problem for r in readings if r.problem]
-    with store.transaction(opened):
-        return _save(opened, _Batch(folder, sheets, settings), readings, problems, tell)
+    with store.reading(opened):  # where nothing is new, nothing is written
+        chosen = _sort_readings(opened, readings)
+        if not chosen.new:
+            return _report_known(opened, sheets, chosen, problems)
+    with store.transaction(opened):  # others may have added meanwhile
+        chosen = _sort_readings(opened, readings)
+        return _save(opened, _Batch(folder, sheets, settings), chosen, problems, tell)
 
 
 @dataclass(frozen=True)
@@ -158,52 +163,56 @@ class _Batch:
 def _save(
     opened: store.Store,
     batch: _Batch,
-    readings: Sequence[Reading],
-    problems: list[str],
+    chosen: _Chosen,
+    problems: Sequence[str],
     tell: Progress,
 ) -> AddReport:
     """Save what is new; inside a transaction."""
     sheets = batch.sheets
-    new, known = _sort_readings(opened, readings, problems)
-    notes = _sheet_notes(sheets)
-    notes += _words_left(opened, sheets.words, known) + _events_left(opened, sheets.events, known)
-    if not new:
-        return AddReport((), tuple(known), tuple(problems), (), tuple(notes), 0.0)
+    known = _report_known(opened, sheets, chosen, problems)
+    if not chosen.new:
+        return known
+    notes, faults = list(known.notes), list(known.problems)
     seconds, n_events = 0.0, 0
     run_id = store.start_run(opened, "add", batch.parameters)
     with updating.counted(opened, run_id) as change:
-        for done, reading in enumerate(new, start=1):
+        for done, reading in enumerate(chosen.new, start=1):
             info, captions = _info(reading, _entry(sheets.words, reading.name), run_id, notes)
             assert reading.motion is not None
             assert reading.source is not None
             info = store.save_capture(opened, info, reading.motion, reading.source, captions)
-            n_events += _save_events(opened, sheets.events, info, problems)
+            n_events += _save_events(opened, sheets.events, info, faults)
             change.added.append(info.capture_id)
             seconds += info.duration
-            tell("saving captures", done, len(new))
+            tell("saving captures", done, len(chosen.new))
     tell("looking for copies", 0, 1)
-    added = tuple(reading.name for reading in new)
+    added = tuple(reading.name for reading in chosen.new)
     relations = find_relations(opened, set(added))
     store.save_relations(opened, relations)
     store.finish_run(opened, run_id)
     tell("looking for copies", 1, 1)
     return AddReport(
-        added, tuple(known), tuple(problems), tuple(relations), tuple(notes), seconds,
+        added, chosen.known, tuple(faults), tuple(relations), tuple(notes), seconds,
         len(change.counted), change.new_words, n_events,
     )  # fmt: skip
 
 
-def _sort_readings(
-    opened: store.Store, readings: Sequence[Reading], problems: list[str]
-) -> tuple[list[Reading], list[tuple[str, str]]]:
-    """Readings to save, and (name, name in the database) of those known by their content.
+@dataclass(frozen=True, eq=False)
+class _Chosen:
+    """What of the readings is new, what is known by its content, and what can not be saved."""
 
-    Names that another capture has become problems.
-    """
+    new: tuple[Reading, ...]
+    known: tuple[tuple[str, str], ...]
+    problems: tuple[str, ...]
+
+
+def _sort_readings(opened: store.Store, readings: Sequence[Reading]) -> _Chosen:
+    """Divide the readings by what is in the database now."""
     digests = store.load_digests(opened)
     names = {info.name for info in store.load_captures(opened)}
     new: list[Reading] = []
     known: list[tuple[str, str]] = []
+    problems: list[str] = []
     for reading in readings:
         if reading.source is None:
             continue
@@ -218,7 +227,17 @@ def _sort_readings(
         else:
             digests[reading.source.sha256] = reading.name
             new.append(reading)
-    return new, known
+    return _Chosen(tuple(new), tuple(known), tuple(problems))
+
+
+def _report_known(
+    opened: store.Store, sheets: Sheets, chosen: _Chosen, problems: Sequence[str]
+) -> AddReport:
+    """The report of an ``add`` that saves nothing."""
+    notes = _sheet_notes(sheets)
+    notes += _words_left(opened, sheets.words, chosen.known)
+    notes += _events_left(opened, sheets.events, chosen.known)
+    return AddReport((), chosen.known, (*problems, *chosen.problems), (), tuple(notes), 0.0)
 
 
 def _save_events(
