@@ -252,12 +252,15 @@ def fetch_cmu(
     yes: Annotated[bool, typer.Option("--yes", help="Accept the terms unasked.")] = False,
     only_fetch: Annotated[bool, typer.Option("--only-fetch", help="Do not add them.")] = False,
     base_url: Annotated[str | None, typer.Option("--base-url", help="Another site.")] = None,
+    deadline: Annotated[
+        float, typer.Option("--deadline", min=1.0, max=1e6, help="Seconds for the whole download.")
+    ] = 21_600.0,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """Download captures and words of the CMU Graphics Lab database, and add them."""
-    from motiondb.fetch.cmu import CMU_TERMS, CMU_URL
-    from motiondb.fetch.cmu import fetch_cmu as fetch
+    from motiondb.fetch import CMU_TERMS, CMU_URL, FetchSettings, Limits
+    from motiondb.fetch import fetch_cmu as fetch
 
     typer.echo(CMU_TERMS, err=True)
     if not yes and not typer.confirm("Do you accept these terms?", err=True):
@@ -265,7 +268,8 @@ def fetch_cmu(
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]
     with progress(not json) as tell:
         report = fetch(
-            wanted, folder, base_url=base_url or CMU_URL, accept_terms=True,
+            wanted, folder, FetchSettings(base_url or CMU_URL, limits=Limits(seconds=deadline)),
+            accept_terms=True,
             on_progress=lambda p: tell("fetching", p.number, p.n_files),
         )  # fmt: skip
     if json:

@@ -394,6 +394,7 @@ def check_name_free(opened: store.Store, name: str) -> None:
     """
     if not name.strip():
         raise QueryError("name: expected a name for the capture, found nothing. Give one.")
+    store.check_new_name(name, "capture")
     if any(info.name == name for info in store.load_captures(opened)):
         raise QueryError(
             f"{name}: expected a name that is free, found a capture of that name. Remove that "
