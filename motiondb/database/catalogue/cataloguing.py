@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from motiondb import capture, store
 from motiondb.capture.event_sheet import EventSheet
 from motiondb.capture.sheet import Sheet, SheetEntry, capture_name
+from motiondb.database.catalogue.added_sheets import (
+    Sheets,
+    captions_within,
+    events_left,
+    sheet_notes,
+    words_left,
+)
 from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
@@ -54,31 +61,6 @@ class AddReport:
     counted: int = 0
     new_words: tuple[str, ...] = ()
     events: int = 0
-
-
-@dataclass(frozen=True)
-class Sheets:
-    """What people wrote about the captures to add.
-
-    Attributes
-    ----------
-    words : Sheet or None
-        Words and tags.
-    events : EventSheet or None
-        Instants.
-    """
-
-    words: Sheet | None = None
-    events: EventSheet | None = None
-
-    def unknown(self, names: Iterable[str]) -> list[str]:
-        """A sentence for every entry whose file is not among the captures."""
-        return [
-            sentence
-            for sheet in (self.words, self.events)
-            if sheet is not None
-            for sentence in sheet.unknown(names)
-        ]
 
 
 def add_captures(
@@ -234,9 +216,9 @@ def _report_known(
     opened: store.Store, sheets: Sheets, chosen: _Chosen, problems: Sequence[str]
 ) -> AddReport:
     """The report of an ``add`` that saves nothing."""
-    notes = _sheet_notes(sheets)
-    notes += _words_left(opened, sheets.words, chosen.known)
-    notes += _events_left(opened, sheets.events, chosen.known)
+    notes = sheet_notes(sheets)
+    notes += words_left(opened, sheets.words, chosen.known)
+    notes += events_left(opened, sheets.events, chosen.known)
     return AddReport((), chosen.known, (*problems, *chosen.problems), (), tuple(notes), 0.0)
 
 
@@ -248,57 +230,6 @@ def _save_events(
     if events:
         store.save_events(opened, info.capture_id, events)
     return len(events)
-
-
-def _sheet_notes(sheets: Sheets) -> list[str]:
-    notes = []
-    for sheet in (sheets.words, sheets.events):
-        if sheet is not None:
-            empty = f"{sheet.path}: holds a header and no rows"
-            notes += [*sheet.notes] if sheet.entries else [empty]
-    return notes
-
-
-def _events_left(
-    opened: store.Store, sheet: EventSheet | None, known: Sequence[tuple[str, str]]
-) -> list[str]:
-    """A note where a sheet has other events for captures that are there already."""
-    if sheet is None or not known:
-        return []
-    kept = store.load_events(opened)
-    numbers = {info.name: info.capture_id for info in store.load_captures(opened)}
-    count = sum(
-        {event for _, event in sheet.entries[name]} != set(kept.get(numbers.get(there, -1), ()))
-        for name, there in known
-        if name in sheet.entries
-    )
-    if not count:
-        return []
-    return [
-        f"{sheet.path}: has other events for {count} captures that were there already; they were "
-        f"left as they are (motiondb events import {sheet.path} replaces them)"
-    ]
-
-
-def _words_left(
-    opened: store.Store, sheet: Sheet | None, known: Sequence[tuple[str, str]]
-) -> list[str]:
-    """A note where a sheet has other words for captures that are there already."""
-    if sheet is None or not known:
-        return []
-    captions = store.load_captions(opened)
-    numbers = {info.name: info.capture_id for info in store.load_captures(opened)}
-    count = 0
-    for name, there in known:
-        entry = sheet.find(name)
-        old = captions.get(numbers.get(there, -1), ())
-        count += bool(entry and entry.captions and set(entry.captions) != set(old))
-    if not count:
-        return []
-    return [
-        f"{sheet.path}: has other words for {count} captures that were there already; they were "
-        f"left as they are (motiondb words import {sheet.path} replaces them)"
-    ]
 
 
 def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
@@ -366,22 +297,6 @@ def _info(
         notes=reading.notes,
     )
     return info, captions
-
-
-def captions_within(
-    name: str, captions: Sequence[Caption], duration: float, notes: list[str]
-) -> tuple[Caption, ...]:
-    """Captions that begin before a capture's end (seconds); a note for every other one."""
-    kept = []
-    for caption in captions:
-        if caption.start is not None and caption.start >= duration:
-            notes.append(
-                f"{name}: words {caption.words!r} start at {caption.start:g} s, after the "
-                f"capture's end at {duration:g} s, and were left out"
-            )
-            continue
-        kept.append(caption)
-    return tuple(kept)
 
 
 def check_name_free(opened: store.Store, name: str) -> None:
