@@ -60,8 +60,8 @@ def add(
     json: Json = False,
 ) -> None:
     """Add captures, with words and events of sheets; broken files are left out (exit 1)."""
+    from motiondb import AddSettings, read_joint_map
     from motiondb.capture import unit_from_name
-    from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
@@ -203,7 +203,8 @@ def show(
             for item in value:
                 typer.echo(f"{key + ':':13} {item if isinstance(item, str) else _flat(item)}")
         elif value not in ("", None, {}):
-            typer.echo(f"{key + ':':13} {_flat(value) if isinstance(value, dict) else value}")
+            label = "leg length" if key == "leg_length" else key
+            typer.echo(f"{label + ':':13} {_flat(value) if isinstance(value, dict) else value}")
     for file in pictures.values():
         typer.echo(f"picture:      {file}")
 

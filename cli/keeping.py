@@ -29,7 +29,7 @@ def register(app: typer.Typer) -> None:
 
 def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Look for faults in the database; exit 1 if there are any."""
-    from motiondb.store import check_file
+    from motiondb import check_file
 
     faults = check_file(db, wait=seconds_to_wait())
     if json:
@@ -53,7 +53,7 @@ def rescue(
     json: Json = False,
 ) -> None:
     """Save every readable capture of a damaged database into a new file; exit 1 if any is lost."""
-    from motiondb.database.catalogue.rescuing import rescue as save
+    from motiondb import rescue as save
 
     report = save(file or db, output)
     if json:
@@ -78,7 +78,7 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
         print_json(facts | {"drift": asdict(drift) if drift else None, "runs": runs})
         return
     for key, value in facts.items():
-        typer.echo(f"{key + ':':22} {value}")
+        typer.echo(f"{key.replace('_', ' ') + ':':22} {value}")
     for run in runs[-10:]:
         what = f"run {run['run_id']:<4} {run['kind']:10}"
         typer.echo(f"{what} {run['started']} motiondb {run['version']}")

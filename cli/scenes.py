@@ -232,10 +232,8 @@ def _clips(path: Path | None, grammar: MotionGrammar) -> Mapping[str, Sequence[S
     """The clips of a database for every terminal; None where no database is named."""
     if path is None:
         return None
-    from motiondb.database.scenes.scene_clips import find_actions
-
     with database(path) as base:
-        return find_actions(base.session, grammar)
+        return base.scenes.actions(grammar)
 
 
 def _clip_facts(

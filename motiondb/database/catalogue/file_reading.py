@@ -14,7 +14,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -31,7 +30,21 @@ _WATCH = "end with parent"
 
 @dataclass(frozen=True)
 class AddSettings:
-    """How files are read. unit: metres per length unit (None: found). joint_map: role -> joint."""
+    """How capture files are read.
+
+    Attributes
+    ----------
+    unit : float or None
+        Metres per length unit of the files; None: found from each file.
+    fps : float or None
+        Frames per second in place of the files'.
+    skip_bad_frames : bool
+        Leave out frames that cannot be read, instead of refusing the file.
+    joint_map : dict
+        Role -> joint name, for skeletons that no convention fits.
+    jobs : int
+        Processes that read files.
+    """
 
     unit: float | None = None
     fps: float | None = None
@@ -42,7 +55,27 @@ class AddSettings:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A file read by a worker: everything to save, or why not."""
+    """A file that was read: everything to save, or why not.
+
+    Attributes
+    ----------
+    name : str
+        Name of the capture.
+    path : str
+        The file.
+    source : Source or None
+        The file's bytes and digest.
+    motion : Motion or None
+        The canonical motion.
+    fps : float
+        Frames per second of the file.
+    n_frames : int
+        Frames of the file.
+    notes : tuple of str
+        What is unusual in the file.
+    problem : str
+        Why the file cannot be saved; "" where it can.
+    """
 
     name: str
     path: str
@@ -58,7 +91,20 @@ _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 
 
 def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
-    """Readings in the order of the jobs; in other processes where there are more than a few."""
+    """Read files, in other processes where there are more than a few.
+
+    Parameters
+    ----------
+    jobs : sequence
+        Name, file, entry of the sheet, folder and settings of each file.
+    n_jobs : int
+        Number of processes.
+
+    Yields
+    ------
+    Reading
+        In the order of the jobs.
+    """
     if len(jobs) <= _FEW or n_jobs == 1:
         yield from (_read_one(*job) for job in jobs)
         return
@@ -67,14 +113,14 @@ def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
     n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
     with _interrupts_wait():
         readings = Parallel(n_jobs=n_jobs, return_as="generator")(
-            delayed(_read_beside)(os.getpid(), str(Path.cwd()), *job) for job in jobs
+            delayed(_read_beside)(os.getpid(), str(Path.cwd()), job) for job in jobs
         )
     yield from readings
 
 
 @contextmanager
 def _interrupts_wait() -> Iterator[None]:
-    """Hold Ctrl-C back while processes start: they inherit that, and leave it to this one."""
+    """Block Ctrl-C while processes start: they inherit this, so that only this process gets it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -85,10 +131,10 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _read_beside(parent: int, folder: str, *job: Any) -> Reading:
+def _read_beside(parent: int, folder: str, job: _Job) -> Reading:
     """Read in another process, which ends when its parent has been killed.
 
-    Processes are used again: ``folder`` is where relative paths begin now.
+    Processes are used again: ``folder`` is the working directory of this job.
     """
     os.chdir(folder)
     if not any(thread.name == _WATCH for thread in threading.enumerate()):
