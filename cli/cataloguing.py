@@ -18,6 +18,7 @@ from motiondb.cli.options import (
     To,
     Where,
     database,
+    finite,
     note_drift,
     print_json,
     print_table,
@@ -48,20 +49,55 @@ def add(
         Path | None, typer.Option("--events", help="A sheet of instants (TSV or CSV).")
     ] = None,
     unit: Unit = None,
-    fps: Annotated[float | None, typer.Option("--fps", help="Frame rate, over the files'.")] = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(
+            "--fps",
+            min=1.0,
+            max=10_000.0,
+            callback=finite,
+            help="Frame rate, in place of the files'.",
+        ),
+    ] = None,
     joint_map: Annotated[
         Path | None, typer.Option("--joint-map", help="Lines `role = joint` for other skeletons.")
     ] = None,
     skip_bad_frames: Annotated[
         bool, typer.Option("--skip-bad-frames", help="Leave bad frames out, keep the file.")
     ] = False,
+    keep_implausible: Annotated[
+        bool, typer.Option("--keep-implausible", help="Keep motion faster than people can move.")
+    ] = False,
+    outside_skeletons: Annotated[
+        bool, typer.Option("--outside-skeletons", help="Let a sheet name ASF files elsewhere.")
+    ] = False,
+    time_limit: Annotated[
+        float,
+        typer.Option(
+            "--time-limit",
+            min=0.1,
+            max=1e6,
+            callback=finite,
+            help="Seconds to read a file of up to 10 MB; larger files get more in proportion.",
+        ),
+    ] = 60.0,
+    memory_limit: Annotated[
+        float,
+        typer.Option(
+            "--memory-limit",
+            min=0.01,
+            max=1e4,
+            callback=finite,
+            help="Gigabytes that the clip of a file may fill in memory.",
+        ),
+    ] = 0.4,
     jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that read files.")] = 2,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """Add captures, with words and events of sheets; broken files are left out (exit 1)."""
     from motiondb import AddSettings, read_joint_map
-    from motiondb.capture import unit_from_name
+    from motiondb.capture import ReadLimits, unit_from_name
 
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
@@ -69,6 +105,9 @@ def add(
         skip_bad_frames=skip_bad_frames,
         joint_map=read_joint_map(joint_map) if joint_map else {},
         jobs=jobs,
+        limits=ReadLimits(seconds=time_limit, memory=int(memory_limit * 1e9)),
+        keep_implausible=keep_implausible,
+        outside_skeletons=outside_skeletons,
     )
     with database(db, writing=True, create=True) as base, progress(not json) as tell:
         report = base.add(folder, words, settings, tell, events)

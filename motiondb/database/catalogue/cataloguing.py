@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import capture, store
@@ -91,9 +91,9 @@ def add_captures(
         When there is nothing to add at the path. Broken files do not raise: they are reported.
     """
     tell = progress or (lambda _what, _done, _total: None)
-    files = _files(folder)
+    files, unusable = _text_names(_files(folder))
     names = {capture_name(_below(path, folder)): path for path in reversed(files)}
-    problems = sheets.unknown(names)
+    problems = sheets.unknown(names) + unusable
     problems += [
         f"{path}: expected one file per name, found "
         f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
@@ -113,11 +113,12 @@ def add_captures(
     problems += [r.problem for r in readings if r.problem]
     with store.reading(opened):  # where nothing is new, nothing is written
         chosen = _sort_readings(opened, readings)
-        if not chosen.new:
-            return _report_known(opened, sheets, chosen, problems)
-    with store.transaction(opened):  # others may have added meanwhile
-        chosen = _sort_readings(opened, readings)
-        return _save(opened, _Batch(folder, sheets, settings), chosen, problems, tell)
+        report = _report_known(opened, sheets, chosen, problems)
+    if chosen.new:
+        with store.transaction(opened):  # others may have added meanwhile
+            chosen = _sort_readings(opened, readings)
+            report = _save(opened, _Batch(folder, sheets, settings), chosen, problems, tell)
+    return replace(report, notes=(*capture.not_read(folder), *report.notes))
 
 
 @dataclass(frozen=True)
@@ -139,6 +140,7 @@ class _Batch:
             "unit": self.settings.unit,
             "skip_bad_frames": self.settings.skip_bad_frames,
             "joint_map": dict(self.settings.joint_map),
+            "keep_implausible": self.settings.keep_implausible,
         }
 
 
@@ -261,10 +263,24 @@ def _files(folder: Path) -> list[Path]:
         raise MotionDBError(f"{folder}: expected a capture or a folder of captures, found nothing.")
     files = capture.find_captures(folder)
     if not files:
+        others = "".join(f"\n{sentence}." for sentence in capture.not_read(folder))
         raise MotionDBError(
             f"{folder}: expected captures ({', '.join(capture.CAPTURE_ENDINGS)}), found none."
+            + others
         )
     return files
+
+
+def _text_names(files: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """Split files into those whose names are text and problems for the others."""
+    usable = [path for path in files if capture.is_text(path)]
+    problems = [
+        f"{capture.printable(path)}: expected a file name in UTF-8, found other bytes. "
+        "Rename the file."
+        for path in files
+        if not capture.is_text(path)
+    ]
+    return usable, problems
 
 
 def _below(path: Path, folder: Path) -> str:
