@@ -86,7 +86,7 @@ def learn(
     json: Json = False,
 ) -> None:
     """Learn a grammar from captures: segments, terminals, sentences, rules."""
-    from motiondb.database.grammars.grammar_learning import GrammarSettings
+    from motiondb import GrammarSettings
     from motiondb.errors import QueryError
 
     if from_symbols and terminals is not None:

@@ -160,7 +160,7 @@ def _hand_out(
     how: dict[str, object],
 ) -> dict[str, Any]:
     """Write, draw and keep what was made; the facts."""
-    facts = _written(made, seed, output)
+    facts = _written(base, made, seed, output)
     if png:
         base.grammars.draw_sequence(made, png)
     if save is not None:  # last, so that nothing is kept where a file cannot be written
@@ -196,7 +196,7 @@ def _offer(
         file = None
         if output:
             file = output.with_name(f"{output.stem}-{number + 1}{output.suffix}")
-        rows.append(_written(made, seed, file) | known)
+        rows.append(_written(base, made, seed, file) | known)
     if rows and len(faults) == len(rows):
         raise faults[0]
     return {
@@ -207,13 +207,11 @@ def _offer(
     }
 
 
-def _written(made: GrammarSequence, seed: int, output: Path | None) -> dict[str, Any]:
+def _written(
+    base: MotionDB, made: GrammarSequence, seed: int, output: Path | None
+) -> dict[str, Any]:
     """The facts of what was made, written where a file is named."""
-    from motiondb.database.grammars import grammar_facts
-
-    if output is None:
-        return grammar_facts.sequence_facts(made, seed)
-    return grammar_facts.write_sequence(made, seed, output)
+    return base.grammars.write(made, output, seed) if output else base.grammars.facts(made, seed)
 
 
 def _say_offer(facts: dict[str, Any]) -> None:

@@ -243,7 +243,9 @@ class Description:
 
     Attributes
     ----------
-    start, end : float
+    start : float
+        Seconds.
+    end : float
         Seconds.
     words : tuple of (str, float)
         Words with their probabilities, most probable first.

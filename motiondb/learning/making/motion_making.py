@@ -74,8 +74,8 @@ class MadeMotion:
 class _Attempt:
     """One attempt.
 
-    ``clarities`` has log c per action, ``unclear`` the symbol that shows it least for every action
-    that is not recognised.
+    ``clarities`` has log c per action, ``unclear`` the symbol that shows an action least, for every
+    action that is not recognised.
     """
 
     made: SequenceMotion
