@@ -4,8 +4,8 @@ Notation, per frame: h pelvis height (metres); v planar velocity of the pelvis t
 axes that follow the heading (x left, z ahead; metres per second); w turning to the next frame
 (radians per second); r_j = log(mean_j^-1 q_j) the rotation vector of joint j about its mean local
 rotation (the pelvis relative to the heading). The vector is [h, v_x, v_z, w, r_0, r_1, ...] over
-the joints that turn. :func:`from_vectors` integrates w and v, so it gives the motion back exactly, up to the
-position and the heading of the first frame.
+the joints that turn. :func:`from_vectors` integrates w and v, so it gives the motion back exactly,
+up to the position and the heading of the first frame.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Rotation algebra on the last axis; all leading axes are broadcast.
 
 A rotation is a unit quaternion q = (w, x, y, z), array (..., 4); ``multiply(p, q)`` applies q
-first, then p. Euler angles follow the BVH convention: order "ZXY" means R = Rz Rx Ry, the channel that is
-written first is applied last.
+first, then p. Euler angles follow the BVH convention: order "ZXY" means R = Rz Rx Ry, the channel
+that is written first is applied last.
 """
 
 from __future__ import annotations
