@@ -10,6 +10,7 @@ import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     From,
     Json,
@@ -36,7 +37,7 @@ def register(app: typer.Typer) -> None:
     app.command()(show)
     app.command()(export)
     app.command()(remove)
-    fetching = typer.Typer(help="Download captures from public databases.", no_args_is_help=True)
+    fetching = Commands(help="Download captures from public databases.", no_args_is_help=True)
     fetching.command("cmu")(fetch_cmu)
     app.add_typer(fetching, name="fetch")
 
@@ -96,7 +97,7 @@ def add(
 ) -> None:
     """Add captures, with words and events of sheets; broken files are left out (exit 1)."""
     from motiondb.capture import ReadLimits, unit_from_name
-    from motiondb.database.reading import AddSettings, read_joint_map
+    from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
@@ -159,14 +160,12 @@ def list_captures(
     json: Json = False,
 ) -> None:
     """List the captures of the database, or with --duplicates those that repeat one another."""
-    from motiondb import store
-
     if duplicates:
         _list_duplicates(where, limit, db, json)
         return
     with database(db) as base:
         infos = base.captures(where)
-        captions = store.load_captions(base.store)
+        captions = base.all_captions()
     shown = infos[:limit]
     if json:
         words = {i.capture_id: [asdict(c) for c in captions.get(i.capture_id, ())] for i in shown}
@@ -220,14 +219,12 @@ def show(
 
     --png draws it as a strip with timelines; --gif animates it, or the part --from to --to.
     """
-    from motiondb.database.showing import animate_capture, describe_capture, draw_capture
-
     with database(db) as base:
-        facts = describe_capture(base, name)
+        facts = base.show(name)
         if png:
-            draw_capture(base, name, png)
+            base.draw(name, png)
         if gif:
-            animate_capture(base, name, gif, start, end)
+            base.animate(name, gif, start, end)
     pictures = {k: str(file) for k, file in (("png", png), ("gif", gif)) if file}
     if json:
         print_json(facts | pictures)
@@ -294,12 +291,15 @@ def fetch_cmu(
     yes: Annotated[bool, typer.Option("--yes", help="Accept the terms unasked.")] = False,
     only_fetch: Annotated[bool, typer.Option("--only-fetch", help="Do not add them.")] = False,
     base_url: Annotated[str | None, typer.Option("--base-url", help="Another site.")] = None,
+    deadline: Annotated[
+        float, typer.Option("--deadline", min=1.0, max=1e6, help="Seconds for the whole download.")
+    ] = 21_600.0,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """Download captures and words of the CMU Graphics Lab database, and add them."""
-    from motiondb.fetch.cmu import CMU_TERMS, CMU_URL
-    from motiondb.fetch.cmu import fetch_cmu as fetch
+    from motiondb.fetch import CMU_TERMS, CMU_URL, FetchSettings, Limits
+    from motiondb.fetch import fetch_cmu as fetch
 
     typer.echo(CMU_TERMS, err=True)
     if not yes and not typer.confirm("Do you accept these terms?", err=True):
@@ -307,7 +307,8 @@ def fetch_cmu(
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]
     with progress(not json) as tell:
         report = fetch(
-            wanted, folder, base_url=base_url or CMU_URL, accept_terms=True,
+            wanted, folder, FetchSettings(base_url or CMU_URL, limits=Limits(seconds=deadline)),
+            accept_terms=True,
             on_progress=lambda p: tell("fetching", p.number, p.n_files),
         )  # fmt: skip
     if json:

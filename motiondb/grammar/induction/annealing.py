@@ -1,0 +1,173 @@
+"""Simulated annealing of rules: a search for the rule set of fewest bits.
+
+From a rule set, changes are tried at random:
+
+* *exchange*: two right sides of one nonterminal become one, what they do not share becoming the
+  alternatives of a nonterminal;
+* *class*: two parts that stand between the same neighbours become alternatives, in these two
+  places or wherever they stand; one may be empty;
+* *chunk*: a part that occurs repeatedly becomes a nonterminal, or joins one;
+* *fold*: an alternative is replaced by its nonterminal elsewhere;
+* *merge*: two nonterminals become one;
+* *substitute*: a nonterminal that is not needed is replaced by what it stands for.
+
+A change that costs d bits is accepted with probability exp(-d / t). The temperature t falls
+geometrically. In this way structures are found that save bits only when they are complete, which a
+search that takes the best next step never reaches. A change that breaks the laws of the rule set is
+never accepted. A try takes a few microseconds: rules are arrays, and rules that do not change are
+only copied (:mod:`.rule_arrays`, :mod:`.rewriting`, :mod:`.proposals`).
+
+Sources: S. Kirkpatrick, C. D. Gelatt and M. P. Vecchi, "Optimization by Simulated Annealing",
+Science 220 (1983); M. van Zaanen, "ABL: Alignment-Based Learning", COLING 2000, for exchange;
+P. Langley and S. Stromsten, "Learning Context-Free Grammars with a Simplicity Bias", ECML 2000,
+for changes judged by description length.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from motiondb.grammar.induction.proposals import Workspace, change
+from motiondb.grammar.induction.rewriting import tidy
+from motiondb.grammar.induction.rule_arrays import (
+    LENGTH,
+    OFFSET,
+    ROWS,
+    SYMBOLS,
+    Laws,
+    RuleTable,
+    bits_of,
+    copy_rows,
+    keeps_laws,
+    rules_of,
+    table_of,
+)
+from motiondb.grammar.rules.rule_set import RuleSet
+from motiondb.records import FloatArray, IntArray
+
+WARMEST, COLDEST = 3.0, 0.4
+"""First and last temperature in bits: a change of the size of one symbol is accepted often at
+first and rarely at the end. Chosen by hand."""
+
+_WEIGHT_BITS = 48
+"""Bits of the random weight of a constant terminal: different numbers have equal sums with
+probability 2^-48, and sums over sentences stay within 64 bits."""
+
+
+class Schedule(NamedTuple):
+    """How long to anneal: number of tries, first and last temperature in bits."""
+
+    tries: int
+    warmest: float
+    coldest: float
+
+
+def anneal(
+    rule_set: RuleSet,
+    rng: np.random.Generator,
+    *,
+    tries: int = 50_000,
+    warmest: float = WARMEST,
+    coldest: float = COLDEST,
+) -> RuleSet:
+    """Return the rule set of fewest bits that the search visits; the given one if none is better.
+
+    Parameters
+    ----------
+    rule_set : RuleSet
+        Where the search begins.
+    rng : numpy.random.Generator
+        The same generator state gives the same rules.
+    tries : int
+        Changes that are tried.
+    warmest, coldest : float
+        First and last temperature, bits.
+    """
+    size = sum(len(right) + 2 for _, right in rule_set.uses())
+    n_rows = 2 * len(list(rule_set.uses())) + size // 4 + 32
+    table = table_of(rule_set, n_rows, 8 * size + 512)
+    n_lefts = min(len(rule_set.rules) + size // 4 + 8, n_rows)
+    logs = np.log2(np.maximum(np.arange(n_rows + n_lefts + rule_set.n_terminals + 4), 1))
+    laws = _laws_of(rule_set, rng)
+    bits = _anneal(table, n_lefts, laws, logs, Schedule(tries, warmest, coldest), rng)
+    return rule_set if bits >= rule_set.bits() - 1e-9 else rules_of(table, rule_set)
+
+
+def _laws_of(rule_set: RuleSet, rng: np.random.Generator) -> Laws:
+    weights = np.zeros(rule_set.n_terminals, dtype=np.int64)
+    for terminal in rule_set.constants:
+        weights[terminal] = rng.integers(1 << _WEIGHT_BITS)
+    marks = np.zeros(rule_set.n_terminals, dtype=np.int64)
+    for place, terminal in enumerate(sorted(rule_set.singles)):
+        marks[terminal] = 1 << place
+    total = int(sum(int(weights[c]) * number for c, number in rule_set.constants.items()))
+    return Laws(weights, marks, total, rule_set.empties)
+
+
+@njit(cache=True)
+def _anneal(
+    best: RuleTable,
+    n_lefts: int,
+    laws: Laws,
+    logs: FloatArray,
+    schedule: Schedule,
+    rng: np.random.Generator,
+) -> float:
+    """Replace a table by the best that the search finds; its bits."""
+    nodes, numbers = np.zeros(n_lefts, np.int64), np.zeros(n_lefts, np.int64)
+    current = _like(best, best.text.copy())
+    work = Workspace(
+        np.zeros(n_lefts, np.int64),
+        np.zeros(n_lefts, np.bool_),
+        (_like(best, current.text), _like(best, current.text)),
+        _like(best, current.text),
+    )
+    copy_rows(best, current)
+    bits = best_bits = bits_of(best, nodes, work.alternatives, logs)
+    for number in range(schedule.tries):
+        if current.used[SYMBOLS] > 3 * current.text.size // 4:
+            _pack(current)
+        cooled = (schedule.coldest / schedule.warmest) ** (number / schedule.tries)
+        bits_of(current, nodes, work.alternatives, logs)  # for the alternatives
+        place = change(current, work, rng)
+        if place < 0:
+            continue
+        tried = work.goals[place]
+        if not tidy(tried, work.spare, work.alternatives, numbers):
+            continue
+        new_bits = bits_of(tried, nodes, work.alternatives, logs)
+        if new_bits > bits:
+            temperature = schedule.warmest * cooled
+            if rng.random() >= np.exp((bits - new_bits) / temperature):
+                continue
+        if not keeps_laws(tried, work.alternatives, laws):
+            continue
+        copy_rows(tried, current)
+        bits = new_bits
+        if bits < best_bits - 1e-9:
+            best_bits = bits
+            copy_rows(current, best)
+            best.text[: best.used[SYMBOLS]] = current.text[: best.used[SYMBOLS]]
+    return best_bits
+
+
+@njit(cache=True)
+def _like(table: RuleTable, text: IntArray) -> RuleTable:
+    """Make a table of the same size over a text."""
+    return RuleTable(np.empty_like(table.rows), text, np.zeros(2, np.int64), table.n_terminals)
+
+
+@njit(cache=True)
+def _pack(table: RuleTable) -> None:
+    """Keep only those symbols of the text that rows use, at its beginning."""
+    copy = table.text.copy()
+    end = 0
+    for r in range(table.used[ROWS]):
+        offset, length = table.rows[r, OFFSET], table.rows[r, LENGTH]
+        table.text[end : end + length] = copy[offset : offset + length]
+        table.rows[r, OFFSET] = end
+        end += length
+    table.used[SYMBOLS] = end

@@ -1,0 +1,358 @@
+"""Changes of rules in arrays: replace a part, merge two nonterminals, substitute a nonterminal.
+
+Each change reads one table and writes another, ``goal``. New right sides are appended to the text
+that both share (see :mod:`.rule_arrays`). Rows that do not change are copied first without
+comparison; rows that change are compared with all others. Every change returns whether there was
+room for it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from motiondb.grammar.induction.rule_arrays import (
+    COUNT,
+    LEFT,
+    LENGTH,
+    OFFSET,
+    ROWS,
+    SYMBOLS,
+    RuleTable,
+    clear,
+    compiled,
+    copy_row,
+    copy_rows,
+    count_references,
+    put,
+)
+from motiondb.records import BoolArray, IntArray
+
+
+class Part(NamedTuple):
+    """A string of symbols: ``length`` symbols of the text from ``start`` on."""
+
+    start: int
+    length: int
+
+
+class Place(NamedTuple):
+    """A part of a right side: ``length`` symbols of row ``row`` from its symbol ``first`` on."""
+
+    row: int
+    first: int
+    length: int
+
+
+_NOWHERE = -1
+"""``first`` of a place that is none."""
+
+
+@compiled
+def same_symbols(text: IntArray, one: int, other: int, length: int) -> bool:
+    """Whether two places of the text hold the same ``length`` symbols."""
+    for k in range(length):  # noqa: SIM110  numba compiles no generator expressions
+        if text[one + k] != text[other + k]:
+            return False
+    return True
+
+
+@compiled
+def occurrences(table: RuleTable, r: int, part: Part) -> int:
+    """Count how often a part stands in the right side of row ``r``, without overlap."""
+    number, k = 0, table.rows[r, OFFSET]
+    last = k + table.rows[r, LENGTH] - part.length
+    while k <= last:
+        if same_symbols(table.text, k, part.start, part.length):
+            number += 1
+            k += part.length
+        else:
+            k += 1
+    return number
+
+
+@compiled
+def replace(
+    source: RuleTable, goal: RuleTable, part: Part, symbol: int, spared: BoolArray, only: int
+) -> bool:
+    """Replace a part by a nonterminal wherever it stands, and make the part a rule of it.
+
+    Parameters
+    ----------
+    source : RuleTable
+        The rules.
+    goal : RuleTable
+        Filled with the changed rules.
+    part : Part
+        What is replaced.
+    symbol : int
+        The nonterminal.
+    spared : array (nonterminals,)
+        Left sides whose rules stay as they are.
+    only : int
+        The row to change, or -1 for all.
+    """
+    clear(goal, source)
+    changed = goal.rows.shape[0]  # numbers of changed rows, kept at the far end of the goal
+    for r in range(source.used[ROWS]):
+        touched = False
+        if (only < 0 or only == r) and not spared[source.rows[r, LEFT] - source.n_terminals]:
+            touched = occurrences(source, r, part) > 0
+        if touched:
+            changed -= 1
+            goal.rows[changed, 0] = r
+        elif goal.used[ROWS] >= changed:
+            return False
+        else:
+            copy_row(source, r, goal)
+    nodes = 0
+    for c in range(goal.rows.shape[0] - 1, changed - 1, -1):
+        r = goal.rows[c, 0]
+        room = source.rows[r, LENGTH] + part.length
+        if goal.used[ROWS] + 2 >= c or not _has_room(goal, room):
+            return False
+        written, number = _write_replaced(source, goal.used[SYMBOLS], r, part, symbol)
+        nodes += number * source.rows[r, COUNT]
+        put(goal, written, source.rows[r, LEFT], source.rows[r, COUNT])
+    return nodes == 0 or (_has_room(goal, part.length) and _put_part(goal, part, symbol, nodes))
+
+
+@compiled
+def _has_room(table: RuleTable, length: int) -> bool:
+    """Whether the text can hold so many more symbols."""
+    return bool(table.used[SYMBOLS] + length < table.text.size)
+
+
+@compiled
+def _write_replaced(
+    source: RuleTable, end: int, r: int, part: Part, symbol: int
+) -> tuple[int, int]:
+    """Write a right side with a part replaced at ``end``; its length, and how often it stood."""
+    text = source.text
+    number, written, k = 0, end, source.rows[r, OFFSET]
+    stop = k + source.rows[r, LENGTH]
+    while k < stop:
+        if k + part.length <= stop and same_symbols(text, k, part.start, part.length):
+            text[written] = symbol
+            number += 1
+            k += part.length
+        else:
+            text[written] = text[k]
+            k += 1
+        written += 1
+    return written - end, number
+
+
+@compiled
+def _put_part(table: RuleTable, part: Part, symbol: int, nodes: int) -> bool:
+    """Add the rule of a nonterminal whose right side is a part."""
+    end = table.used[SYMBOLS]
+    for d in range(part.length):
+        table.text[end + d] = table.text[part.start + d]
+    return put(table, part.length, symbol, nodes)
+
+
+@compiled
+def edit_places(source: RuleTable, goal: RuleTable, one: Place, other: Place, symbol: int) -> bool:
+    """Replace the parts at two places by a nonterminal, and make both parts rules of it.
+
+    Parameters
+    ----------
+    source : RuleTable
+        The rules.
+    goal : RuleTable
+        Filled with the changed rules.
+    one, other : Place
+        The places. In one row, the first must end before the second begins.
+    symbol : int
+        The nonterminal. A part that is this symbol itself makes no rule.
+    """
+    rows = source.rows
+    clear(goal, source)
+    room = 3 * (rows[one.row, LENGTH] + rows[other.row, LENGTH]) + 8
+    if source.used[ROWS] + 4 >= goal.rows.shape[0] or not _has_room(goal, room):
+        return False
+    for r in range(source.used[ROWS]):
+        if r not in (one.row, other.row):
+            copy_row(source, r, goal)
+    if one.row == other.row:
+        _put_edited(source, goal, one, other, symbol)
+    else:
+        none = Place(one.row, _NOWHERE, 0)
+        _put_edited(source, goal, one, none, symbol)
+        _put_edited(source, goal, other, none, symbol)
+    first = Part(rows[one.row, OFFSET] + one.first, one.length)
+    second = Part(rows[other.row, OFFSET] + other.first, other.length)
+    _put_part(goal, first, symbol, rows[one.row, COUNT])
+    return _put_part(goal, second, symbol, rows[other.row, COUNT])
+
+
+@compiled
+def _put_edited(source: RuleTable, goal: RuleTable, one: Place, other: Place, symbol: int) -> bool:
+    """Add a row with the nonterminal in place of one or two of its parts."""
+    text = source.text
+    written, k = goal.used[SYMBOLS], 0
+    offset, length = source.rows[one.row, OFFSET], source.rows[one.row, LENGTH]
+    while k <= length:
+        if k in (one.first, other.first):
+            text[written] = symbol
+            written += 1
+            k += one.length if k == one.first else other.length
+            if k not in (one.first, other.first):
+                continue
+            # the part was empty: the symbol that stands there follows
+        if k < length:
+            text[written] = text[offset + k]
+            written += 1
+        k += 1
+    left, nodes = source.rows[one.row, LEFT], source.rows[one.row, COUNT]
+    return put(goal, written - goal.used[SYMBOLS], left, nodes)
+
+
+@compiled
+def merge(source: RuleTable, goal: RuleTable, symbol: int, other: int) -> bool:
+    """Make two nonterminals one: ``other`` is renamed to ``symbol``."""
+    rows, text = source.rows, source.text
+    clear(goal, source)
+    for r in range(source.used[ROWS]):
+        if not _names(source, r, other):
+            copy_row(source, r, goal)
+    for r in range(source.used[ROWS]):
+        if not _names(source, r, other):
+            continue
+        offset, length, end = rows[r, OFFSET], rows[r, LENGTH], goal.used[SYMBOLS]
+        if not _has_room(goal, length):
+            return False
+        for k in range(length):
+            old = text[offset + k]
+            text[end + k] = symbol if old == other else old
+        left = symbol if rows[r, LEFT] == other else rows[r, LEFT]
+        put(goal, length, left, rows[r, COUNT])
+    return True
+
+
+@compiled
+def _names(table: RuleTable, r: int, symbol: int) -> bool:
+    """Whether a symbol stands on either side of a row."""
+    return bool(table.rows[r, LEFT] == symbol) or _uses(table, r, symbol) > 0
+
+
+@compiled
+def _uses(table: RuleTable, r: int, symbol: int) -> int:
+    """Count how often a symbol stands in the right side of a row."""
+    number, offset = 0, table.rows[r, OFFSET]
+    for k in range(offset, offset + table.rows[r, LENGTH]):
+        number += table.text[k] == symbol
+    return number
+
+
+@compiled
+def substitute(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
+    """Substitute the only right side of a nonterminal wherever it stands, and drop its rule."""
+    rows = source.rows
+    clear(goal, source)
+    rule = -1
+    for r in range(source.used[ROWS]):
+        if rows[r, LEFT] == symbol:
+            rule = r
+    for r in range(source.used[ROWS]):
+        if r != rule and _uses(source, r, symbol) == 0:
+            copy_row(source, r, goal)
+    for r in range(source.used[ROWS]):
+        number = _uses(source, r, symbol)
+        if r == rule or number == 0:
+            continue
+        if not _has_room(goal, rows[r, LENGTH] + number * rows[rule, LENGTH]):
+            return False
+        written = goal.used[SYMBOLS]
+        for k in range(rows[r, LENGTH]):
+            written = _write_symbol(source, rows[r, OFFSET] + k, written, symbol, rule)
+        put(goal, written - goal.used[SYMBOLS], rows[r, LEFT], rows[r, COUNT])
+    return True
+
+
+@compiled
+def _write_symbol(source: RuleTable, k: int, written: int, symbol: int, rule: int) -> int:
+    """Write a symbol of the text at ``written``, a right side for ``symbol``; where it ends."""
+    text = source.text
+    if text[k] != symbol:
+        text[written] = text[k]
+        return written + 1
+    for d in range(source.rows[rule, LENGTH]):
+        text[written + d] = text[source.rows[rule, OFFSET] + d]
+    return written + int(source.rows[rule, LENGTH])
+
+
+@compiled
+def substitute_once(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
+    """Substitute all alternatives of a nonterminal into the one place where it stands."""
+    rows = source.rows
+    clear(goal, source)
+    user = -1
+    for r in range(source.used[ROWS]):
+        if _uses(source, r, symbol) > 0:
+            user = r
+    for r in range(source.used[ROWS]):
+        if r != user and rows[r, LEFT] != symbol:
+            copy_row(source, r, goal)
+    for r in range(source.used[ROWS]):
+        if rows[r, LEFT] != symbol:
+            continue
+        room = rows[user, LENGTH] + rows[r, LENGTH]
+        if goal.used[ROWS] >= goal.rows.shape[0] or not _has_room(goal, room):
+            return False
+        written = goal.used[SYMBOLS]
+        for k in range(rows[user, LENGTH]):
+            written = _write_symbol(source, rows[user, OFFSET] + k, written, symbol, r)
+        put(goal, written - goal.used[SYMBOLS], rows[user, LEFT], rows[r, COUNT])
+    return True
+
+
+@compiled
+def tidy(table: RuleTable, spare: RuleTable, alternatives: IntArray, numbers: IntArray) -> bool:
+    """Substitute nonterminals that never save bits: used once with one rule, or one symbol long.
+
+    Parameters
+    ----------
+    table : RuleTable
+        The rules; changed in place.
+    spare : RuleTable
+        Room for the work.
+    alternatives, numbers : arrays (nonterminals,)
+        Filled with the rules of each nonterminal, and with its uses.
+    """
+    while True:
+        count_references(table, numbers)
+        alternatives[:] = 0
+        for r in range(table.used[ROWS]):
+            alternatives[table.rows[r, LEFT] - table.n_terminals] += 1
+        idle, once = _idle_nonterminal(table, alternatives, numbers)
+        if idle == 0:
+            return True
+        if once:
+            fits = substitute_once(table, spare, idle + table.n_terminals)
+        else:
+            fits = substitute(table, spare, idle + table.n_terminals)
+        if not fits:
+            return False
+        copy_rows(spare, table)
+
+
+@compiled
+def _idle_nonterminal(
+    table: RuleTable, alternatives: IntArray, numbers: IntArray
+) -> tuple[int, bool]:
+    """Return a nonterminal to substitute (0 for none), and whether it has several alternatives."""
+    idle, once = 0, False
+    for k in range(1, numbers.size):
+        if alternatives[k] > 0 and numbers[k] <= (alternatives[k] == 1):
+            idle = k
+    for r in range(table.used[ROWS]):
+        if table.rows[r, LENGTH] != 1:
+            continue
+        left = table.rows[r, LEFT] - table.n_terminals
+        if alternatives[left] == 1 and left > 0:
+            idle = left
+        symbol = table.text[table.rows[r, OFFSET]] - table.n_terminals
+        if symbol > 0 and idle == 0 and numbers[symbol] == 1:
+            idle, once = symbol, True
+    return idle, once

@@ -1,0 +1,305 @@
+"""What a diagram asks of each player: an expression of actions, and rules of space and time.
+
+The expression is that of the paper, such as ``(walk|run)*(catch)(dribble)*(shoot)``: one class of
+actions for each act, with a star where the act may consist of several actions. A string X of
+actions fits if members of the classes are a subsequence of it::
+
+    g_user = number of classes - longest common subsequence(X, expression without stars)
+
+A move is the class walk or run, or dribble for the player with the ball. A cut is a run. The first
+holder of the ball has the class hold. The receiver of a pass has the class catch. A screened player
+has the class push. A pivot or a fake is its own action.
+
+Auxiliary rules accompany the expression. Circles and the ends of moves are positions to reach, and
+the points that a curve passes are positions on the way. Each act begins where the drawing puts its
+player at that time; otherwise the player could go to a place that nobody drew, and catch the ball
+there. A shot faces the rim. A pass faces its receiver and is synchronised with the catch. A screen
+faces the screened player and is synchronised with the push.
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 4, equation (8).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from motiondb.scene.language.curves import path_fractions
+from motiondb.scene.language.motion_grammar import MotionGrammar
+from motiondb.scene.language.possession import first_holder, has_ball
+from motiondb.scene.language.semantic_rules import (
+    END,
+    PATH,
+    START,
+    DirectionRule,
+    Moment,
+    PositionRule,
+    SemanticRule,
+    Spot,
+    SynchronisationRule,
+)
+from motiondb.scene.language.tactics import FEINTS, MOVES, SHOTS, Diagram
+
+ONLY_ASKED = (
+    *("hold", "catch", "pass", "shoot", "layup"),
+    *("screen", "push", "block", "feint", "fake_shot"),
+)
+"""Actions that are drawn only where the diagram asks for them.
+
+Each involves another player or decides the course of the ball; without a request there would be
+balls from nowhere and passes to nobody. This is a choice of this program: the paper's strings may
+contain whatever the grammar allows."""
+
+MOST_ACTIONS = 40
+"""Largest number of actions of a player. Chosen by hand: more than twice the longest string of the
+measured scenes."""
+_VIA_WEIGHT = 1.0
+"""Weight of a point on the way, m. It is loose because a curve is drawn by hand. Chosen by hand."""
+_STAND_WEIGHT = 0.5
+"""Weight of the place where a drawn act begins, m: about half a step. Chosen by hand."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """One class of an expression.
+
+    Attributes
+    ----------
+    actions : tuple of str
+        Names of the terminals that match.
+    repeated : bool
+        Whether several actions in a row may match.
+    element : int
+        Index of the diagram's element, or -1 for holding the ball at first.
+    other : str
+        The other player of a pass, screen, guard or block, or "".
+    other_item : int
+        Index of the class in the other player's expression that belongs to this one, or -1.
+    way : tuple of Spot
+        Points from the player's place to the end of the move; one point if the player stays.
+    """
+
+    actions: tuple[str, ...]
+    repeated: bool = False
+    element: int = -1
+    other: str = ""
+    other_item: int = -1
+    way: tuple[Spot, ...] = ()
+
+    def __str__(self) -> str:
+        """Return the class in the notation of the paper."""
+        return f"({'|'.join(self.actions)}){'*' if self.repeated else ''}"
+
+
+@dataclass(frozen=True)
+class DiagramRule:
+    """A semantic rule of one player's item.
+
+    Attributes
+    ----------
+    player : str
+        Name of the player.
+    item : int
+        Index of the item, or -1 for the whole action string.
+    rule : SemanticRule
+        The rule.
+    partner_item : int
+        Index of the partner's item that a synchronisation rule refers to, or -1.
+    """
+
+    player: str
+    item: int
+    rule: SemanticRule
+    partner_item: int = -1
+
+
+def expressions(diagram: Diagram) -> dict[str, tuple[Item, ...]]:
+    """Return the expression of every player.
+
+    The diagram must have passed :func:`.possession.check_diagram`.
+    """
+    found: dict[str, list[Item]] = {}
+    at: dict[tuple[int, str], int] = {}
+    for name, acts in diagram.acts.items():
+        place = diagram.player[name].at
+        items = [Item(("hold",), way=(place,))] if name == first_holder(diagram) else []
+        for act, ball in zip(acts, has_ball(diagram, name), strict=True):
+            element = diagram.elements[act.element]
+            own = act.part == "own"
+            way = (place, *element.via, element.to) if own and element.to else (place,)
+            other = element.other if own else element.player
+            classes = _classes(element.kind, ball) if own else [((act.part,), False)]
+            if own and element.kind == "screen" and len(way) > 1:
+                items.append(Item(("walk", "run"), True, act.element, way=way))
+                way = way[-1:]
+            for actions, repeated in classes:
+                if other:
+                    at[act.element, name] = len(items)
+                items.append(Item(actions, repeated, act.element, other, way=way))
+            place = way[-1]
+        found[name] = items
+    return {
+        name: tuple(replace(i, other_item=at.get((i.element, i.other), -1)) for i in items)
+        for name, items in found.items()
+    }
+
+
+def _classes(kind: str, ball: bool) -> list[tuple[tuple[str, ...], bool]]:
+    """Return the classes of a player's own element, each with whether it repeats."""
+    if kind in MOVES:
+        if kind == "dribble" or (kind == "move" and ball):
+            return [(("dribble",), True)]
+        return [({"walk": ("walk",), "move": ("walk", "run")}.get(kind, ("run",)), True)]
+    if kind in FEINTS:
+        return [(("fake_shot" if kind == "fake" else kind,), kind != "feint")]
+    return [((kind,), kind == "guard")]
+
+
+def g_user(string: Sequence[str], expression: Sequence[Collection[str]]) -> int:
+    """Return the number of classes of an expression that a string of actions misses (equation 8).
+
+    >>> wanted = [{"walk", "run"}, {"catch"}, {"dribble"}, {"shoot"}]
+    >>> g_user("walk run catch dribble dribble shoot".split(), wanted)
+    0
+    >>> g_user("walk catch shoot".split(), wanted)
+    1
+    """
+    row = [0] * (len(expression) + 1)
+    for action in string:
+        above = row
+        row = [0]
+        for number, members in enumerate(expression, start=1):
+            both = above[number - 1] + 1 if action in members else 0
+            row.append(max(above[number], row[-1], both))
+    return len(expression) - row[-1]
+
+
+def spans(string: Sequence[str], items: Sequence[Item]) -> tuple[tuple[int, int], ...] | None:
+    """Return which actions of a string belong to each item, or None where g_user is not 0.
+
+    Each item takes the first action that matches. A repeated item also takes the matching actions
+    that follow directly, up to the next item. Consecutive repeated items with the same actions (a
+    run and then a cut) divide their common actions in proportion to the lengths of their ways.
+
+    Returns
+    -------
+    tuple of (int, int) or None
+        For each item its first action, and the one after its last action.
+
+    Examples
+    --------
+    >>> items = [Item(("walk", "run"), True), Item(("catch",))]
+    >>> spans("idle walk run catch".split(), items)
+    ((1, 3), (3, 4))
+    """
+    firsts = []
+    at = 0
+    for item in items:
+        while at < len(string) and string[at] not in item.actions:
+            at += 1
+        if at == len(string):
+            return None
+        firsts.append(at)
+        at += 1
+    found = []
+    for number, item in enumerate(items):
+        end = firsts[number] + 1
+        limit = firsts[number + 1] if number + 1 < len(items) else len(string)
+        while item.repeated and end < limit and string[end] in item.actions:
+            end += 1
+        found.append((firsts[number], end))
+    return tuple(_shared_out(found, items))
+
+
+def _shared_out(found: list[tuple[int, int]], items: Sequence[Item]) -> list[tuple[int, int]]:
+    """Divide actions between repeated items with the same actions, by the lengths of their ways."""
+    number = 0
+    while number < len(items):
+        last = number + 1
+        while (
+            last < len(items)
+            and items[number].repeated
+            and items[last].repeated
+            and items[last].actions == items[number].actions
+            and found[last][0] == found[last - 1][1]
+        ):
+            last += 1
+        if last > number + 1:
+            first, end = found[number][0], found[last - 1][1]
+            ways = np.cumsum([max(_metres(item), 1e-9) for item in items[number:last]])
+            shares = np.round((end - first) * ways / ways[-1]).astype(int)
+            cuts = [first, *(first + shares).tolist()]
+            n = last - number
+            for k in range(1, n):  # at least one action each
+                cuts[k] = min(max(cuts[k], cuts[k - 1] + 1), end - (n - k))
+            found[number:last] = list(pairwise(cuts))
+        number = last
+    return found
+
+
+def _metres(item: Item) -> float:
+    """Return the length of an item's way, m."""
+    return sum(float(np.hypot(b.x - a.x, b.z - a.z)) for a, b in pairwise(item.way))
+
+
+def auxiliary_rules(
+    diagram: Diagram, grammar: MotionGrammar | None = None
+) -> tuple[DiagramRule, ...]:
+    """Return the rules that follow from a diagram.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        The diagram.
+    grammar : MotionGrammar or None
+        The grammar. If given, a rule of the diagram is left out where the grammar has a rule of the
+        same kind for the same action: the grammar then states it for every pass, shot and screen,
+        and the items say who is meant.
+    """
+    found: list[DiagramRule] = []
+    for name, items in expressions(diagram).items():
+        start = PositionRule(diagram.player[name].at, Moment(START))
+        found.append(DiagramRule(name, -1, start))
+        for number, item in enumerate(items):
+            kind = diagram.elements[item.element].kind if item.element >= 0 else ""
+            rules = [*_place_rules(item), *_link_rules(item, kind)]
+            stated = _stated(grammar, item.actions)
+            for rule in rules:
+                if type(rule) not in stated or isinstance(rule, PositionRule):
+                    partner = item.other_item if isinstance(rule, SynchronisationRule) else -1
+                    found.append(DiagramRule(name, number, rule, partner))
+    return tuple(found)
+
+
+def _place_rules(item: Item) -> Iterator[SemanticRule]:
+    """Yield the positions that an item asks for: its start, the points of its curve, its end."""
+    yield PositionRule(item.way[0], Moment(START), _STAND_WEIGHT)
+    if len(item.way) < 2:
+        return
+    shares = path_fractions(np.array([(spot.x, spot.z) for spot in item.way]))
+    for spot, share in list(zip(item.way, shares, strict=True))[1:-1]:
+        yield PositionRule(spot, Moment(PATH, float(share)), _VIA_WEIGHT)
+    yield PositionRule(item.way[-1], Moment(END))
+
+
+def _link_rules(item: Item, kind: str) -> Iterator[SemanticRule]:
+    """Yield the rules that link an item with the rim or with another player."""
+    if item.actions == ("pass",):
+        yield DirectionRule(item.other, Moment("release"))
+        yield SynchronisationRule(item.other, ("catch",), None, Moment("release"))
+    elif kind in SHOTS:
+        yield DirectionRule("rim", Moment("release"))
+    elif item.actions == ("screen",):
+        yield DirectionRule(item.other, Moment("contact"))
+        yield SynchronisationRule(item.other, ("push",), 0.0, Moment("contact"))
+
+
+def _stated(grammar: MotionGrammar | None, actions: Sequence[str]) -> set[type]:
+    """Return the kinds of rule that the grammar states for actions in every context."""
+    if grammar is None:
+        return set()
+    return {type(a.rule) for a in grammar.annotations if a.symbol in actions and not a.within}

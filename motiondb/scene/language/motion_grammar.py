@@ -1,0 +1,164 @@
+"""A motion grammar: rules of order, words that find clips, and rules of space and time.
+
+A context-free grammar says which actions may follow one another. Each terminal is an action whose
+clips are found by words. Semantic rules are attached to symbols and are inherited by every clip
+that the symbol derives. A rule may be limited to actions below a certain nonterminal: the paper's
+run and walk with a dagger are written ``run, walk in S_D``, the same actions under the rules of a
+defender.
+
+A rule of a terminal is evaluated for each of its clips. A rule of a nonterminal is evaluated over
+the whole sequence of clips that it derives (at its start, at its end, or throughout).
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from motiondb.errors import SceneError, suggestion
+from motiondb.grammar.cfg.context_free import Grammar
+from motiondb.scene.language.semantic_rules import SemanticRule, Weights
+
+ROLES = ("receiver", "opponent")
+"""Roles that a rule may name: the player whom a pass or a screen is for, and the opponent."""
+
+
+@dataclass(frozen=True)
+class Terminal:
+    """An action and the words that find its clips.
+
+    Attributes
+    ----------
+    name : str
+        Name of the action.
+    phrases : tuple of str
+        A caption with any of these shows the action; () if no clips were asked for.
+    without : tuple of str
+        A caption with any of these does not show it.
+    event : str
+        The instant at which rules without a moment are evaluated; "" for the whole action.
+    """
+
+    name: str
+    phrases: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    event: str = ""
+
+
+@dataclass(frozen=True)
+class Annotation:
+    """A semantic rule of a symbol.
+
+    Attributes
+    ----------
+    symbol : str
+        The terminal or nonterminal.
+    rule : SemanticRule
+        The rule.
+    within : str
+        The nonterminal below which the rule holds; "" for everywhere.
+    line : int
+        Line of the file.
+    """
+
+    symbol: str
+    rule: SemanticRule
+    within: str = ""
+    line: int = 0
+
+
+@dataclass(frozen=True)
+class Start:
+    """A start symbol.
+
+    Attributes
+    ----------
+    symbol : str
+        The nonterminal.
+    team : str
+        The team whose strings begin with it; "" for everybody.
+    """
+
+    symbol: str
+    team: str = ""
+
+
+@dataclass(frozen=True)
+class MotionGrammar:
+    """The contents of a grammar file.
+
+    Attributes
+    ----------
+    name : str
+        Name of the grammar.
+    starts : tuple of Start
+        Its start symbols.
+    grammar : Grammar
+        The context-free grammar from the first start symbol.
+    terminals : tuple of Terminal
+        The actions.
+    annotations : tuple of Annotation
+        The semantic rules.
+    places : tuple of str
+        Names of places whose positions a diagram must give.
+    weights : Weights
+        Weights of the terms that belong to no action.
+    """
+
+    name: str
+    starts: tuple[Start, ...]
+    grammar: Grammar
+    terminals: tuple[Terminal, ...]
+    annotations: tuple[Annotation, ...] = ()
+    places: tuple[str, ...] = ()
+    weights: Weights = field(default_factory=Weights)
+
+    @cached_property
+    def terminal(self) -> dict[str, Terminal]:
+        """Terminals by name."""
+        return {terminal.name: terminal for terminal in self.terminals}
+
+    def start_of(self, team: str) -> str:
+        """Return the start symbol of a team.
+
+        Raises
+        ------
+        SceneError
+            The grammar has no start symbol for the team.
+        """
+        for start in self.starts:
+            if start.team in ("", team):
+                return start.symbol
+        raise SceneError(
+            f"{self.name}: expected a start symbol for the team {team!r}, found only"
+            f" {', '.join(s.symbol + ' for ' + s.team for s in self.starts)}."
+            f" Add a line 'start SYMBOL for {team}', or leave the team out."
+        )
+
+    def started(self, start: str = "") -> Grammar:
+        """Return the context-free grammar from one of the start symbols (the first by default).
+
+        Raises
+        ------
+        SceneError
+            ``start`` is not a start symbol.
+        """
+        symbols = [s.symbol for s in self.starts]
+        if start and start not in symbols:
+            raise SceneError(
+                f"{self.name}: expected one of the start symbols {', '.join(symbols)}, found"
+                f" {start!r}.{suggestion(start, symbols) or ' Choose one of them.'}"
+            )
+        return replace(self.grammar, start=start or symbols[0])
+
+    def rules_of(self, symbol: str, ancestors: Collection[str]) -> tuple[SemanticRule, ...]:
+        """Return the semantic rules of a symbol that has ``ancestors`` above it in a parse tree."""
+        return tuple(
+            a.rule
+            for a in self.annotations
+            if a.symbol == symbol and (not a.within or a.within in ancestors)
+        )

@@ -1,0 +1,349 @@
+"""Polishing: the remaining errors of a sampled scene are removed by editing time, paths and bodies.
+
+The steps are these. Clips and pauses are scheduled and spliced. Time is bent so that
+synchronisations hold, and paths so that rules of place hold and no players overlap. The paths
+change how long balls fly, so both are repeated. If rules stay broken, everything is repeated with a
+longer scene. Waiting players turn to the ball. Seams are blended, and feet are held or take small
+steps. Hands are moved to the ball, and heads may follow it.
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), end of section 3.2, after M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized
+Multi-Character Motion Editing", ACM Transactions on Graphics 28 (2009).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
+from motiondb.scene.ball.ball_acts import ball_acts
+from motiondb.scene.ball.ball_flight import Ball, fly
+from motiondb.scene.ball.gaze import look
+from motiondb.scene.clips.clips import ClipLibrary
+from motiondb.scene.energy import rule_table as kinds
+from motiondb.scene.energy.collisions import RADIUS
+from motiondb.scene.energy.rule_table import RuleTable
+from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.polish.facing import turn_who_waits
+from motiondb.scene.polish.path_editing import Edited, Facing, edit_paths
+from motiondb.scene.polish.placed import Placed, place_player
+from motiondb.scene.polish.separation import COMFORT, overlaps
+from motiondb.scene.polish.splicing import Shelf, Spliced, show, splice, standing
+from motiondb.scene.timing.playing import Part, Playing
+from motiondb.scene.timing.scene_schedule import Scheduled, after_clips, scene_bound, schedule_scene
+from motiondb.scene.timing.time_editing import Meeting, TimeMap, edit_times
+from motiondb.scene.timing.timeline import Timeline, excess, lag_of, own_places, sampled_timeline
+from motiondb.scene.timing.waiting import ON_GUARD, lead_in, lead_out
+
+_LEAST, _PATIENCE, _MOST = 2, 3, 8
+"""Rounds of editing time and paths in turn: at least, before giving up without progress, at most.
+
+They depend on each other through the flight of balls. Chosen by hand."""
+_MIDDLE = 0.3
+"""Radius of the discs, m, between :data:`COMFORT` and :data:`RADIUS`. Chosen by hand."""
+_WAYS = (
+    *((hurry, radius, True) for radius, hurry in product((COMFORT, _MIDDLE), (1.0, 0.5))),
+    *product((1.0,), (COMFORT, _MIDDLE), (False,)),
+    *product((0.2,), (COMFORT, RADIUS), (True, False)),
+    *product((0.0,), (RADIUS,), (True, False)),
+)
+"""Ways to polish, tried in this order until every rule holds: the cost of a frame of the scene, the
+radius of the discs that players keep apart, and whether catchers turn to the ball and guards to the
+opponent. Chosen by hand, from the best looking to the most permissive."""
+_FAR, _NEARLY = 1.0, 2e-3
+"""Limits of the fault of a way (see :func:`_fault`) for ``haste``. Above the first, other radii and
+facings will not help, and the next schedule is tried at once. Up to the second, the way is accepted
+although a rule fails slightly. Chosen by hand."""
+_FASTEST = 7.0
+"""Speed of the pelvis, m/s, above which a way counts as faulty: a fast run of untrained people."""
+CATCH_FACING = np.radians(75.0)
+"""Largest angle between the ball and the heading of its catcher, rad. Chosen by hand."""
+GUARD_FACING = np.radians(45.0)
+"""Largest angle between the opponent and the heading of a guard, rad. Chosen by hand."""
+_EVERY = 4
+"""Frames between those at which guards are checked. Chosen by hand."""
+_Plan = tuple[tuple[tuple[Part, ...], ...], tuple[float, ...]]
+"""What every player plays, and when they begin; equal for equal schedules."""
+
+
+@dataclass(frozen=True, eq=False)
+class PolishedScene:
+    """A polished scene.
+
+    Attributes
+    ----------
+    players : tuple of Placed
+        The players.
+    ball : Ball or None
+        The ball, or None if nobody has one.
+    timeline : Timeline
+        The timeline after editing.
+    settled : bool
+        Whether every rule of place could be made true; the report says which could not.
+    """
+
+    players: tuple[Placed, ...]
+    ball: Ball | None
+    timeline: Timeline
+    settled: bool
+
+
+def polish(
+    state: SceneState,
+    library: ClipLibrary,
+    motions: Mapping[str, Motion],
+    table: RuleTable,
+    gaze: bool = True,
+    haste: bool = False,
+) -> PolishedScene:
+    """Return a sampled scene as motions in which its rules hold as far as possible.
+
+    Parameters
+    ----------
+    state : SceneState
+        The sampled scene.
+    library : ClipLibrary
+        The clips.
+    motions : dict of str to Motion
+        Motions of whole captures by name, for all entries of the state.
+    table : RuleTable
+        The rules of the state's trees.
+    gaze : bool
+        Whether heads follow the ball.
+    haste : bool
+        Leave out attempts that seldom help, for a scene that was polished before and changed
+        little.
+
+    Raises
+    ------
+    SceneError
+        A capture is not among the motions.
+    """
+    best = _best(state, library, motions, table, haste)
+    timeline = best.edited.timeline
+    acts = ball_acts(state, library, table, timeline)
+    clock = _clock(timeline)
+    rows = [
+        own.rows(times.source_at(clock)) for own, times in zip(best.spliced, best.maps, strict=True)
+    ]
+    waits = np.stack([standing(own, at) for own, at in zip(best.spliced, rows, strict=True)])
+    turned = turn_who_waits(table, timeline, waits, acts)
+    timeline = replace(timeline, places=turned)
+    shown = [
+        show(own, at, places) for own, at, places in zip(best.spliced, rows, turned, strict=True)
+    ]
+    ball, held = fly(acts, shown) if acts else (None, shown)
+    if acts and ball is not None and gaze:
+        held = look(acts, ball.positions, held)
+    players = tuple(
+        place_player(
+            table.players[n], (one, held[n]), best.spliced[n], best.maps[n], table.actions[n]
+        )
+        for n, one in enumerate(shown)
+    )
+    return PolishedScene(players, ball, timeline, best.edited.settled)
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A scene with edited time and paths; ``fault`` is how far rules fail, 0 if all hold."""
+
+    spliced: list[Spliced]
+    maps: tuple[TimeMap, ...]
+    edited: Edited
+    fault: float
+
+
+def _best(
+    state: SceneState,
+    library: ClipLibrary,
+    motions: Mapping[str, Motion],
+    table: RuleTable,
+    haste: bool = False,
+) -> _Tried:
+    """Return the first of :data:`_WAYS` in which every rule holds, else that of least fault.
+
+    Work that ways have in common is done once: schedules of the same hurry, their splices, and
+    everything if two hurries lead to the same schedule. With ``haste`` a schedule that fails by far
+    is abandoned, and one that nearly holds is accepted.
+    """
+    schedules: dict[float, Scheduled] = {}
+    spliced: dict[_Plan, list[Spliced]] = {}
+    shelf: Shelf = {}
+    found: dict[tuple[_Plan, float, bool], _Tried] = {}
+    given_up: set[_Plan] = set()
+    for hurry, radius, facing in _WAYS:
+        if hurry not in schedules:
+            schedules[hurry] = schedule_scene(state, library, table, hurry)
+        scheduled = schedules[hurry]
+        plan = tuple(own.parts for own in scheduled.playing), scheduled.delays
+        if (plan, radius, facing) in found or plan in given_up:
+            continue
+        if plan not in spliced:
+            spliced[plan] = _spliced(state, library, motions, scheduled, shelf)
+        maps, edited = _edit(state, library, table, (scheduled, spliced[plan]), (radius, facing))
+        tried = _Tried(spliced[plan], maps, edited, _fault(table, edited))
+        if tried.fault <= (_NEARLY if haste else 0.0):
+            return tried
+        if haste and tried.fault > _FAR:
+            given_up.add(plan)
+        found[plan, radius, facing] = tried
+    return min(found.values(), key=lambda tried: tried.fault)
+
+
+def _fault(table: RuleTable, edited: Edited) -> float:
+    """Return how far rules fail, plus overlaps, m, and speed above :data:`_FASTEST`, m/s."""
+    places = edited.timeline.places[:, :, :2]
+    pace = np.linalg.norm(np.diff(places, axis=1), axis=2).max() * MOTION_FPS
+    depth = sum(overlap.depth for overlap in overlaps(table, edited.timeline))
+    return excess(table, edited.timeline) + depth + max(float(pace) - _FASTEST, 0.0)
+
+
+def _clock(timeline: Timeline) -> FloatArray:
+    return np.arange(timeline.n_frames, dtype=float)
+
+
+def _edit(
+    state: SceneState,
+    library: ClipLibrary,
+    table: RuleTable,
+    played: tuple[Scheduled, list[Spliced]],
+    how: tuple[float, bool],
+) -> tuple[tuple[TimeMap, ...], Edited]:
+    """Edit time and paths in turn."""
+    scheduled, spliced = played
+    playing, partners = scheduled.playing, scheduled.partners
+    knots = [own.knots.astype(float) for own in playing]
+    wished = [
+        own_places(player, library)[own.rows]
+        for player, own in zip(state.players, playing, strict=True)
+    ]
+    now, best_excess = sampled_timeline(state, library), np.inf
+    for done in range(_MOST):
+        meetings = _meetings(table, now, playing, partners)
+        maps = edit_times(knots, scheduled.delays, meetings)
+        n_frames = _length(state, library, table, maps, playing)
+        begins, ends, instants = (
+            tuple(_rounded(m.frame_of(own)) for m, own in zip(maps, asked, strict=True))
+            for asked in zip(
+                *((own.begins, own.ends, own.instants) for own in playing), strict=True
+            )
+        )
+        clock = np.arange(n_frames, dtype=float)
+        shown = [m.source_at(clock) for m in maps]
+        ways = np.stack(
+            [_read(own.places, own.rows(at)) for own, at in zip(spliced, shown, strict=True)]
+        )
+        best = np.stack([_read(own, at) for own, at in zip(wished, shown, strict=True)])
+        before = ways if done == 0 else _lasting(now.places, n_frames)
+        times = Timeline(ways, begins, instants, ends)
+        facings = _facings(table, partners, times) if how[1] else ()
+        measured = replace(times, places=before)
+        edited = edit_paths(table, times, best, facings, measured, how[0])
+        now = edited.timeline
+        amiss = excess(table, now)
+        better = amiss < 0.9 * best_excess
+        if amiss <= best_excess:
+            best_excess, kept = amiss, (maps, edited)
+        if done + 1 >= _LEAST and (best_excess == 0.0 or (done >= _PATIENCE and not better)):
+            break
+    return kept
+
+
+def _spliced(
+    state: SceneState,
+    library: ClipLibrary,
+    motions: Mapping[str, Motion],
+    scheduled: Scheduled,
+    shelf: Shelf,
+) -> list[Spliced]:
+    """Return every player's clips, with what they do while they wait."""
+    longest, found = scene_bound(scheduled), []
+    for player, playing in zip(state.players, scheduled.playing, strict=True):
+        entries = np.asarray(player.entries)
+        parts = (
+            *lead_in(library, entries, longest),
+            *playing.parts,
+            *lead_out(library, entries, longest),
+        )
+        found.append(splice(parts, motions, np.array(player.origin, dtype=float), shelf))
+    return found
+
+
+def _read(places: FloatArray, at: FloatArray) -> FloatArray:
+    """Return places (rows, 3) between rows; the ends are held."""
+    rows = np.arange(len(places))
+    return np.column_stack([np.interp(at, rows, column) for column in places.T])
+
+
+def _lasting(places: FloatArray, n_frames: int) -> FloatArray:
+    """Return paths (players, any, 3) cut, or with their ends held, to ``n_frames``."""
+    return places[:, np.minimum(np.arange(n_frames), places.shape[1] - 1)]
+
+
+def _rounded(frames: FloatArray) -> IntArray:
+    return np.rint(frames).astype(np.int64)
+
+
+def _length(
+    state: SceneState,
+    library: ClipLibrary,
+    table: RuleTable,
+    maps: tuple[TimeMap, ...],
+    playing: tuple[Playing, ...],
+) -> int:
+    """Return the frames of the scene: until the last player stands and a shot ball is down."""
+    length = 0.0
+    for p, (times, own) in enumerate(zip(maps, playing, strict=True)):
+        ends = times.frame_of(own.ends) + after_clips(library, state, table, p)
+        length = max(length, float(ends.max()))
+    return int(np.ceil(length - 1e-6))
+
+
+def _meetings(
+    table: RuleTable, now: Timeline, playing: tuple[Playing, ...], partners: tuple[int, ...]
+) -> list[Meeting]:
+    """Return the synchronisations, with the time that balls fly between the present places."""
+    found = []
+    for number, row in enumerate(table.rows):
+        if row["kind"] != kinds.SYNCHRONISATION:
+            continue
+        own, partner = int(row["player"]), int(row["partner"])
+        lag = lag_of(row, now, partners[number]) * MOTION_FPS
+        thrown, caught = playing[own].instants[row["first"]], playing[partner].instants
+        meets = float(thrown), float(caught[partners[number]])
+        found.append(Meeting(own, meets[0], partner, meets[1], lag))
+    return found
+
+
+def _facings(
+    table: RuleTable,
+    partners: tuple[int, ...],
+    times: Timeline,
+) -> tuple[Facing, ...]:
+    """Return that catchers face where the ball comes from, and guards their opponent."""
+    found: list[Facing] = []
+    guards: dict[tuple[int, int], list[IntArray]] = {}
+    for number, row in enumerate(table.rows):
+        player, clip = int(row["player"]), int(row["first"])
+        if row["kind"] == kinds.SYNCHRONISATION and np.isnan(row["lag"]):
+            partner = int(row["partner"])
+            thrown = times.instants[player][clip : clip + 1]
+            caught = times.instants[partner][partners[number], None]
+            found.append(Facing(partner, caught, player, thrown, CATCH_FACING))
+        elif (
+            row["kind"] == kinds.DISTANCE
+            and row["target"] >= 0
+            and table.actions[player][clip] == ON_GUARD
+        ):
+            since, end = int(times.begins[player][clip]), times.end_of(player, clip)
+            frames = np.arange(since, max(end, since + 1), _EVERY)
+            guards.setdefault((player, int(row["target"])), []).append(frames)
+    for (player, target), parts in guards.items():
+        frames = np.unique(np.concatenate(parts))  # all at once, so that the turn is continuous
+        found.append(Facing(player, frames, target, frames, GUARD_FACING))
+    return tuple(found)

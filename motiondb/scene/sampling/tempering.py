@@ -1,0 +1,334 @@
+"""Sampling a scene: several chains at different temperatures that exchange their scenes.
+
+Chain n has the target P(Z)^(1/T_n). Between blocks of a fixed number of steps, chains of
+neighbouring temperatures exchange their scenes with probability
+
+    min(1, exp((E_n - E_(n+1)) (1/T_n - 1/T_(n+1)))),      E = -log P(Z)                     (11)
+
+Hot chains find structures, cold ones refine them. The lowest temperature is far below 1, because
+the aim is a scene of low error and not a fair sample, which at T = 1 has an error of about half a
+unit for every degree of freedom of the scene. All chains begin hotter and are cooled. Meanwhile
+exchanges use the final temperatures, so that low errors move to cold chains sooner than detailed
+balance would have it. At the end the best scene is cooled to almost 0.
+
+Each chain has its own random numbers, spawned from one generator, and blocks have fixed numbers of
+steps: the same seed gives the same bytes, whatever the threads do. This module has no clock.
+``progress`` is called after every round, and may stop.
+
+Source: C. J. Geyer, "Markov chain Monte Carlo maximum likelihood", Proceedings of the 23rd
+Symposium on the Interface (1991); K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character
+Animation", Computer Graphics Forum 35 (2016), section 5.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from motiondb.errors import SceneError
+from motiondb.records import FloatArray, IntArray
+from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.language.expressions import MOST_ACTIONS
+from motiondb.scene.sampling.bootstrap import bootstrap
+from motiondb.scene.sampling.clip_choice import ClipGroups, tempered
+from motiondb.scene.sampling.metropolis import KINDS
+from motiondb.scene.sampling.play import Play, Prices
+from motiondb.scene.sampling.scene_chain import Chain
+
+USUAL = Prices(delay=1 / 150, duration=1 / 90, action=0.25, stray=1.0, excess=2.0)
+"""Usual prices. 90 frames of a scene, 150 frames of a delay, or 4 actions cost as much as a rule at
+its weight, so that players do nothing without need. Chosen by hand."""
+
+Progress = Callable[[int, float], bool]
+"""Called with the number of rounds done and the best -log P(Z); returns whether to stop."""
+
+
+@dataclass(frozen=True)
+class SamplerSettings:
+    """Settings of the sampling.
+
+    The defaults were chosen by hand on the eight shipped diagrams; docs/scenes-measured.md has what
+    they give.
+
+    Attributes
+    ----------
+    temperatures : tuple of float
+        Ascending, one chain each; a single one is a single chain.
+    heat : float
+        Factor of all temperatures at the beginning. They come down evenly in logarithms; 1 for
+        plain tempering.
+    warmth : float
+        Fraction of the rounds over which they come down.
+    rounds : int
+        Number of blocks between exchanges.
+    jumps : int
+        Structural jumps in a block.
+    inner : int
+        M, steps of the inner loop after each jump, before it is accepted.
+    steps : int
+        Steps with the structure fixed after each jump, accepted or not.
+    growth : float
+        Fraction of the jumps that insert or remove one link of a chain.
+    recasting : float
+        Fraction of the jumps that draw the clips of some actions anew.
+    attention : float
+        Fraction of a jump's inner steps for the player who jumped.
+    shares : tuple of float
+        Weights of the kinds of inner steps, see :data:`.metropolis.KINDS`; need not sum to 1.
+    patience : int
+        Rounds without a scene that is better by 1 % after which to stop.
+    cooling : int
+        Steps of the final cooling.
+    most_actions : int
+        Largest number of actions of a player.
+    prices : Prices
+        Prices of delays, frames, actions and large failures.
+    threads : int
+        Chains that run at the same time; no influence on the result.
+    """
+
+    temperatures: tuple[float, ...] = (0.15, 0.2, 0.27, 0.36)
+    heat: float = 15.0
+    warmth: float = 0.85
+    rounds: int = 70
+    jumps: int = 25
+    inner: int = 200
+    steps: int = 200
+    growth: float = 0.5
+    recasting: float = 0.25
+    attention: float = 0.7
+    shares: tuple[float, ...] = (0.1, 0.35, 0.25, 0.18, 0.06, 0.06)
+    patience: int = 20
+    cooling: int = 40_000
+    most_actions: int = MOST_ACTIONS
+    prices: Prices = USUAL
+    threads: int = 2
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        rising = all(a < b for a, b in zip(self.temperatures, self.temperatures[1:], strict=False))
+        if not self.temperatures or self.temperatures[0] <= 0.0 or not rising:
+            raise SceneError(
+                "temperatures: expected ascending numbers above 0, found"
+                f" {', '.join(map(str, self.temperatures)) or 'none'}. Try 0.15, 0.2, 0.3."
+            )
+        if len(self.shares) != len(KINDS) or min(self.shares) < 0.0 or sum(self.shares) <= 0.0:
+            raise SceneError(
+                f"shares: expected {len(KINDS)} numbers of 0 or more ({', '.join(KINDS)}), found"
+                f" {self.shares}. Leave them out for the usual ones."
+            )
+        links, clips = self.growth, self.recasting
+        if not (min(links, clips) >= 0.0 and links + clips <= 1.0):
+            raise SceneError(
+                "growth, recasting: expected shares of the jumps, 0 or more that sum to at most 1,"
+                f" found {links:g} and {clips:g}. Leave them out for the usual ones."
+            )
+        if not (self.rounds >= 1 and 0.0 < self.warmth <= 1.0):
+            raise SceneError(
+                "rounds, warmth: expected at least 1 round, and a share above 0 of them to be warm,"
+                f" found {self.rounds} and {self.warmth:g}. Leave them out for the usual ones."
+            )
+
+    def ladder(self, done: int) -> tuple[float, ...]:
+        """Return the temperatures after so many rounds."""
+        left = max(0.0, 1.0 - done / (self.warmth * self.rounds))
+        return tuple(float(t * self.heat**left) for t in self.temperatures)
+
+    @property
+    def sums(self) -> FloatArray:
+        """Cumulative shares; the last is exactly 1."""
+        sums = np.cumsum(self.shares) / sum(self.shares)
+        sums[-1] = 1.0
+        return np.asarray(sums)
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """The course of the sampling.
+
+    Attributes
+    ----------
+    energies : array (rounds + 1, chains)
+        -log P(Z) with all prices, by temperature; row 0 is the start.
+    best : array (rounds + 1,)
+        The lowest so far.
+    cooled : float
+        The lowest after cooling.
+    final : float
+        The same of that scene without prices except that of delays.
+    jumps : array of int (chains, 3)
+        By chain: proposed, refused as too long or too early, accepted.
+    steps : array of int (kinds, 2)
+        Inner steps of all chains, proposed and accepted.
+    exchanges : array of int (chains - 1, 2)
+        Proposed and accepted, by temperature.
+    """
+
+    energies: FloatArray
+    best: FloatArray
+    cooled: float
+    final: float
+    jumps: IntArray
+    steps: IntArray
+    exchanges: IntArray
+
+
+@dataclass
+class _Ladder:
+    """The chains by temperature; ``order[n]`` is the chain of temperature n."""
+
+    chains: list[Chain]
+    order: list[int]
+    exchanges: IntArray
+    temperatures: tuple[float, ...] = ()
+    groups: list[ClipGroups] = field(default_factory=list)
+
+    def heat(self, play: Play, temperatures: tuple[float, ...]) -> None:
+        """Set the temperatures."""
+        if temperatures != self.temperatures:
+            smooth = play.grammar.weights.smooth
+            self.groups = [tempered(play.groups, play.library, smooth, t) for t in temperatures]
+            self.temperatures = temperatures
+
+
+def sample(
+    play: Play,
+    settings: SamplerSettings,
+    rng: np.random.Generator,
+    state: SceneState | None = None,
+    progress: Progress | None = None,
+) -> tuple[SceneState, Trace]:
+    """Find a scene of low error.
+
+    Parameters
+    ----------
+    play : Play
+        What is sampled; see :func:`.play.make_play`.
+    settings : SamplerSettings
+        Settings.
+    rng : Generator
+        Source of random numbers.
+    state : SceneState or None
+        Where to begin; by default every chain begins with a random scene of g_user = 0.
+    progress : Progress or None
+        Called after each round; may stop.
+
+    Returns
+    -------
+    SceneState
+        The best scene.
+    Trace
+        How it was found.
+    """
+    *chain_rngs, exchanging, last = rng.spawn(len(settings.temperatures) + 2)
+    chains = [Chain(play, state or bootstrap(play, one), one) for one in chain_rngs]
+    exchanges = np.zeros((len(chains) - 1, 2), np.int64)
+    ladder = _Ladder(chains, list(range(len(chains))), exchanges)
+    energies = [[chain.energy for chain in chains]]
+    best = [min(energies[0])]
+    since = 0
+    with ThreadPoolExecutor(settings.threads) as pool:
+        for done in range(1, settings.rounds + 1):
+            ladder.heat(play, settings.ladder(done - 1))
+            list(pool.map(partial(_block, ladder, settings), range(len(chains))))
+            energies.append([chains[c].energy for c in ladder.order])
+            best.append(min(chain.best for chain in chains))
+            exchange(
+                ladder.order, energies[-1], settings.temperatures, exchanging, ladder.exchanges
+            )
+            since = 0 if best[-1] < 0.99 * best[-1 - since - 1] else since + 1
+            if since >= settings.patience or (progress is not None and progress(done, best[-1])):
+                break
+    found = _cooled(play, min(chains, key=lambda chain: chain.best).best_state, settings, last)
+    return found.best_state, _trace(ladder, energies, best, found)
+
+
+def warm_up(play: Play, settings: SamplerSettings, rng: np.random.Generator) -> None:
+    """Do every kind of step once on a scene of its own, so that all loops are compiled."""
+    chain = Chain(play, bootstrap(play, rng), rng)
+    groups = tempered(play.groups, play.library, play.grammar.weights.smooth, 1.0)
+    for step in (chain.grow, chain.recast, chain.jump):
+        step(10, groups, 1.0, settings.sums, settings.attention)
+    chain.walk(10, groups, 1.0, settings.sums)
+
+
+def _block(ladder: _Ladder, settings: SamplerSettings, n: int) -> None:
+    """Run a block of the chain at temperature n."""
+    chain, groups = ladder.chains[ladder.order[n]], ladder.groups[n]
+    temperature, sums = ladder.temperatures[n], settings.sums
+    kinds = [settings.growth, settings.growth + settings.recasting]
+    for _ in range(settings.jumps):
+        kind = min(bisect_right(kinds, float(chain.rng.random())), 2)
+        (chain.grow, chain.recast, chain.jump)[kind](
+            settings.inner, groups, temperature, sums, settings.attention
+        )
+        chain.note_best()
+        chain.walk(settings.steps, groups, temperature, sums)
+        chain.note_best()
+
+
+def exchange(
+    order: list[int],
+    energies: Sequence[float],
+    temperatures: Sequence[float],
+    rng: np.random.Generator,
+    counts: IntArray,
+) -> None:
+    """Exchange the scenes of neighbouring temperatures by (11), from the hottest pair down.
+
+    Parameters
+    ----------
+    order : list of int
+        The chain of each temperature; changed in place.
+    energies : sequence of float
+        -log P(Z) by temperature, before.
+    temperatures : sequence of float
+        The temperatures.
+    rng : Generator
+        Source of random numbers.
+    counts : array of int (chains - 1, 2)
+        Proposed and accepted exchanges are added to it.
+    """
+    by_temperature = list(energies)
+    for n in range(len(order) - 2, -1, -1):
+        cold, hot = by_temperature[n], by_temperature[n + 1]
+        gain = (cold - hot) * (1.0 / temperatures[n] - 1.0 / temperatures[n + 1])
+        counts[n, 0] += 1
+        if gain >= 0.0 or rng.random() < math.exp(gain):
+            counts[n, 1] += 1
+            order[n], order[n + 1] = order[n + 1], order[n]
+            by_temperature[n], by_temperature[n + 1] = hot, cold
+
+
+def _cooled(
+    play: Play, state: SceneState, settings: SamplerSettings, rng: np.random.Generator
+) -> Chain:
+    """Return a chain that has cooled a scene with its structure fixed."""
+    chain = Chain(play, state, rng)
+    n, smooth = max(2, settings.cooling // 5000), play.grammar.weights.smooth
+    for t in np.geomspace(settings.temperatures[0], 0.01, n):
+        groups = tempered(play.groups, play.library, smooth, float(t))
+        chain.walk(settings.cooling // n, groups, float(t), settings.sums)
+        chain.note_best()
+    return chain
+
+
+def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], found: Chain) -> Trace:
+    jumps = [(c.jumps.tried, c.jumps.refused, c.jumps.taken) for c in ladder.chains]
+    steps = np.sum([chain.jumps.steps for chain in ladder.chains], axis=0)
+    delays = Prices(delay=found.play.prices.delay)
+    return Trace(
+        np.array(energies),
+        np.array(best),
+        found.best,
+        Chain(replace(found.play, prices=delays), found.best_state, found.rng).energy,
+        np.array(jumps, dtype=np.int64),
+        steps,
+        ladder.exchanges,
+    )
