@@ -235,6 +235,6 @@ def _read_row(
         value = number(token)
         if value is None:
             found = f"expected numbers, found {token[:20]!r} as value {place + 1}"
-            return None, f"{found}. Mend the line, or pass --skip-bad-frames to leave it out."
+            return None, f"{found}. Correct the line, or pass --skip-bad-frames to leave it out."
         values.append(value)
     return values, None
