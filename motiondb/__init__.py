@@ -87,13 +87,15 @@ def open(
     return MotionDB(path, read_only=read_only, wait=wait)
 
 
-def compact(path: str | Path) -> tuple[int, int]:
+def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
     """Rewrite a database file without the space that removed rows left.
 
     Parameters
     ----------
     path : str or Path
         The DuckDB file; nobody may have it open.
+    wait : float
+        Seconds to wait for another process that holds the file.
 
     Returns
     -------
@@ -107,7 +109,7 @@ def compact(path: str | Path) -> tuple[int, int]:
     """
     from motiondb import store
 
-    return store.compact(Path(path))
+    return store.compact(Path(path), wait=wait)
 
 
 def write_bvh(motion: Clip | Motion, path: str | Path) -> None:

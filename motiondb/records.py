@@ -7,10 +7,18 @@ every parent stands before its children.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from motiondb import hmmlearn_models
+from motiondb.errors import MotionDBError
+
+if TYPE_CHECKING:
+    from hmmlearn.hmm import GaussianHMM
 
 FloatArray = NDArray[np.float64]
 Float32Array = NDArray[np.float32]
@@ -189,6 +197,49 @@ class MotionSymbols:
     def n_symbols(self) -> int:
         """Number of symbols."""
         return len(self.n_states)
+
+    def to_hmmlearn(self, symbol: int, *, exit_state: bool = True) -> GaussianHMM:
+        """Translate a symbol to a ``hmmlearn.hmm.GaussianHMM`` of equal score.
+
+        Parameters
+        ----------
+        symbol : int
+            Number of the symbol.
+        exit_state : bool, optional
+            Whether the model gets a further state, absorbing and without frames, for a symbol that
+            was left. Then ``score`` is exactly that of ``motiondb.symbols.hmm``. A model without it
+            can be fitted and sampled by hmmlearn; see :mod:`motiondb.hmmlearn_models`.
+
+        Raises
+        ------
+        MotionDBError
+            If there is no such symbol.
+        """
+        if not 0 <= symbol < self.n_symbols:
+            raise MotionDBError(
+                f"symbol: expected a number from 0 to {self.n_symbols - 1}, found {symbol}. "
+                "`motiondb symbols` lists the symbols."
+            )
+        n = int(self.n_states[symbol])
+        parts = (part[symbol, :n] for part in (self.self_loops, self.means, self.covars))
+        return hmmlearn_models.to_hmmlearn(*parts, exit_state=exit_state)
+
+    @classmethod
+    def from_hmmlearn(cls, models: Sequence[GaussianHMM]) -> MotionSymbols:
+        """Symbols from left-to-right models of hmmlearn, one a symbol.
+
+        Parameters
+        ----------
+        models : sequence of hmmlearn.hmm.GaussianHMM
+            Models with diagonal covariances, with or without exit states. Where there is none, the
+            last self-loop is 1.
+
+        Raises
+        ------
+        MotionDBError
+            If a model is not left-to-right, or has other covariances.
+        """
+        return cls(*hmmlearn_models.from_hmmlearn(models))
 
 
 @dataclass(frozen=True)

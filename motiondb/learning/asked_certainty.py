@@ -94,7 +94,7 @@ class Written:
         Calibration of the word map.
     margin : int
         Frames that a window reaches beyond its segment.
-    n_bearing : int
+    n_posture_and_travel : int
         Number of the last columns that are posture and travel.
     """
 
@@ -110,7 +110,7 @@ class Written:
     ridge: float
     calibration: FloatArray
     margin: int = by_words.WINDOW_MARGIN
-    n_bearing: int = 0
+    n_posture_and_travel: int = 0
 
     @cached_property
     def moments(self) -> WordMoments:
@@ -229,7 +229,10 @@ class Gallery:
     def alike(self, written: Written, row: int, words: WordMap) -> FloatArray:
         """Resemblance of every capture to the example: array (captures,)."""
         return by_motion.resemblance(
-            written.vectors[row], self.vectors, words, n_bearing=written.n_bearing
+            written.vectors[row],
+            self.vectors,
+            words,
+            n_posture_and_travel=written.n_posture_and_travel,
         )
 
 
@@ -329,7 +332,7 @@ def _folds(groups: IntArray) -> IntArray:
 def _capture_log_odds(written: Written, words: WordMap, capture: int) -> FloatArray:
     """Log-odds of every word as the only action asked of a capture: array (words,)."""
     rows = written.segments[capture]
-    odds = by_words.heard(
+    odds = by_words.motion_log_odds(
         words, written.standardised[rows], written.table.starts[rows], written.table.ends[rows],
         written.margin,
     )  # fmt: skip

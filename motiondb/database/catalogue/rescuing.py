@@ -42,7 +42,7 @@ class RescueReport:
     was_learned: bool
 
 
-def rescue(path: str | Path, output: str | Path) -> RescueReport:
+def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> RescueReport:
     """Save every readable capture of a database into a new file.
 
     The damaged file is only read. The new one gets its name when it is complete.
@@ -53,6 +53,8 @@ def rescue(path: str | Path, output: str | Path) -> RescueReport:
         The damaged database.
     output : str or Path
         The new database; there must be no file of this name.
+    wait : float
+        Seconds to wait for another process that holds the damaged file.
 
     Raises
     ------
@@ -60,30 +62,36 @@ def rescue(path: str | Path, output: str | Path) -> RescueReport:
         Nothing of the file can be read, or the output is there already.
     """
     path, output = Path(path), Path(output)
+    if not output.parent.is_dir():
+        raise StoreError(
+            f"{output}: expected the folder {output.parent}, found none. Make the folder first."
+        )
     if output.exists():
         raise StoreError(
             f"{output}: expected the name of a new file, found a file of that name. "
             "Give another name with -o."
         )
-    with store.open_damaged(path) as damaged:
+    with store.opened_damaged(path, wait=wait) as (damaged, lost):
         draft = output.with_name(f".{output.name}.rescue")
         for left in (draft, draft.with_name(f"{draft.name}.wal")):  # by a kill
             left.unlink(missing_ok=True)
         try:
             with store.open_store(draft) as new:
-                report = _save_all(damaged, new, output)
+                report = _save_all(damaged, new, output, lost)
             draft.replace(output)
         finally:
             draft.unlink(missing_ok=True)
     return report
 
 
-def _save_all(damaged: store.Store, new: store.Store, output: Path) -> RescueReport:
+def _save_all(
+    damaged: store.Store, new: store.Store, output: Path, lost: list[str]
+) -> RescueReport:
     """Copy capture by capture, then what belongs to several."""
     runs = {run.run_id: run for run in store.salvage_runs(damaged)}
     names: list[str] = []
     mended: list[str] = []
-    lost: list[str] = []
+    lost = list(lost)
     with store.transaction(new):
         store.save_runs(new, runs.values())
         run_id = store.start_run(new, "rescue", {"from": str(damaged.path)})

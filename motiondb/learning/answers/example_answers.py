@@ -133,7 +133,10 @@ def _how_sure(
             np.array([c.start * FEATURE_STEP]), np.array([c.end * FEATURE_STEP]),
         )  # fmt: skip
         alike = by_motion.resemblance(
-            query.vector, vector, learned.word_map, n_bearing=learned.n_bearing
+            query.vector,
+            vector,
+            learned.word_map,
+            n_posture_and_travel=learned.n_posture_and_travel,
         )[0]
         chance = float(certainty.probability(sure.log_odds(np.array([alike, clear]))))
         told.append(
@@ -188,7 +191,9 @@ def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_mo
     whole = np.array([0.0]), np.array([float(len(seen.features))])
     vector = score_vectors.interval_vectors(seen.standardised, starts, ends, *whole)[0]
     words = learned.word_map if meaning else None
-    return by_motion.Query(seen.features, seen.symbols, weights, vector, words, learned.n_bearing)
+    return by_motion.Query(
+        seen.features, seen.symbols, weights, vector, words, learned.n_posture_and_travel
+    )
 
 
 def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:
