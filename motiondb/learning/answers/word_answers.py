@@ -145,8 +145,8 @@ def _word_chance(learned: Learned, why: Sequence[reasons.WordReason]) -> float |
         return None
     chance = 1.0
     for log_odds, said in reasons.by_action(why):
-        heard = float(sure.log_odds(np.array([log_odds - said])))
-        chance *= float(certainty.probability(heard + said))
+        from_motion = float(sure.log_odds(np.array([log_odds - said])))
+        chance *= float(certainty.probability(from_motion + said))
     return chance
 
 
