@@ -74,6 +74,32 @@ def add(
     skip_bad_frames: Annotated[
         bool, typer.Option("--skip-bad-frames", help="Leave out frames that cannot be read.")
     ] = False,
+    keep_implausible: Annotated[
+        bool, typer.Option("--keep-implausible", help="Keep motion faster than people can move.")
+    ] = False,
+    outside_skeletons: Annotated[
+        bool, typer.Option("--outside-skeletons", help="Let a sheet name ASF files elsewhere.")
+    ] = False,
+    time_limit: Annotated[
+        float,
+        typer.Option(
+            "--time-limit",
+            min=0.1,
+            max=1e6,
+            callback=finite,
+            help="Seconds to read a file of up to 10 MB; larger files get more in proportion.",
+        ),
+    ] = 60.0,
+    memory_limit: Annotated[
+        float,
+        typer.Option(
+            "--memory-limit",
+            min=0.01,
+            max=1e4,
+            callback=finite,
+            help="Gigabytes that the clip of a file may fill in memory.",
+        ),
+    ] = 0.4,
     jobs: Annotated[
         int, typer.Option("--jobs", min=1, max=1024, help="Processes that read files.")
     ] = 2,
@@ -81,7 +107,7 @@ def add(
     json: Json = False,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
-    from motiondb.capture import unit_from_name
+    from motiondb.capture import ReadLimits, unit_from_name
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 
     settings = AddSettings(
@@ -90,6 +116,9 @@ def add(
         skip_bad_frames=skip_bad_frames,
         joint_map=read_joint_map(joint_map) if joint_map else {},
         jobs=jobs,
+        limits=ReadLimits(seconds=time_limit, memory=int(memory_limit * 1e9)),
+        keep_implausible=keep_implausible,
+        outside_skeletons=outside_skeletons,
     )
     with database(db, writing=True, create=True) as base, progress(not json) as tell:
         report = base.add(folder, words, settings, tell, events)
@@ -295,7 +324,11 @@ def fetch_cmu(
     deadline: Annotated[
         float,
         typer.Option(
-            "--deadline", min=1.0, max=1e6, callback=finite, help="Seconds for the whole download."
+            "--deadline",
+            min=1.0,
+            max=1e6,
+            callback=finite,
+            help="Seconds for the whole download.",
         ),
     ] = 21_600.0,
     db: Db = DEFAULT_DB,

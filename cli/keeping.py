@@ -59,9 +59,9 @@ def rescue(
     json: Json = False,
 ) -> None:
     """Save every readable capture of a damaged database into a new file; exit 1 if any is lost."""
-    from motiondb.database.catalogue.rescuing import rescue as save
+    import motiondb
 
-    report = save(file or db, output)
+    report = motiondb.rescue(file or db, output, wait=seconds_to_wait())
     if json:
         print_json(asdict(report))
     else:
@@ -97,7 +97,7 @@ def compact(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Rewrite the database file without the space of removed rows."""
     import motiondb
 
-    before, after = motiondb.compact(db)
+    before, after = motiondb.compact(db, wait=seconds_to_wait())
     if json:
         print_json({"before": before, "after": after})
     else:

@@ -34,13 +34,18 @@ DiagramFile = Annotated[
 Folder = Annotated[Path, typer.Option("--out", "-o", help="The folder to write.")]
 Rounds = Annotated[
     int,
-    typer.Option("--rounds", min=1, help="Largest number of rounds of sampling."),
+    typer.Option(
+        "--rounds",
+        min=1,
+        max=1_000_000,
+        help="Rounds of sampling, at most; the seed then fixes the scene.",
+    ),
 ]
 Minutes = Annotated[
     float | None,
     typer.Option(
         "--minutes", min=0.0001, max=10_000.0, callback=finite,
-        help="Cut sampling short after this time, in minutes.  [default: never]",
+        help="Cut sampling short after this time, and say so; else never.",
     ),
 ]  # fmt: skip
 Chains = Annotated[

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from motiondb.capture import read_capture
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings
+    from motiondb.database.catalogue.rescuing import rescue
     from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.errors import MotionDBError
@@ -36,6 +37,7 @@ __all__ = [
     "compact",
     "open",
     "read_capture",
+    "rescue",
     "write_bvh",
     "write_gltf",
 ]
@@ -51,6 +53,7 @@ _PUBLIC = {
     "MotionDBError": "motiondb.errors",
     "SceneSettings": "motiondb.database.scenes.scene_making",
     "read_capture": "motiondb.capture",
+    "rescue": "motiondb.database.catalogue.rescuing",
 }
 
 
@@ -79,13 +82,15 @@ def open(
     return MotionDB(path, read_only=read_only, wait=wait)
 
 
-def compact(path: str | Path) -> tuple[int, int]:
+def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
     """Rewrite a database file without the space that removed rows left.
 
     Parameters
     ----------
     path : str or Path
         The DuckDB file; nobody may have it open.
+    wait : float
+        Seconds to wait for another process that holds the file.
 
     Returns
     -------
@@ -99,7 +104,7 @@ def compact(path: str | Path) -> tuple[int, int]:
     """
     from motiondb import store
 
-    return store.compact(Path(path))
+    return store.compact(Path(path), wait=wait)
 
 
 def write_bvh(motion: Clip | Motion, path: str | Path) -> None:

@@ -126,8 +126,9 @@ def fit_certainties(written: Written) -> Certainties:
 
 
 def words_certainty(written: Written) -> Certainty | None:
-    """Of an action's log-odds in a capture; the threshold is of what the motion adds to what is
-    usual, so that rare words can be found too.
+    """Certainty of an action's log-odds in a capture.
+
+    The threshold is of what the motion adds to the usual log-odds, so that rare words pass too.
     """
     log_odds, right, present, absent = [], [], [], []
     folds = _folds(written.groups)
@@ -152,8 +153,9 @@ def words_certainty(written: Written) -> Certainty | None:
 
 
 def example_certainty(written: Written) -> Certainty | None:
-    """Of the resemblance of an answer and of how clear the example's action is; the threshold is of
-    the resemblance.
+    """Certainty of an answer's resemblance and of how clear the example's action is.
+
+    The threshold is of the resemblance.
     """
     cues, right, present, absent = [], [], [], []
     share = _shared(written)
@@ -231,8 +233,7 @@ def look_through(
 def best_window(
     vector: FloatArray, standardised: FloatArray, starts: IntArray, ends: IntArray, length: int
 ) -> tuple[FloatArray, int, int]:
-    """The window of a capture that moves most like a vector: its own vector, first and last + 1
-    frame.
+    """Vector, first frame and last frame + 1 of the window that moves most like a vector.
 
     standardised : array (segments, columns). starts, ends : arrays (segments,), frames.
     """
@@ -248,8 +249,10 @@ def _fit(
     present: Sequence[float],
     absent: Sequence[float],
 ) -> Certainty | None:
-    """None where too few answers are known, all are right or wrong, or the first cue tells nothing
-    of them.
+    """Certainty of answers; None where it cannot be learned.
+
+    It cannot where too few answers are known, all are right or wrong, or the first cue does not
+    separate them.
     """
     truth = np.array(right, dtype=bool)
     if len(truth) < LEAST_ANSWERS or truth.all() or not truth.any():

@@ -38,7 +38,7 @@ from motiondb.store.checking.check import check_store
 from motiondb.store.checking.compaction import compact, count_rows
 from motiondb.store.checking.salvage import (
     SalvagedCapture,
-    open_damaged,
+    opened_damaged,
     salvage_captures,
     salvage_runs,
 )
@@ -154,8 +154,8 @@ __all__ = [
     "load_synonyms",
     "load_transition_counts",
     "matches",
-    "open_damaged",
     "open_store",
+    "opened_damaged",
     "pack_source",
     "parse_where",
     "reading",

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -156,6 +158,31 @@ def test_everything_of_a_sound_database_is_saved(
         after = {i.name: vars(i) | {"capture_id": 0} for i in store.load_captures(new)}
         assert after == before
         assert store.check_store(new, sources=True) == []
+
+
+_KILLED = """
+import os, sys
+from motiondb import store
+database = store.open_store(sys.argv[1])
+store.save_synonyms(database, {"dash": "run"})
+os._exit(0)
+"""
+
+
+def test_a_damaged_log_is_left_out(small: Path, tmp_path: Path) -> None:
+    bad = Path(shutil.copy(small, tmp_path / "bad.duckdb"))
+    subprocess.run([sys.executable, "-c", _KILLED, str(bad)], check=True)
+    log = tmp_path / "bad.duckdb.wal"
+    content = bytearray(log.read_bytes())
+    content[len(content) // 2] ^= 1
+    log.write_bytes(content)
+    with pytest.raises(StoreError, match="Corrupt WAL file"):
+        store.check_file(bad)
+    report = rescue(bad, tmp_path / "new.duckdb")
+    assert report.captures == ("bow_1", "jump_1", "walk_1", "made")
+    assert report.lost == (f"{log}: could not be read; the latest changes are lost.",)
+    assert log.read_bytes() == content
+    assert store.check_file(tmp_path / "new.duckdb") == []
 
 
 def test_the_command_tells_what_was_saved(small: Path, tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import capture, store
@@ -109,9 +109,9 @@ def add_captures(
         When there is nothing to add at the path. Broken files do not raise: they are reported.
     """
     tell = progress or (lambda _what, _done, _total: None)
-    files = _files(folder)
+    files, unusable = _text_names(_files(folder))
     names = {capture_name(_below(path, folder)): path for path in reversed(files)}
-    problems = sheets.unknown(names)
+    problems = sheets.unknown(names) + unusable
     problems += [
         f"{path}: expected one file per name, found "
         f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
@@ -130,7 +130,8 @@ def add_captures(
             tell("reading captures", done, len(jobs))
     problems += [r.problem for r in readings if r.problem]
     with store.transaction(opened):
-        return _save(opened, _Batch(folder, sheets, settings), readings, problems, tell)
+        report = _save(opened, _Batch(folder, sheets, settings), readings, problems, tell)
+    return replace(report, notes=(*capture.not_read(folder), *report.notes))
 
 
 @dataclass(frozen=True)
@@ -152,6 +153,7 @@ class _Batch:
             "unit": self.settings.unit,
             "skip_bad_frames": self.settings.skip_bad_frames,
             "joint_map": dict(self.settings.joint_map),
+            "keep_implausible": self.settings.keep_implausible,
         }
 
 
@@ -311,10 +313,24 @@ def _files(folder: Path) -> list[Path]:
         raise MotionDBError(f"{folder}: expected a capture or a folder of captures, found nothing.")
     files = capture.find_captures(folder)
     if not files:
+        others = "".join(f"\n{sentence}." for sentence in capture.not_read(folder))
         raise MotionDBError(
             f"{folder}: expected captures ({', '.join(capture.CAPTURE_ENDINGS)}), found none."
+            + others
         )
     return files
+
+
+def _text_names(files: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """Split files into those whose names are text and problems for the others."""
+    usable = [path for path in files if capture.is_text(path)]
+    problems = [
+        f"{capture.printable(path)}: expected a file name in UTF-8, found other bytes. "
+        "Rename the file."
+        for path in files
+        if not capture.is_text(path)
+    ]
+    return usable, problems
 
 
 def _below(path: Path, folder: Path) -> str:

@@ -72,8 +72,10 @@ class MadeMotion:
 
 @dataclass(frozen=True, eq=False)
 class _Attempt:
-    """One attempt: ``clarities`` has log c per action, ``unclear`` the symbol that shows it least
-    for every action that is not recognised.
+    """One attempt.
+
+    ``clarities`` has log c per action, ``unclear`` the symbol that shows it least for every action
+    that is not recognised.
     """
 
     made: SequenceMotion

@@ -1,4 +1,4 @@
-"""Check that every column can be read and that the tables are those of ``schema.sql``."""
+"""Read every column of every table, and compare the tables with ``schema.sql``."""
 
 from __future__ import annotations
 
