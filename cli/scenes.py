@@ -239,7 +239,7 @@ def _clips(path: Path | None, grammar: MotionGrammar) -> Mapping[str, Sequence[S
     if path is None:
         return None
     with database(path) as base:
-        return base.scenes.actions(grammar)
+        return base.scenes.find_actions(grammar)
 
 
 def _clip_facts(

@@ -204,8 +204,14 @@ class Scenes:
             if (capture := f"{name}/{player}") not in replaced:
                 check_name_free(database, capture)
 
-    def actions(self, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
-        """For every terminal of a grammar the parts of captures that show its action."""
+    def find_actions(self, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
+        """Parts of captures whose captions show the terminals of a grammar.
+
+        Parameters
+        ----------
+        grammar : MotionGrammar
+            A motion grammar.
+        """
         with self._session.reading():
             return find_actions(self._session, grammar)
 
