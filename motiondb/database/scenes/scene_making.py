@@ -250,7 +250,8 @@ def _attempt(
     seconds["sampling"] += time.monotonic() - began
     began = time.monotonic()
     progress("polishing", 0.0, trace.final)
-    table = Binder(text.diagram, text.grammar).bind(list(state.trees))
+    spans = [player.spans for player in state.players]
+    table = Binder(text.diagram, text.grammar).bind(list(state.trees), spans)
     polished = polish(state, clips.library, clips.motions, table, settings.gaze, start is not None)
     found = report_scene(state, clips.library, clips.motions, table, polished)
     seconds["polishing"] += time.monotonic() - began
