@@ -33,7 +33,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -41,13 +40,13 @@ from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.clips.ground import compose, inverse
 from motiondb.scene.energy.energy import token_errors
-from motiondb.scene.energy.rule_table import RuleTable
 from motiondb.scene.energy.scene_arrays import SceneArrays, scene_state
 from motiondb.scene.energy.scene_state import PlayerState, SceneState
 from motiondb.scene.language.expressions import Spans
 from motiondb.scene.sampling.clip_choice import ClipGroups, smooth_string
 from motiondb.scene.sampling.metropolis import DRAWS, EVERYBODY, KINDS, Focus, Walk, walk
 from motiondb.scene.sampling.play import Play
+from motiondb.scene.sampling.structure import Structure, least_error
 from motiondb.scene.sampling.tree_growth import places
 from motiondb.scene.sampling.tree_shapes import TreeShape, exchanged, subtree_errors, tree_shape
 
@@ -56,27 +55,6 @@ AROUND = 3
 by hand."""
 LONGEST = 5
 """Largest number of actions whose clips are drawn anew at once. Chosen by hand."""
-
-
-class Structure(NamedTuple):
-    """A scene with everything that its derivations determine.
-
-    Attributes
-    ----------
-    scene : SceneArrays
-        The scene, evaluated.
-    trees : list of Tree
-        The players' derivations.
-    table : RuleTable
-        The rules.
-    spans : list of (Spans or None)
-        The actions of each player's items.
-    """
-
-    scene: SceneArrays
-    trees: list[Tree]
-    table: RuleTable
-    spans: list[Spans | None]
 
 
 @dataclass
@@ -108,12 +86,15 @@ class Chain:
         self.play, self.rng = play, rng
         self.trees = list(state.trees)
         self.shapes = [play.shape(player, tree) for player, tree in enumerate(self.trees)]
-        self.spans: list[Spans | None] = [player.spans for player in state.players]
+        new = [player.spans is None for player in state.players]
+        self.spans: list[Spans | None] = [
+            player.spans or next(iter(play.binder.assignments(number, shape.actions)), None)
+            for number, (player, shape) in enumerate(zip(state.players, self.shapes, strict=True))
+        ]
         self.table = play.binder.bind(self.trees, self.spans)
         self.scene = play.arrays(state, self.table)
-        for player, chosen in enumerate(self.spans):
-            if chosen is None:
-                self.assign(player)
+        for player in np.flatnonzero(new).tolist():
+            self.assign(player)
         self.jumps = Jumps(0, 0, 0, np.zeros((len(KINDS), 2), np.int64))
         self.best = math.inf
         self.best_state = state
@@ -138,7 +119,7 @@ class Chain:
         before = self.energy
         if len(self.play.binder.assignments(player, self.shapes[player].actions)) < 2:
             return False
-        best = _least_error(self.play, self.state, self.trees, self.spans, player)
+        best = least_error(self.play, self.state, self.trees, self.spans, player)
         if self.play.energy(best.scene, best.table) >= before - 1e-9:
             return False
         self.scene, self.trees, self.table, self.spans = best
@@ -348,7 +329,7 @@ class Chain:
         spans = list(self.spans)
         if not same:
             spans[player] = play.binder.assignments(player, shape.actions)[0]
-        new = _least_error(play, SceneState(players), trees, spans, player)
+        new = least_error(play, SceneState(players), trees, spans, player)
         return new, log_ratio if exact else 0.0
 
     def _clips(
@@ -391,27 +372,3 @@ class Chain:
         if delay < 0:
             return None
         return PlayerState(tree, spelled, tuple(origin.tolist()), delay)
-
-
-def _least_error(
-    play: Play,
-    state: SceneState,
-    trees: list[Tree],
-    spans: Sequence[Spans | None],
-    player: int,
-) -> Structure:
-    """Return a scene with that assignment of a player's actions to items that has the least error.
-
-    All assignments of :meth:`.Binder.assignments` are evaluated, with the clips as they are.
-    """
-    best: Structure | None = None
-    least = math.inf
-    for chosen in play.binder.assignments(player, trees[player].leaves()):
-        of = [*spans[:player], chosen, *spans[player + 1 :]]
-        table = play.binder.bind(trees, of)
-        scene = play.arrays(state, table)
-        energy = play.energy(scene, table)
-        if best is None or energy < least:
-            best, least = Structure(scene, trees, table, of), energy
-    assert best is not None  # a tree of a chain fits its player's expression
-    return best
