@@ -1,4 +1,4 @@
-"""events: instants of captures, such as foot strikes, catches and releases."""
+"""Commands events, events show and events import: foot strikes, catches, releases and others."""
 
 from __future__ import annotations
 
@@ -13,9 +13,15 @@ from motiondb.cli.options import DEFAULT_DB, Commands, Db, Json, database, print
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
     group = Commands(
-        help="Instants of captures: feet that strike, balls that are caught and released.",
+        help="Events of captures: foot strikes, catches and releases of a ball.",
         invoke_without_command=True,
     )
     group.callback()(events)
@@ -25,7 +31,7 @@ def register(app: typer.Typer) -> None:
 
 
 def events(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """List which instants the database knows, how often, and in how many captures."""
+    """List the kinds of events with their number, and the number of captures."""
     if context.invoked_subcommand is not None:
         return
     with database(db) as base:
@@ -50,7 +56,7 @@ def show_events(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """List the instants of one capture."""
+    """List the events of one capture."""
     from motiondb.records import MOTION_FPS
 
     with database(db) as base:
@@ -69,11 +75,11 @@ def show_events(
 
 
 def import_events(
-    sheet: Annotated[Path, typer.Argument(help="A sheet of instants (TSV or CSV).")],
+    sheet: Annotated[Path, typer.Argument(help="A sheet of events (TSV or CSV).")],
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Replace the instants of the captures that a sheet names; unknown rows are listed (exit 1)."""
+    """Replace the events of the captures of a sheet; rows without a capture are listed (exit 1)."""
     with database(db, writing=True) as base:
         report = base.import_events(sheet)
     if json:

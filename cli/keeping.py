@@ -1,4 +1,4 @@
-"""check, rescue, info, compact: keep the database sound."""
+"""Commands check, rescue, info and compact: maintenance of the database."""
 
 from __future__ import annotations
 
@@ -20,7 +20,13 @@ from motiondb.cli.options import (
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
     app.command()(check)
     app.command()(rescue)
     app.command()(info)
@@ -28,7 +34,7 @@ def register(app: typer.Typer) -> None:
 
 
 def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Look for faults in the database; exit 1 if there are any."""
+    """Check the database for faults; exit 1 if there are any."""
     from motiondb.store import check_file
 
     faults = check_file(db, wait=seconds_to_wait())
@@ -53,9 +59,9 @@ def rescue(
     json: Json = False,
 ) -> None:
     """Save every readable capture of a damaged database into a new file; exit 1 if any is lost."""
-    from motiondb.database.catalogue.rescuing import rescue as save
+    import motiondb
 
-    report = save(file or db, output)
+    report = motiondb.rescue(file or db, output, wait=seconds_to_wait())
     if json:
         print_json(asdict(report))
     else:
@@ -70,7 +76,7 @@ def rescue(
 
 
 def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Say what is in the database and how it came about."""
+    """Show what the database contains and the commands that changed it."""
     with database(db) as base:
         facts, runs = base.info(), base.runs()
         drift = base.drift()
@@ -78,7 +84,7 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
         print_json(facts | {"drift": asdict(drift) if drift else None, "runs": runs})
         return
     for key, value in facts.items():
-        typer.echo(f"{key + ':':22} {value}")
+        typer.echo(f"{key.replace('_', ' ') + ':':22} {value}")
     for run in runs[-10:]:
         what = f"run {run['run_id']:<4} {run['kind']:10}"
         typer.echo(f"{what} {run['started']} motiondb {run['version']}")
@@ -88,10 +94,10 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
 
 
 def compact(db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Rewrite the database file without the space that removed rows left."""
-    from motiondb import store
+    """Rewrite the database file without the space of removed rows."""
+    import motiondb
 
-    before, after = store.compact(db)
+    before, after = motiondb.compact(db, wait=seconds_to_wait())
     if json:
         print_json({"before": before, "after": after})
     else:

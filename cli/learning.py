@@ -1,4 +1,4 @@
-"""learn and symbols: what the captures are made of."""
+"""Commands learn and symbols."""
 
 from __future__ import annotations
 
@@ -21,20 +21,29 @@ from motiondb.cli.options import (
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
     app.command()(learn)
     app.command()(symbols)
 
 
 def learn(
     n_symbols: Annotated[
-        int | None, typer.Option("--symbols", min=1, help="Number of symbols; default: the data's.")
+        int | None,
+        typer.Option(
+            "--symbols", min=1, help="Number of symbols.  [default: chosen from the data]"
+        ),
     ] = None,
     seed: Seed = 0,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Learn motion symbols, their space, and their words from everything in the database."""
+    """Learn motion symbols, their space and their words from all captures of the database."""
     from motiondb.learning.symbol_fitting import LearnSettings
 
     with database(db, writing=True) as base, progress(not json) as tell:

@@ -1,4 +1,4 @@
-"""scene make, update, report, list, remove: animated scenes from tactics diagrams."""
+"""Commands scene make, update, report, list and remove: scenes from tactics diagrams."""
 
 from __future__ import annotations
 
@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database, print_json, print_table
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    Json,
+    Png,
+    Seed,
+    database,
+    finite,
+    print_json,
+    print_table,
+)
 
 if TYPE_CHECKING:
     from motiondb.database.motion_db import MotionDB
@@ -21,32 +31,48 @@ if TYPE_CHECKING:
 DiagramFile = Annotated[
     str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
 ]
-Folder = Annotated[Path, typer.Option("--out", "-o", help="The folder that the scene becomes.")]
+Folder = Annotated[Path, typer.Option("--out", "-o", help="The folder to write.")]
 Rounds = Annotated[
     int,
-    typer.Option("--rounds", help="Rounds of sampling, at most; the seed then fixes the scene."),
+    typer.Option(
+        "--rounds",
+        min=1,
+        max=1_000_000,
+        help="Rounds of sampling, at most; the seed then fixes the scene.",
+    ),
 ]
 Minutes = Annotated[
     float | None,
-    typer.Option("--minutes", help="Cut sampling short after this time, and say so; else never."),
-]
+    typer.Option(
+        "--minutes", min=0.0001, max=10_000.0, callback=finite,
+        help="Cut sampling short after this time, and say so; else never.",
+    ),
+]  # fmt: skip
 Chains = Annotated[
-    int, typer.Option("--chains", help="Markov chains at different temperatures; 1 is a single.")
+    int,
+    typer.Option("--chains", help="Number of Markov chains, at different temperatures, 1 to 64."),
 ]
 Name = Annotated[
-    str, typer.Option("--name", help="Also keep it in the database, its motions as NAME/PLAYER.")
+    str,
+    typer.Option("--name", help="Also keep it in the database, with its motions as NAME/PLAYER."),
 ]
-Gaze = Annotated[bool, typer.Option("--gaze/--no-gaze", help="Heads follow the ball.")]
+Gaze = Annotated[bool, typer.Option("--gaze/--no-gaze", help="Whether heads follow the ball.")]
 Drawn = Annotated[
     bool, typer.Option("--pictures/--no-pictures", help="Draw paths.png, above.gif and scene.gif.")
 ]
 Place = Annotated[
-    str, typer.Argument(metavar="SCENE", help="The folder of a scene, or the name of a kept one.")
+    str, typer.Argument(metavar="SCENE", help="The folder of a scene, or the name of a kept scene.")
 ]
 
 
 def register(group: typer.Typer) -> None:
-    """Put the commands into the group ``scene``."""
+    """Add the commands to the group.
+
+    Parameters
+    ----------
+    group : typer.Typer
+        The group ``scene``.
+    """
     for command in (make, update, report):
         group.command(command.__name__)(command)
     group.command("list")(list_scenes)
@@ -66,7 +92,7 @@ def make(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Make an animated scene of a tactics diagram, with every rule's error in the report."""
+    """Make an animated scene from a tactics diagram, with a report of every rule's error."""
     from motiondb.database.scenes.scene_files import read_tactics
     from motiondb.database.scenes.scene_verbs import SceneSettings, check_folder
 
@@ -86,7 +112,8 @@ def update(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a scene.")],
     file: DiagramFile,
     seed: Annotated[
-        int | None, typer.Option("--seed", min=0, help="Another seed than the scene's.")
+        int | None,
+        typer.Option("--seed", min=0, max=2**63 - 1, help="A seed other than the scene's."),
     ] = None,
     minutes: Minutes = None,
     name: Name = "",
@@ -94,7 +121,7 @@ def update(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Make the scene of a folder again for a changed diagram, beginning from what it is."""
+    """Make the scene of a folder again for a changed diagram, starting from the present scene."""
     from dataclasses import replace
 
     from motiondb.database.scenes.scene_files import read_tactics
@@ -171,7 +198,7 @@ def _refuse_impossible(record: StoredScene) -> None:
 
 
 def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Tell how well a scene keeps each rule, who touches whom, and where its motion comes from."""
+    """Report how well a scene keeps each rule, collisions, and the sources of its motion."""
     from motiondb.database.scenes.scene_folder import read_scene_folder
     from motiondb.database.scenes.scene_reports import report_facts, report_text
 
@@ -224,7 +251,7 @@ def remove(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Take a kept scene out of the database, with its players' motions; folders stay."""
+    """Remove a kept scene and its players' motions from the database; folders stay."""
     with database(db, writing=True) as base:
         captures = base.scenes.remove(name)
     if json:
@@ -235,7 +262,10 @@ def remove(
 
 @contextmanager
 def scene_progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
-    """A bar on standard error with the error so far: call with what, the share done, the error."""
+    """Show a progress bar with the error on standard error.
+
+    Call what it yields with the name of the step, the share that is done, and the error.
+    """
     if not enabled:
         yield lambda _what, _share, _error: None
         return

@@ -1,4 +1,4 @@
-"""words: the vocabulary, and what people write about captures."""
+"""Commands words, words set, import, synonyms and suggest: vocabulary and captions."""
 
 from __future__ import annotations
 
@@ -24,8 +24,16 @@ from motiondb.cli.options import (
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
-    group = Commands(help="The words known, and those of captures.", invoke_without_command=True)
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
+    group = Commands(
+        help="The vocabulary, and the captions of captures.", invoke_without_command=True
+    )
     group.callback()(words)
     group.command("set")(set_words)
     group.command("import")(import_words)
@@ -35,7 +43,7 @@ def register(app: typer.Typer) -> None:
 
 
 def words(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """List the words the database knows, with the symbols that speak for them."""
+    """List the words of the database with their most probable symbols."""
     if context.invoked_subcommand is not None:
         return
     with database(db) as base:
@@ -56,14 +64,14 @@ def words(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> No
 
 def set_words(
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
-    text: Annotated[str, typer.Argument(metavar="WORDS", help="What it shows.")],
+    text: Annotated[str, typer.Argument(metavar="WORDS", help="Words that describe it.")],
     start: From = None,
     end: To = None,
-    keep: Annotated[bool, typer.Option("--keep", help="Keep the words that are there.")] = False,
+    keep: Annotated[bool, typer.Option("--keep", help="Keep the present captions.")] = False,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Write down what a capture, or a part of it, shows."""
+    """Set the caption of a capture or of a part of it."""
     with database(db, writing=True) as base:
         change = base.set_words(name, text, start, end, keep)
         captions = base.captions(name)
@@ -85,7 +93,7 @@ def import_words(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Replace words and tags of captures by those of a sheet; unknown rows are listed (exit 1)."""
+    """Replace captions and tags by those of a sheet; rows without a capture are listed (exit 1)."""
     with database(db, writing=True) as base:
         report = base.import_words(sheet)
         drift = base.drift()
@@ -110,7 +118,7 @@ def set_synonyms(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Keep a file of synonyms for words and questions."""
+    """Store a file of synonyms for captions and queries."""
     with database(db, writing=True) as base:
         table = base.set_synonyms(file)
     if json:
@@ -120,7 +128,7 @@ def set_synonyms(
 
 
 def suggest(limit: Limit = 10, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Say which captures to write words about next: those that stand for most of the others."""
+    """List the captures to caption next: those that resemble most of the others."""
     with database(db) as base:
         found = base.suggest_captions(limit)
     if json:

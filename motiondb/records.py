@@ -7,14 +7,23 @@ every parent stands before its children.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb import hmmlearn_models
+from motiondb.errors import MotionDBError
+
+if TYPE_CHECKING:
+    from hmmlearn.hmm import GaussianHMM
+
 FloatArray = NDArray[np.float64]
 Float32Array = NDArray[np.float32]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 MOTION_FPS = 30.0
 """Frames per second of every canonical :class:`Motion`."""
@@ -84,13 +93,19 @@ class Clip:
 class Motion:
     """A motion on the canonical body (``motiondb.pose.body``) at 30 frames a second.
 
+    World frame: right-handed, y up, the ground at y = 0.
+
     Attributes
     ----------
-    local_rotations : array (frames, joints of the body, 4), float32, w, x, y, z.
-    root_positions : array (frames, 3), float32, metres on the standard body (the performer's
-        positions scaled by standard leg length / performer's leg length), feet on y = 0.
-    leg_length : the performer's leg length, hip to ankle, metres.
-    notes : sentences about what was mended on the way.
+    local_rotations : array (frames, 21, 4), float32
+        Unit quaternions w, x, y, z, relative to the parent joint.
+    root_positions : array (frames, 3), float32
+        World positions of the pelvis, metres on the standard body: the performer's positions
+        scaled by standard leg length / performer's leg length.
+    leg_length : float
+        The performer's leg length, hip to ankle, metres.
+    notes : tuple of str
+        Sentences about what was repaired when the capture was read.
     """
 
     local_rotations: Float32Array
@@ -102,6 +117,28 @@ class Motion:
     def n_frames(self) -> int:
         """Number of frames."""
         return len(self.root_positions)
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds; every frame lasts 1 / 30 s."""
+        return self.n_frames / MOTION_FPS
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the 21 joints, in the order of all arrays; parents come before children."""
+        from motiondb.pose.body import JOINTS
+
+        return tuple(JOINTS)
+
+    def joint_positions(self) -> FloatArray:
+        """World positions of all joints: array (frames, 21, 3), metres on the standard body.
+
+        Right-handed, y up. Multiply by ``leg_length / motiondb.pose.body.LEG_LENGTH`` for the
+        performer's size.
+        """
+        from motiondb.pose.retarget import motion_positions
+
+        return motion_positions(self)[0]
 
 
 @dataclass(frozen=True, order=True)
@@ -137,6 +174,49 @@ class MotionSymbols:
     def n_symbols(self) -> int:
         """Number of symbols."""
         return len(self.n_states)
+
+    def to_hmmlearn(self, symbol: int, *, exit_state: bool = True) -> GaussianHMM:
+        """Translate a symbol to a ``hmmlearn.hmm.GaussianHMM`` of equal score.
+
+        Parameters
+        ----------
+        symbol : int
+            Number of the symbol.
+        exit_state : bool, optional
+            Whether the model gets a further state, absorbing and without frames, for a symbol that
+            was left. Then ``score`` is exactly that of ``motiondb.symbols.hmm``. A model without it
+            can be fitted and sampled by hmmlearn; see :mod:`motiondb.hmmlearn_models`.
+
+        Raises
+        ------
+        MotionDBError
+            If there is no such symbol.
+        """
+        if not 0 <= symbol < self.n_symbols:
+            raise MotionDBError(
+                f"symbol: expected a number from 0 to {self.n_symbols - 1}, found {symbol}. "
+                "`motiondb symbols` lists the symbols."
+            )
+        n = int(self.n_states[symbol])
+        parts = (part[symbol, :n] for part in (self.self_loops, self.means, self.covars))
+        return hmmlearn_models.to_hmmlearn(*parts, exit_state=exit_state)
+
+    @classmethod
+    def from_hmmlearn(cls, models: Sequence[GaussianHMM]) -> MotionSymbols:
+        """Symbols from left-to-right models of hmmlearn, one a symbol.
+
+        Parameters
+        ----------
+        models : sequence of hmmlearn.hmm.GaussianHMM
+            Models with diagonal covariances, with or without exit states. Where there is none, the
+            last self-loop is 1.
+
+        Raises
+        ------
+        MotionDBError
+            If a model is not left-to-right, or has other covariances.
+        """
+        return cls(*hmmlearn_models.from_hmmlearn(models))
 
 
 @dataclass(frozen=True)

@@ -140,7 +140,7 @@ CREATE TABLE frame_source (
 
 -- ── Derived: what `learn` makes, replaced as a whole ─────────────────────────────────────────
 
--- One row when learnt: the sizes of all that follows.
+-- One row where `learn` has run: the sizes of everything below.
 CREATE TABLE learning (
     run_id BIGINT NOT NULL REFERENCES run (run_id),
     content_revision VARCHAR NOT NULL,      -- of meta, when it was saved

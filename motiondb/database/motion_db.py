@@ -124,7 +124,7 @@ class MotionDB(QuestionVerbs):
                 "generated": sum(c.kind == "generated" for c in captures),
                 "seconds": round(sum(c.duration for c in captures), 2),
                 "performers": len(performers),
-                "captures with words": len(self.all_captions()),
+                "captures_with_words": len(self.all_captions()),
                 "copies": len(self.relations()),
                 "grammars": len(store.load_grammar_names(self.store)),
                 "learned": self.is_learned(),
@@ -135,7 +135,7 @@ class MotionDB(QuestionVerbs):
                 facts["clusters"] = size.n_clusters
                 facts["words"] = size.n_words
                 facts["current"] = store.learning_is_current(self.store)
-                facts["not yet learned"] = len(self.unlearned())
+                facts["not_yet_learned"] = len(self.unlearned())
         return facts
 
     def runs(self) -> list[dict[str, Any]]:

@@ -69,7 +69,7 @@ class Written:
     captures, starts, ends, groups : arrays (rows,); frames; who performs.
     table : all segments. standardised : array (segments, columns).
     ridge, calibration : of the word map. margin : frames that a window reaches past its segment.
-    n_bearing : how many of the last columns are posture and travel.
+    n_posture_and_travel : how many of the last columns are posture and travel.
     """
 
     vectors: FloatArray
@@ -84,7 +84,7 @@ class Written:
     ridge: float
     calibration: FloatArray
     margin: int = by_words.WINDOW_MARGIN
-    n_bearing: int = 0
+    n_posture_and_travel: int = 0
 
     @cached_property
     def moments(self) -> WordMoments:
@@ -126,8 +126,10 @@ def fit_certainties(written: Written) -> Certainties:
 
 
 def words_certainty(written: Written) -> Certainty | None:
-    """Of an action's log-odds in a capture; the threshold is of what the motion adds to what is
-    usual, so that rare words can be found too."""
+    """Certainty of an action's log-odds in a capture.
+
+    The threshold is of what the motion adds to the usual log-odds, so that rare words pass too.
+    """
     log_odds, right, present, absent = [], [], [], []
     folds = _folds(written.groups)
     for fold in range(N_FOLDS):
@@ -151,8 +153,10 @@ def words_certainty(written: Written) -> Certainty | None:
 
 
 def example_certainty(written: Written) -> Certainty | None:
-    """Of the resemblance of an answer and of how clear the example's action is; the threshold is of
-    the resemblance."""
+    """Certainty of an answer's resemblance and of how clear the example's action is.
+
+    The threshold is of the resemblance.
+    """
     cues, right, present, absent = [], [], [], []
     share = _shared(written)
     elsewhere = share & (written.groups[:, None] != written.groups)
@@ -194,7 +198,10 @@ class Gallery:
     def alike(self, written: Written, row: int, words: WordMap) -> FloatArray:
         """Resemblance of every capture to the example: array (captures,)."""
         return by_motion.resemblance(
-            written.vectors[row], self.vectors, words, n_bearing=written.n_bearing
+            written.vectors[row],
+            self.vectors,
+            words,
+            n_posture_and_travel=written.n_posture_and_travel,
         )
 
 
@@ -226,8 +233,7 @@ def look_through(
 def best_window(
     vector: FloatArray, standardised: FloatArray, starts: IntArray, ends: IntArray, length: int
 ) -> tuple[FloatArray, int, int]:
-    """The window of a capture that moves most like a vector: its own vector, first and last + 1
-    frame.
+    """Vector, first frame and last frame + 1 of the window that moves most like a vector.
 
     standardised : array (segments, columns). starts, ends : arrays (segments,), frames.
     """
@@ -243,8 +249,11 @@ def _fit(
     present: Sequence[float],
     absent: Sequence[float],
 ) -> Certainty | None:
-    """None where too few answers are known, all are right or wrong, or the first cue tells nothing
-    of them."""
+    """Certainty of answers; None where it cannot be learned.
+
+    It cannot where too few answers are known, all are right or wrong, or the first cue does not
+    separate them.
+    """
     truth = np.array(right, dtype=bool)
     if len(truth) < LEAST_ANSWERS or truth.all() or not truth.any():
         return None
@@ -267,7 +276,7 @@ def _folds(groups: IntArray) -> IntArray:
 def _heard(written: Written, words: WordMap, capture: int) -> FloatArray:
     """Log-odds of every word as the only action asked of a capture: array (words,)."""
     rows = written.segments[capture]
-    odds = by_words.heard(
+    odds = by_words.motion_log_odds(
         words, written.standardised[rows], written.table.starts[rows], written.table.ends[rows],
         written.margin,
     )  # fmt: skip

@@ -185,9 +185,11 @@ class Learned(LearnedModel):
         return self.score_space.standardise(self.segments.scores, self.segments.movement)
 
     @cached_property
-    def n_bearing(self) -> int:
+    def n_posture_and_travel(self) -> int:
         """Number of the last columns of score vectors that are posture and travel."""
-        return movement.count_bearing(len(self.score_space.mean) - self.symbols.n_symbols)
+        return movement.count_posture_and_travel(
+            len(self.score_space.mean) - self.symbols.n_symbols
+        )
 
     @property
     def word_map(self) -> WordMap:
@@ -273,7 +275,7 @@ class Learned(LearnedModel):
         """
         starts, ends, fit = self.segments.starts, self.segments.ends, self.word_map
         return {
-            capture: by_words.heard(
+            capture: by_words.motion_log_odds(
                 fit, self.standardised[rows], starts[rows], ends[rows], WINDOW_MARGIN
             )
             for capture, rows in self.rows.items()

@@ -9,7 +9,7 @@ import numpy as np
 
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
-from motiondb.search import bearing, movement
+from motiondb.search import movement, posture_and_travel
 from motiondb.symbols import acquisition, hmm, segmentation
 
 Progress = Callable[[str, float], None]
@@ -180,7 +180,9 @@ def describe_segments(
         Feature frames, half-open.
     """
     moving = movement.describe_movement(frames, starts, ends)
-    return np.concatenate([moving, bearing.describe_bearing(features, starts, ends)], axis=1)
+    return np.concatenate(
+        [moving, posture_and_travel.describe_posture_and_travel(features, starts, ends)], axis=1
+    )
 
 
 def background(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:

@@ -143,6 +143,6 @@ def _certainties(
             standardised=scores.standardise(table.scores, table.movement),
             ridge=fit.ridge,
             calibration=fit.calibration,
-            n_bearing=movement.count_bearing(table.movement.shape[1]),
+            n_posture_and_travel=movement.count_posture_and_travel(table.movement.shape[1]),
         )
     )

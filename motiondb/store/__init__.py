@@ -28,6 +28,7 @@ from motiondb.store.catalogue.generated import (
     save_provenance,
     to_provenance,
 )
+from motiondb.store.catalogue.names import check_new_name
 from motiondb.store.catalogue.relations import load_relations, save_relations
 from motiondb.store.catalogue.runs import finish_run, load_runs, save_runs, start_run
 from motiondb.store.catalogue.sources import Source, digest, load_source, pack_source
@@ -37,7 +38,7 @@ from motiondb.store.checking.check import check_store
 from motiondb.store.checking.compaction import compact, count_rows
 from motiondb.store.checking.salvage import (
     SalvagedCapture,
-    open_damaged,
+    opened_damaged,
     salvage_captures,
     salvage_runs,
 )
@@ -112,6 +113,7 @@ __all__ = [
     "StoredScene",
     "cached_arrays",
     "check_file",
+    "check_new_name",
     "check_store",
     "check_writable",
     "compact",
@@ -152,8 +154,8 @@ __all__ = [
     "load_synonyms",
     "load_transition_counts",
     "matches",
-    "open_damaged",
     "open_store",
+    "opened_damaged",
     "pack_source",
     "parse_where",
     "reading",

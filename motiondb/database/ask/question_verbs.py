@@ -98,8 +98,10 @@ class QuestionVerbs(CatalogueVerbs):
         ----------
         example : str, Path or Motion
             A file, the name of a stored capture, or a motion.
-        start, end : float, optional
-            Part of the example, seconds.
+        start : float, optional
+            Start of the part of the example, seconds.
+        end : float, optional
+            End of the part of the example, seconds.
         where : str
             Filter on the catalogue.
         limit : int
@@ -130,8 +132,10 @@ class QuestionVerbs(CatalogueVerbs):
         ----------
         example : str, Path or Motion
             A file, the name of a stored capture, or a motion.
-        start, end : float, optional
-            Part of the example, seconds.
+        start : float, optional
+            Start of the part of the example, seconds.
+        end : float, optional
+            End of the part of the example, seconds.
 
         Raises
         ------
@@ -267,8 +271,10 @@ class QuestionVerbs(CatalogueVerbs):
             Name of the capture.
         path : str or Path
             The GIF.
-        start, end : float, optional
-            Part of the capture, seconds.
+        start : float, optional
+            Start of the part of the capture, seconds.
+        end : float, optional
+            End of the part of the capture, seconds.
         """
         from motiondb.database.ask import showing
 

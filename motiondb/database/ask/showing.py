@@ -38,7 +38,7 @@ def describe_capture(base: QuestionVerbs, name: str) -> dict[str, Any]:
         "seconds": round(info.duration, 3),
         "fps": info.fps,
         "frames": info.n_frames,
-        "leg length": f"{info.leg_length:.3f} m",
+        "leg_length": f"{info.leg_length:.3f} m",
         "path": info.path,
         "sha256": info.sha256,
         **{k: v for k, v in info.tags.items() if k not in ("capture", "segments")},

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import capture, store
+from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
@@ -41,7 +42,7 @@ class RescueReport:
     was_learned: bool
 
 
-def rescue(path: str | Path, output: str | Path) -> RescueReport:
+def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> RescueReport:
     """Save every readable capture of a database into a new file.
 
     The damaged file is only read. The new one gets its name when it is complete.
@@ -52,6 +53,8 @@ def rescue(path: str | Path, output: str | Path) -> RescueReport:
         The damaged database.
     output : str or Path
         The new database; there must be no file of this name.
+    wait : float
+        Seconds to wait for another process that holds the damaged file.
 
     Raises
     ------
@@ -59,30 +62,36 @@ def rescue(path: str | Path, output: str | Path) -> RescueReport:
         Nothing of the file can be read, or the output is there already.
     """
     path, output = Path(path), Path(output)
+    if not output.parent.is_dir():
+        raise StoreError(
+            f"{output}: expected the folder {output.parent}, found none. Make the folder first."
+        )
     if output.exists():
         raise StoreError(
             f"{output}: expected the name of a new file, found a file of that name. "
             "Give another name with -o."
         )
-    with store.open_damaged(path) as damaged:
+    with store.opened_damaged(path, wait=wait) as (damaged, lost):
         draft = output.with_name(f".{output.name}.rescue")
         for left in (draft, draft.with_name(f"{draft.name}.wal")):  # by a kill
             left.unlink(missing_ok=True)
         try:
             with store.open_store(draft) as new:
-                report = _save_all(damaged, new, output)
+                report = _save_all(damaged, new, output, lost)
             draft.replace(output)
         finally:
             draft.unlink(missing_ok=True)
     return report
 
 
-def _save_all(damaged: store.Store, new: store.Store, output: Path) -> RescueReport:
+def _save_all(
+    damaged: store.Store, new: store.Store, output: Path, lost: list[str]
+) -> RescueReport:
     """Copy capture by capture, then what belongs to several."""
     runs = {run.run_id: run for run in store.salvage_runs(damaged)}
     names: list[str] = []
     mended: list[str] = []
-    lost: list[str] = []
+    lost = list(lost)
     with store.transaction(new):
         store.save_runs(new, runs.values())
         run_id = store.start_run(new, "rescue", {"from": str(damaged.path)})
@@ -144,17 +153,8 @@ def _read_anew(
 ) -> tuple[CaptureInfo, Motion]:
     """The motion of a stored file, read as it was when it was added."""
     parameters = run.parameters if run else {}
-    unit, joints = parameters.get("unit"), parameters.get("joint_map")
-    clip = capture.read_capture_bytes(
-        source.data,
-        source.format,
-        path=info.name,
-        skeleton=source.skeleton_data,
-        skeleton_path=source.skeleton_name or "",
-        fps=info.fps if info.n_frames else None,
-        unit=float(str(unit)) if unit else None,
-        skip_bad_frames=bool(parameters.get("skip_bad_frames")),
-    )
+    joints = parameters.get("joint_map")
+    clip = read_stored(info, source, parameters, info.fps if info.n_frames else None)
     joint_map = {str(k): str(v) for k, v in joints.items()} if isinstance(joints, dict) else {}
     facts = replace(info, fps=clip.fps, n_frames=clip.n_frames, duration=clip.n_frames / clip.fps)
     return facts, retarget.to_motion(clip, joint_map)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from motiondb import store
 from motiondb.database.generate.generated_files import (
     draw_generated,
@@ -141,7 +143,9 @@ def generate(session: Session, words: str, seed: int, method: str) -> Generated:
         When the database has not learned, or learned no words.
     """
     with session.reading():
-        found = make_motion(session.learned, session.takes, words, seed, method)
+        found = make_motion(
+            session.learned, session.takes, words, np.random.default_rng(seed), method
+        )
         made = found.made
         provenance = store.to_provenance(
             session.store, made.captures, made.frames, edits=made.edits

@@ -45,7 +45,7 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> dict[str, 
         "terminals": terminal_facts(learned, meanings),
         "objective": None if np.isnan(learned.terminals.objective) else learned.terminals.objective,
         "sentences": len(learned.sentences),
-        "sentence lengths": [min(lengths), float(np.mean(lengths)), max(lengths)],
+        "sentence_lengths": [min(lengths), float(np.mean(lengths)), max(lengths)],
         "nonterminals": len(grammar.nonterminals),
         "rules": len(grammar.rules),
         "bits": {**learned.bits, "sum": sum(learned.bits.values())},
@@ -82,9 +82,9 @@ def terminal_facts(
 
 
 def format_tree(tree: context_free.Tree) -> str:
-    """A tree on one line, every nonterminal with what it derives in brackets.
+    r"""A tree on one line, every nonterminal with what it derives in brackets.
 
-    >>> toy = context_free.read_grammar("S -> a B c\\nB -> b | empty")
+    >>> toy = context_free.read_grammar("S -> a B c\nB -> b | empty")
     >>> format_tree(context_free.derive_by(toy, (0, 1)))
     'S(a B(b) c)'
     """
@@ -113,10 +113,10 @@ def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
         "string": list(sequence.string),
         "tree": format_tree(sequence.tree),
         "seconds": round(sequence.motion.n_frames / MOTION_FPS, 3),
-        "join cost": sequence.choice.cost,
-        "greedy join cost": sequence.greedy,
-        "foot slip": made.slip,
-        "foot slip of sources": made.source_slip,
+        "join_cost": sequence.choice.cost,
+        "greedy_join_cost": sequence.greedy,
+        "foot_slip": made.slip,
+        "foot_slip_of_sources": made.source_slip,
         "spans": [
             {"terminal": terminal, "start": a / MOTION_FPS, "end": b / MOTION_FPS}
             for terminal, (a, b) in zip(sequence.string, made.spans)

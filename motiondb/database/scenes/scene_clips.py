@@ -57,7 +57,6 @@ def shows(terminal: Terminal, caption: str, synonyms: Mapping[str, str] | None =
     >>> [shows(Terminal("walk", ("walk",)), text) for text in ("walk, veer left", "turn left")]
     [True, False]
     """
-
     told = _told(caption, synonyms)
     return _speaks(told, _words(terminal.phrases, synonyms), _words(terminal.without, synonyms))
 

@@ -191,6 +191,7 @@ class Scenes:
         """Refuse a name under which a scene with these players cannot be kept (QueryError)."""
         if not name.strip():
             raise QueryError("name: expected a name for the scene, found nothing. Give one.")
+        store.check_new_name(name, "scene")
         database = self._session.store
         replaced = (
             store.load_scene_captures(database, name)

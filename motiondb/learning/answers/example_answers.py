@@ -116,8 +116,7 @@ def search_motion(
 def _how_sure(
     learned: Learned, query: by_motion.Query, found: Sequence[by_motion.Candidate]
 ) -> list[tuple[float, float]]:
-    """Resemblance of every match, and the calibrated probability that it shows the same action;
-    nothing where that was not learned."""
+    """Resemblance and calibrated probability of every match; nothing where not learned."""
     sure = learned.example_certainty
     if sure is None:
         return []
@@ -131,7 +130,10 @@ def _how_sure(
             np.array([c.start * FEATURE_STEP]), np.array([c.end * FEATURE_STEP]),
         )  # fmt: skip
         alike = by_motion.resemblance(
-            query.vector, vector, learned.word_map, n_bearing=learned.n_bearing
+            query.vector,
+            vector,
+            learned.word_map,
+            n_posture_and_travel=learned.n_posture_and_travel,
         )[0]
         chance = float(certainty.probability(sure.log_odds(np.array([alike, clear]))))
         told.append(
@@ -186,7 +188,9 @@ def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_mo
     whole = np.array([0.0]), np.array([float(len(seen.features))])
     vector = score_vectors.interval_vectors(seen.standardised, starts, ends, *whole)[0]
     words = learned.word_map if meaning else None
-    return by_motion.Query(seen.features, seen.symbols, weights, vector, words, learned.n_bearing)
+    return by_motion.Query(
+        seen.features, seen.symbols, weights, vector, words, learned.n_posture_and_travel
+    )
 
 
 def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What people say about captures and may change: tags, words, synonyms; replaced as a whole."""
+"""Tags and words of captures, and synonyms: what people write and may change as a whole."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def save_captions(store: Store, capture_id: int, captions: Iterable[Caption]) ->
 
 
 def load_captions(store: Store, capture_id: int | None = None) -> dict[int, tuple[Caption, ...]]:
-    """Capture number -> its words in order, for one capture or for all that have any."""
+    """Load words in order: capture number -> captions, of one capture or of all that have any."""
     some = "" if capture_id is None else "WHERE capture_id = ?"
     rows = store.connection.execute(
         "SELECT capture_id, words, start_s, end_s FROM caption "
@@ -57,7 +57,7 @@ def load_captions(store: Store, capture_id: int | None = None) -> dict[int, tupl
 
 
 def save_synonyms(store: Store, synonyms: Mapping[str, str]) -> None:
-    """Replace the user's synonyms: word -> the word as which it is read."""
+    """Replace the user's synonyms: word -> the word for which it stands."""
     with transaction(store) as connection:
         connection.execute("DELETE FROM synonym")
         insert(connection, "synonym", word=list(synonyms), canonical=list(synonyms.values()))
@@ -65,6 +65,6 @@ def save_synonyms(store: Store, synonyms: Mapping[str, str]) -> None:
 
 
 def load_synonyms(store: Store) -> dict[str, str]:
-    """The user's synonyms: word -> the word as which it is read."""
+    """Load the user's synonyms: word -> the word for which it stands."""
     rows = store.connection.execute("SELECT word, canonical FROM synonym ORDER BY word").fetchall()
     return dict(rows)

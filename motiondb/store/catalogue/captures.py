@@ -1,8 +1,8 @@
 """The catalogue: captures with their files, motions, tags and words.
 
-A capture's identity never changes after :func:`save_capture`. Numbers of captures are never used
-again. What is learnt stays as it was when a capture is removed, except for that capture's
-segments; ``learning_is_current`` tells.
+Number, name and digest of a capture never change after :func:`save_capture`, and numbers are never
+used again. When a capture is removed, its segments go with it; the rest of what was learned stays
+(``learning_is_current`` tells).
 """
 
 from __future__ import annotations
@@ -44,16 +44,30 @@ def save_capture(
 ) -> CaptureInfo:
     """Add one capture with everything that belongs to it, in one transaction.
 
-    ``info.capture_id``, ``sha256``, ``motion_frames`` and ``leg_length`` are set here; the rest is
-    taken as given. Wrap many calls in one ``transaction`` to save them together (and faster).
+    Many calls in one ``transaction`` are saved together, and faster.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    info : CaptureInfo
+        Its row; ``capture_id``, ``sha256``, ``motion_frames`` and ``leg_length`` are set here.
+    motion : Motion
+        The canonical motion.
+    source : Source
+        The file, packed.
+    captions : iterable of Caption
+        What people wrote about it.
 
     Returns
     -------
-    CaptureInfo : as it now stands in the store.
+    CaptureInfo
+        The row as it was saved.
 
     Raises
     ------
-    StoreError : the name or the content is already there, or the motion holds NaN or infinity.
+    StoreError
+        The name or the content is already there, or the motion holds NaN or infinity.
     """
     poses = flatten_motion(motion)
     if not np.isfinite(poses).all():
@@ -88,7 +102,7 @@ def save_capture(
 
 
 def remove_capture(store: Store, capture_id: int) -> None:
-    """Take a capture out with all that belongs to it, in one transaction."""
+    """Remove a capture and everything that belongs to it, in one transaction."""
     with transaction(store) as connection:
         for table in _OWN_TABLES:
             connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
@@ -112,11 +126,19 @@ def remove_capture(store: Store, capture_id: int) -> None:
 
 
 def load_captures(store: Store, where: str = "") -> list[CaptureInfo]:
-    """The captures that fulfil the filter (see ``motiondb.store.where``), in order of number.
+    """Load the captures that a filter lets through, in order of number.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    where : str
+        The filter (see :mod:`motiondb.store.catalogue.where`); all when empty.
 
     Raises
     ------
-    QueryError : the filter cannot be read or names an unknown column.
+    QueryError
+        The filter cannot be read, or names an unknown column.
     """
     conditions = parse_where(where)
     tags: dict[int, dict[str, str]] = {}
@@ -130,13 +152,21 @@ def load_captures(store: Store, where: str = "") -> list[CaptureInfo]:
 
 
 def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureInfo:
-    """The capture of this name, or the only one whose name ends in ``/name``.
+    """Load the capture of this name, or the only one whose name ends in ``/name``.
 
-    or_file : the name might have been a file's too; the refusal says so.
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    name : str
+        The name, or its end.
+    or_file : bool
+        Whether the name might have been a file's, so that the message says that it is none.
 
     Raises
     ------
-    QueryError : none or several; suggests the nearest names.
+    QueryError
+        There is none, or several; suggests the nearest names.
     """
     rows = store.connection.execute("SELECT name FROM capture ORDER BY capture_id").fetchall()
     names = [row[0] for row in rows]
@@ -161,16 +191,17 @@ def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureIn
 
 
 def load_digests(store: Store) -> dict[str, str]:
-    """Digest -> name of every capture: what is already known by content."""
+    """Load the digests of all captures: digest -> name."""
     return dict(store.connection.execute("SELECT sha256, name FROM capture").fetchall())
 
 
 def load_motion(store: Store, capture_id: int) -> Motion:
-    """The canonical motion of a capture (about 1.5 ms for 400 frames).
+    """Load the canonical motion of a capture; 1.5 ms for 400 frames.
 
     Raises
     ------
-    QueryError : no such capture.
+    QueryError
+        There is no such capture.
     """
     row = store.connection.execute(
         "SELECT leg_length, motion_notes FROM capture WHERE capture_id = ?", [capture_id]

@@ -1,6 +1,6 @@
-"""Instants of captures: foot strikes, catches, releases, contacts; replaced as a whole.
+"""Events of captures: foot strikes, catches, releases, contacts; replaced as a whole.
 
-Nothing is learned from them, so that they leave what was learned as it is.
+Nothing is learned from them, so that what was learned stays current.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ def save_events(store: Store, capture_id: int, events: Iterable[Event]) -> None:
 
     Raises
     ------
-    StoreError : a frame outside the capture's motion.
+    StoreError
+        A frame is outside the capture's motion.
     """
     rows = sorted(set(events))
     with transaction(store) as connection:
@@ -46,7 +47,7 @@ def save_events(store: Store, capture_id: int, events: Iterable[Event]) -> None:
 
 
 def load_events(store: Store, capture_id: int | None = None) -> dict[int, tuple[Event, ...]]:
-    """Capture number -> its events in order, for one capture or for all that have any."""
+    """Load events in order: capture number -> events, of one capture or of all that have any."""
     some = "" if capture_id is None else "WHERE capture_id = ?"
     rows = store.connection.execute(
         f"SELECT capture_id, frame, name, joint, other FROM event {some} ORDER BY ALL",

@@ -1,4 +1,4 @@
-"""Where every frame of a generated capture comes from, and under which licence."""
+"""The origin of every frame of a generated capture, and its licence."""
 
 from __future__ import annotations
 
@@ -28,11 +28,16 @@ class Provenance:
 
     Attributes
     ----------
-    sources : the captures that frames come from.
-    source_numbers : array (frames,), int64, into ``sources``; -1: drawn from the model.
-    source_frames : array (frames,), at 30 a second, may lie between frames; 0 where drawn.
-    warps : array (frames,), frames of the source per frame.
-    edits : per frame what was done to it, such as "", "blend 0.40" or "foot lock".
+    sources : tuple of SourceCapture
+        The captures that frames come from.
+    source_numbers : array (frames,)
+        Index into ``sources``; -1: drawn from the model.
+    source_frames : array (frames,)
+        Frame of the source, at 30 a second, may lie between frames; 0 where drawn.
+    warps : array (frames,)
+        Frames of the source for each frame.
+    edits : tuple of str
+        What was done to each frame, such as "", "blend 0.40" or "foot lock".
     """
 
     sources: tuple[SourceCapture, ...]
@@ -59,13 +64,21 @@ def to_provenance(
 
     Parameters
     ----------
-    capture_ids : array (frames,), numbers in the store; -1: drawn from the model.
-    source_frames : array (frames,). warps : array (frames,), all 1 when left out.
-    edits : per frame; all empty when left out.
+    store : Store
+        The open database.
+    capture_ids : array (frames,)
+        Number of the capture of each frame; -1: drawn from the model.
+    source_frames : array (frames,)
+        Frame of that capture, at 30 a second.
+    warps : array (frames,), optional
+        Frames of the source for each frame; 1 when left out.
+    edits : tuple of str
+        What was done to each frame; nothing when left out.
 
     Raises
     ------
-    QueryError : a number that is no capture's.
+    QueryError
+        A number is no capture's.
     """
     n = len(capture_ids)
     known = {
@@ -90,7 +103,7 @@ def to_provenance(
 
 
 def save_provenance(store: Store, capture_id: int, provenance: Provenance) -> None:
-    """Replace what is known of the origin of a capture's frames."""
+    """Save the origin of a capture's frames in place of what was there."""
     sources, n = provenance.sources, len(provenance.source_numbers)
     with transaction(store) as connection:
         for table in ("generated_source", "frame_source"):
@@ -117,7 +130,7 @@ def save_provenance(store: Store, capture_id: int, provenance: Provenance) -> No
 
 
 def load_provenance(store: Store, capture_id: int) -> Provenance:
-    """Where the frames of a capture come from; empty for one that was not generated."""
+    """Load the origin of a capture's frames; empty for one that was not generated."""
     sources = store.connection.execute(
         "SELECT source_name, source_sha256, licence FROM generated_source "
         "WHERE capture_id = ? ORDER BY ordinal",

@@ -1,4 +1,4 @@
-"""A motion as the rows of ``motion_frame``: 3 + 4 x joints floats a frame, and back."""
+"""Convert a motion to the rows of ``motion_frame``, 3 + 4 x joints floats a frame, and back."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from motiondb.pose import body
 from motiondb.records import Float32Array, Motion
 
 POSE_SIZE = 3 + 4 * len(body.JOINTS)
+"""Floats of a frame: root position and a quaternion for every joint."""
 
 
 def flatten_motion(motion: Motion) -> Float32Array:

@@ -1,4 +1,4 @@
-"""Which captures repeat others: the same motion, its mirror image, or a cut of it."""
+"""Relations: captures that repeat others, as the same motion, its mirror image or a cut of it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ def save_relations(store: Store, relations: Iterable[Relation]) -> None:
 
     Raises
     ------
-    QueryError : a name that is no capture's.
+    QueryError
+        A name is no capture's.
     """
     numbers = dict(store.connection.execute("SELECT name, capture_id FROM capture").fetchall())
     with transaction(store) as connection:
@@ -39,7 +40,7 @@ def save_relations(store: Store, relations: Iterable[Relation]) -> None:
 
 
 def load_relations(store: Store, capture: str | None = None) -> list[Relation]:
-    """All relations, or those in which ``capture`` stands on either side, by names."""
+    """Load all relations, or those of one capture on either side, by names."""
     rows = store.connection.execute(
         "SELECT a.name, b.name, r.kind, start_s, end_s, distance FROM relation r "
         "JOIN capture a ON a.capture_id = r.capture_id "

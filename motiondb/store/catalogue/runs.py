@@ -1,4 +1,4 @@
-"""Runs: what made a row, with its parameters, seed and version."""
+"""Runs: the commands that made rows, with parameters, seed and version."""
 
 from __future__ import annotations
 
@@ -15,13 +15,18 @@ from motiondb.store.connection.transactions import transaction
 def start_run(
     store: Store, kind: str, parameters: Mapping[str, object] | None = None, seed: int | None = None
 ) -> int:
-    """Write down that a command begins; gives the number that its rows name.
+    """Record that a command begins; gives the number that its rows name.
 
     Parameters
     ----------
-    kind : "add", "learn", "generate", ...
-    parameters : everything that decides the outcome; what JSON does not know is kept as text.
-    seed : of the run's random generator.
+    store : Store
+        The open database.
+    kind : str
+        The command: "add", "learn", "generate", ...
+    parameters : mapping, optional
+        Everything that decides the result; what JSON cannot hold is kept as text.
+    seed : int, optional
+        Of the run's random generator.
     """
     text = json.dumps(dict(parameters or {}), default=str, sort_keys=True)
     with transaction(store) as connection:
@@ -35,7 +40,7 @@ def start_run(
 
 
 def finish_run(store: Store, run_id: int) -> None:
-    """Write down that a run has ended; the first call counts."""
+    """Record that a run has ended; the first call counts."""
     with transaction(store) as connection:
         connection.execute(
             "UPDATE run SET finished = ? WHERE run_id = ? AND finished IS NULL", [_now(), run_id]
@@ -61,7 +66,7 @@ def save_runs(store: Store, runs: Iterable[Run]) -> None:
 
 
 def load_runs(store: Store) -> list[Run]:
-    """All runs, oldest first."""
+    """Load all runs, the oldest first."""
     rows = store.connection.execute("SELECT * FROM run ORDER BY run_id").fetchall()
     return [
         Run(number, kind, json.loads(parameters), seed, version, started, finished)

@@ -1,4 +1,4 @@
-"""The files as they were: packed on the way in (by any worker), bit for bit on the way out."""
+"""Stored capture files: packed when they are added, and given back bit for bit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from motiondb.errors import QueryError, StoreError
 from motiondb.store.connection.handle import Store
 
 _LEVEL = 1
-"""zlib's level: level 6 takes five times as long on captures and saves a sixth."""
+"""Level of zlib: level 6 takes five times as long on captures and saves a sixth (measured)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,11 +20,18 @@ class Source:
 
     Attributes
     ----------
-    sha256 : of the file's bytes followed by the skeleton file's, hexadecimal.
-    format : as in ``Clip``.
-    file_name, skeleton_name : without folders; None: no skeleton file.
-    data, skeleton_data : bytes, packed with zlib in the store and in :func:`pack_source`'s answer,
-        plain in :func:`load_source`'s.
+    sha256 : str
+        Digest of the file's bytes followed by the skeleton file's, hexadecimal.
+    format : str
+        As in ``Clip``.
+    file_name : str
+        Without folders.
+    data : bytes
+        Packed with zlib in the store and by :func:`pack_source`, plain by :func:`load_source`.
+    skeleton_name : str or None
+        Without folders; None: there is no skeleton file.
+    skeleton_data : bytes or None
+        As ``data``.
     """
 
     sha256: str
@@ -36,7 +43,7 @@ class Source:
 
 
 def digest(data: bytes, skeleton_data: bytes | None = None) -> str:
-    """The name of a content: sha256 of the file's bytes, then of its skeleton file's.
+    """SHA-256 of a file's bytes followed by its skeleton file's, hexadecimal.
 
     >>> digest(b"walk")[:8], digest(b"wa", b"lk")[:8]
     ('7a6c4fac', '7a6c4fac')
@@ -51,7 +58,23 @@ def pack_source(
     skeleton_name: str | None = None,
     skeleton_data: bytes | None = None,
 ) -> Source:
-    """What ``save_capture`` takes; costs 13 ms a megabyte, so let the workers call it."""
+    """Pack a file as ``save_capture`` takes it.
+
+    It takes 13 ms a megabyte, so the processes that read files should call it.
+
+    Parameters
+    ----------
+    file_name : str
+        Without folders.
+    data : bytes
+        The file.
+    format : str
+        As in ``Clip``.
+    skeleton_name : str, optional
+        Of the skeleton file, without folders.
+    skeleton_data : bytes, optional
+        The skeleton file.
+    """
     return Source(
         digest(data, skeleton_data),
         format,
@@ -63,11 +86,14 @@ def pack_source(
 
 
 def load_source(store: Store, capture_id: int) -> Source:
-    """The file of a capture, unpacked, equal bit for bit to what was added.
+    """Load the file of a capture, unpacked, equal bit for bit to what was added.
 
     Raises
     ------
-    QueryError : no such capture. StoreError : the bytes do not give their digest.
+    QueryError
+        There is no such capture.
+    StoreError
+        The bytes do not give their digest.
     """
     row = store.connection.execute(
         "SELECT sha256, s.format, file_name, data, skeleton_name, skeleton_data FROM source s "
@@ -80,7 +106,7 @@ def load_source(store: Store, capture_id: int) -> Source:
 
 
 def unpack_source(path: Path, source: Source) -> Source:
-    """The stored bytes as they were added.
+    """Unpack the stored bytes of a file.
 
     Parameters
     ----------

@@ -61,14 +61,15 @@ class Condition:
 
 
 def parse_where(text: str) -> tuple[Condition, ...]:
-    """The conditions of a filter, all of which must hold; none for an empty text.
+    """Read the conditions of a filter, all of which must hold; none for an empty text.
 
     >>> parse_where("performer=14 and words ~ 'walk and turn'")[1].value
     'walk and turn'
 
     Raises
     ------
-    QueryError : shows how a filter looks.
+    QueryError
+        The text is no filter; shows what one looks like.
     """
     conditions: list[Condition] = []
     place = 0
@@ -94,7 +95,8 @@ def check_names(conditions: Iterable[Condition], tags: Iterable[str]) -> None:
 
     Raises
     ------
-    QueryError : suggests the nearest names.
+    QueryError
+        Suggests the nearest names.
     """
     known = (*COLUMNS, *sorted(set(tags) - set(COLUMNS)))
     for condition in conditions:

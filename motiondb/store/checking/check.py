@@ -1,7 +1,8 @@
-"""Is the store whole? Each check is a query that gives the rows that break a rule.
+"""Check that the store is sound: readable, with all its tables, and without broken rules.
 
-The rules are those that constraints cannot hold (see the head of ``schema.sql``). A run that was
-killed is no fault unless something derived names it.
+A rule is a query that gives the rows that break it. The rules are those that constraints of the
+tables cannot express (see the head of ``schema.sql``). A run that was killed is no fault, unless
+derived rows name it.
 """
 
 from __future__ import annotations
@@ -15,14 +16,17 @@ from motiondb.store.checking.beside import block_faults
 from motiondb.store.checking.grammar_check import broken_grammars
 from motiondb.store.checking.offenders import broken_rules, foreign_rows
 from motiondb.store.checking.readable import unreadable_columns, wrong_tables
+from motiondb.store.checking.scene_check import broken_scenes
 from motiondb.store.connection.columns import fetch, from_rows
 from motiondb.store.connection.faults import damage_sentence
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import read_meta
-from motiondb.store.grammars.scenes import broken_scenes
 from motiondb.store.learned.learning import DERIVED_TABLES
 
 _TOLERANCE = 1e-4
+"""By which a sum of probabilities may differ from 1. Chosen by hand: rounding errs by 1e-12."""
+_UNIT_LENGTH = 1e-3
+"""By which the length of a quaternion may differ from 1. Chosen by hand: float32 errs by 1e-6."""
 
 _RULES = (
     # rule, query for the offenders (one text column)
@@ -206,7 +210,7 @@ def _bad_poses(store: Store) -> list[str]:
             fetch(store.connection, query, [number])["pose"], (POSE_SIZE,), np.float32
         )
         lengths = np.linalg.norm(unflatten_motion(poses).local_rotations, axis=2)
-        good = np.isfinite(poses).all(axis=1) & (np.abs(lengths - 1) < 1e-3).all(axis=1)
+        good = np.isfinite(poses).all(axis=1) & (np.abs(lengths - 1) < _UNIT_LENGTH).all(axis=1)
         if not good.all():
             faults.append(
                 f"{name}: expected finite positions and quaternions of length 1, found others "

@@ -1,4 +1,4 @@
-"""Rewriting the file without the room that removed rows left behind."""
+"""Rewrite the file without the space that removed rows left."""
 
 from __future__ import annotations
 
@@ -12,26 +12,37 @@ from motiondb.store.connection.handle import Connection, Store
 from motiondb.store.connection.opening import open_store
 
 
-def compact(path: str | Path) -> tuple[int, int]:
+def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
     """Copy the database into a new file, check it, and put it in the old one's place.
 
-    Readers may have the file open, writers may not: it is held for reading until the new file
-    stands in its place, so that nothing written meanwhile can be lost. A kill in between leaves
-    the old file.
+    Other processes may read the file meanwhile, but not write: it is held open for reading until
+    the new file has taken its place, so that nothing that is written can be lost. A kill leaves the
+    old file, and a copy that the next command deletes.
+
+    Parameters
+    ----------
+    path : str or Path
+        The database file.
+    wait : float
+        Seconds to wait for another process that holds the file.
 
     Returns
     -------
-    before, after : sizes, bytes.
+    before : int
+        Size of the old file, bytes.
+    after : int
+        Size of the new file, bytes.
 
     Raises
     ------
-    StoreError : the file cannot be opened, or the disk has no room for the copy.
+    StoreError
+        The file cannot be opened, or the disk has no room for the copy.
     """
     path = Path(path)
     new = path.with_name(f".{path.name}.compact")
-    open_store(path, create=False).close()  # brings the log into the file
+    open_store(path, create=False, wait=wait).close()  # brings the log into the file
     before = path.stat().st_size
-    with open_store(path, read_only=True) as store:
+    with open_store(path, read_only=True, wait=wait) as store:
         if path.with_name(f"{path.name}.wal").exists():
             raise StoreError(
                 f"{path}: expected a free database, found another program writing to it. "
@@ -56,7 +67,7 @@ def compact(path: str | Path) -> tuple[int, int]:
 
 
 def count_rows(store: Store) -> dict[str, int]:
-    """Number of rows of every table, by name."""
+    """Count the rows of every table, by name."""
     return _count(store.connection, "current_database()")
 
 

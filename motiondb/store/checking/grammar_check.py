@@ -1,7 +1,7 @@
-"""Are the grammars whole? Every number resolves, and rules and parses give back the strings.
+"""Check grammars and derivations: numbers that resolve, and parses that give back the strings.
 
-That last rule is the one a grammar lives by: deriving every sentence by its stored rule numbers
-gives the very terminals of its segments, so the takes can be told from the grammar alone.
+Deriving every sentence by its stored rule numbers must give exactly the terminals of its segments,
+so that the takes follow from the grammar alone.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What every check of a group of tables asks: rows that break a rule, and rows of something else.
+"""Find rows that break a rule, and rows that belong to something that is not there.
 
-A rule is a sentence and a query for the offenders' names (one text column). A reference is what
-rows should belong to, and the condition under which one does not.
+A rule is a sentence and a query that gives the names of the offenders (one text column). A
+reference says what rows should belong to, and under which condition a row does not.
 """
 
 from __future__ import annotations
@@ -15,11 +15,21 @@ Rules = Sequence[tuple[str, str]]
 FINISHED_RUN = {
     "a finished run": "run_id NOT IN (SELECT run_id FROM run WHERE finished IS NOT NULL)"
 }
-"""The reference that every derived row has."""
+"""The reference of every derived row."""
 
 
 def broken_rules(store: Store, rules: Rules, kind: str = "") -> list[str]:
-    """A sentence for every offender, ``kind``, such as "grammar ", before its name."""
+    """Say which rows break rules.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    rules : sequence of (str, str)
+        Sentence and query of every rule.
+    kind : str
+        What stands before the name of an offender, such as "grammar ".
+    """
     return [
         f"{kind}{name}: {rule}, found others."
         for rule, query in rules
@@ -28,7 +38,17 @@ def broken_rules(store: Store, rules: Rules, kind: str = "") -> list[str]:
 
 
 def foreign_rows(store: Store, table: str, references: Mapping[str, str]) -> list[str]:
-    """A sentence for every reference that rows of ``table`` do not keep."""
+    """Say how many rows of a table belong to something that is not there.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    table : str
+        The table.
+    references : mapping of str to str
+        What rows should belong to -> the SQL condition of a row that does not.
+    """
     faults = []
     for wanted, condition in references.items():
         row = store.connection.execute(f"SELECT count(*) FROM {table} WHERE {condition}").fetchone()

@@ -1,4 +1,4 @@
-"""Can every column of every table be read, and are the tables those of ``schema.sql``?"""
+"""Read every column of every table, and compare the tables with ``schema.sql``."""
 
 from __future__ import annotations
 

@@ -10,7 +10,10 @@ is left; they are named by their file names.
 
 from __future__ import annotations
 
+import shutil
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -18,7 +21,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from motiondb.errors import MotionDBError
+from motiondb.errors import MotionDBError, StoreError
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Event, Motion, Run
 from motiondb.store.catalogue.generated import Provenance, load_provenance
 from motiondb.store.catalogue.poses import POSE_SIZE, unflatten_motion
@@ -26,6 +29,7 @@ from motiondb.store.catalogue.runs import load_runs
 from motiondb.store.catalogue.sources import Source, unpack_source
 from motiondb.store.catalogue.where import COLUMNS
 from motiondb.store.connection.columns import fetch, from_rows
+from motiondb.store.connection.faults import is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.opening import connect
 
@@ -93,8 +97,15 @@ class _Losses:
             return None
 
 
-def open_damaged(path: str | Path) -> Store:
+def open_damaged(path: str | Path, *, wait: float = 0.0) -> Store:
     """Open a database for reading without looking at what is in it.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    wait : float
+        Seconds to wait for another process that holds it.
 
     Raises
     ------
@@ -102,7 +113,51 @@ def open_damaged(path: str | Path) -> Store:
         DuckDB cannot open the file: its headers, or the list of its tables, are damaged.
     """
     path = Path(path)
-    return Store(path, lambda _read_only, _wait: connect(path, read_only=True), read_only=True)
+    return Store(path, lambda _mode, _wait: connect(path, True, wait=wait), read_only=True)
+
+
+@contextmanager
+def opened_damaged(path: str | Path, *, wait: float = 0.0) -> Iterator[tuple[Store, list[str]]]:
+    """Open a damaged database, without its log where that is what is damaged.
+
+    DuckDB keeps the latest changes in a log beside the file, ``PATH.wal``, and opens the file with
+    all of the log or not at all. So the file is copied, and the copy opened without the log.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    wait : float
+        Seconds to wait for another process that holds it.
+
+    Yields
+    ------
+    store : Store
+        The open database.
+    lost : list of str
+        A sentence about the log, where it was left out.
+
+    Raises
+    ------
+    StoreError
+        DuckDB cannot open the file: its headers, or the list of its tables, are damaged.
+    """
+    path = Path(path)
+    log = path.with_name(f"{path.name}.wal")
+    try:
+        store = open_damaged(path, wait=wait)
+    except StoreError as error:
+        cause = error.__cause__
+        if cause is None or not is_damage(cause) or not log.exists():
+            raise
+    else:
+        with store:
+            yield store, []
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(shutil.copy(path, folder))
+        with open_damaged(copy) as store:
+            yield store, [f"{log}: could not be read; the latest changes are lost."]
 
 
 def salvage_captures(store: Store) -> Iterator[SalvagedCapture]:

@@ -1,4 +1,4 @@
-"""Numpy columns in and out of DuckDB: one INSERT for a whole table, one SELECT for whole arrays.
+"""Write NumPy columns to DuckDB and read them: one INSERT for a table, one SELECT for arrays.
 
 DuckDB reads a dict of one-dimensional arrays as a table. A list column is an object array that
 holds one array per row (measured: 7 ms for 400 rows of 87 floats, against 36 ms for parameters).
@@ -19,7 +19,7 @@ Column = NDArray[Any] | Sequence[Any]
 
 
 def to_rows(matrix: NDArray[Any]) -> NDArray[np.object_]:
-    """A list column from an array (rows, ...): every row flattened, in C order.
+    """Make a list column of an array (rows, ...): every row flattened, in C order.
 
     >>> to_rows(np.eye(2))[1]
     array([0., 1.])
@@ -31,8 +31,20 @@ def to_rows(matrix: NDArray[Any]) -> NDArray[np.object_]:
     return column
 
 
-def from_rows(column: NDArray[Any], shape: tuple[int, ...], dtype: type = np.float64) -> Any:
-    """The array (rows, *shape) of a list column; the inverse of :func:`to_rows`."""
+def from_rows(
+    column: NDArray[Any], shape: tuple[int, ...], dtype: type = np.float64
+) -> NDArray[Any]:
+    """Make an array (rows, *shape) of a list column; the inverse of :func:`to_rows`.
+
+    Parameters
+    ----------
+    column : array (rows,) of arrays
+        As :func:`fetch` gives it.
+    shape : tuple of int
+        Of every row.
+    dtype : type
+        Of the array.
+    """
     if not len(column):
         return np.zeros((0, *shape), dtype=dtype)
     filled = [
@@ -42,7 +54,17 @@ def from_rows(column: NDArray[Any], shape: tuple[int, ...], dtype: type = np.flo
 
 
 def insert(connection: Connection, table: str, **columns: Column) -> None:
-    """Append rows to ``table``, columns by name; texts and lists as sequences of objects."""
+    """Append rows to a table.
+
+    Parameters
+    ----------
+    connection : Connection
+        The open database.
+    table : str
+        The table.
+    **columns : array or sequence
+        Columns by name; texts and lists as sequences of objects.
+    """
     arrays = {name: _as_column(values) for name, values in columns.items()}
     if not len(next(iter(arrays.values()))):
         return
@@ -59,7 +81,17 @@ def fetch(
     query: str,
     parameters: Sequence[Any] | Mapping[str, Any] = (),
 ) -> dict[str, NDArray[Any]]:
-    """The answer to ``query`` as arrays by column name; missing floats are NaN."""
+    """Ask, and give the answer as arrays by column name; missing floats are NaN.
+
+    Parameters
+    ----------
+    connection : Connection
+        The open database.
+    query : str
+        A SELECT.
+    parameters : sequence or mapping
+        The values of its placeholders.
+    """
     answer: Mapping[str, NDArray[Any]] = connection.execute(query, parameters).fetchnumpy()
     return {
         name: np.ma.filled(values, np.nan)

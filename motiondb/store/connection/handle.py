@@ -167,7 +167,11 @@ class Store:
         local = self._local
         if local.connection is None or local.opening != self._opening or self._root is None:
             with self._turn:
-                local.connection = Connection(self._open_root().cursor(), self.path)
+                try:
+                    cursor = self._open_root().cursor()
+                except duckdb.Error as error:
+                    raise translate(self.path, error) from error
+                local.connection = Connection(cursor, self.path)
                 local.opening = self._opening
         return local.connection
 

@@ -1,7 +1,8 @@
-"""From an empty file to the schema of today: numbered SQL files, forward only.
+"""Bring a database to the present schema by numbered SQL files, forward only.
 
-Each file of ``motiondb.schema.migrations`` runs in one transaction together with the new value of
-``schema_version``, so that a killed migration leaves the version before it.
+Each file of ``motiondb.schema.migrations`` runs in one transaction, together with the new value of
+``schema_version``, so that a killed migration leaves the version before it. A file that databases
+have used never changes; a test compares digests.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from motiondb.errors import StoreError
 
 @cache
 def known_migrations() -> tuple[str, ...]:
-    """The SQL texts of all migrations, in order; number n stands at n - 1."""
+    """Read the SQL texts of all migrations, in order; number n has the index n - 1."""
     folder = resources.files("motiondb.schema.migrations")
     files = sorted(
         (item for item in folder.iterdir() if item.name.endswith(".sql")), key=lambda i: i.name
@@ -33,11 +34,19 @@ def motiondb_version() -> str:
 
 
 def schema_version(connection: duckdb.DuckDBPyConnection, where: str) -> int:
-    """The schema version of an open database; 0 for one without tables.
+    """Read the schema version of an open database; 0 for one without tables.
+
+    Parameters
+    ----------
+    connection : Connection or duckdb.DuckDBPyConnection
+        The open database.
+    where : str
+        The file, for the message.
 
     Raises
     ------
-    StoreError : the database belongs to another program.
+    StoreError
+        The database belongs to another program, or its version is no number.
     """
     names = [
         row[0] for row in connection.execute("SELECT table_name FROM duckdb_tables()").fetchall()
@@ -47,6 +56,11 @@ def schema_version(connection: duckdb.DuckDBPyConnection, where: str) -> int:
     if "meta" in names:
         row = connection.execute("SELECT value FROM meta WHERE key = 'schema_version'").fetchone()
         if row is not None:
+            if not str(row[0]).isdecimal():
+                raise StoreError(
+                    f"{where}: expected a number for the version of its schema, found {row[0]!r}. "
+                    "The file was changed by hand: restore a copy."
+                )
             return int(row[0])
     raise StoreError(
         f"{where}: expected a database of motiondb, found another program's with the tables "
@@ -57,9 +71,19 @@ def schema_version(connection: duckdb.DuckDBPyConnection, where: str) -> int:
 def check_not_newer(connection: duckdb.DuckDBPyConnection, where: str, version: int) -> None:
     """Refuse a database whose schema this motiondb does not know.
 
+    Parameters
+    ----------
+    connection : Connection or duckdb.DuckDBPyConnection
+        The open database.
+    where : str
+        The file, for the message.
+    version : int
+        The version of its schema.
+
     Raises
     ------
-    StoreError : names both versions of the schema and of motiondb.
+    StoreError
+        Names both versions of the schema and of motiondb.
     """
     newest = len(known_migrations())
     if version <= newest:
@@ -76,7 +100,17 @@ def check_not_newer(connection: duckdb.DuckDBPyConnection, where: str, version: 
 def migrate(
     connection: duckdb.DuckDBPyConnection, version: int, migrations: Sequence[str] | None = None
 ) -> None:
-    """Bring an open database from ``version`` to the newest, one transaction a step."""
+    """Bring an open database to the newest schema, one transaction for each step.
+
+    Parameters
+    ----------
+    connection : Connection or duckdb.DuckDBPyConnection
+        The open database.
+    version : int
+        The version that it has.
+    migrations : sequence of str, optional
+        SQL texts of all steps; those of motiondb when left out.
+    """
     migrations = known_migrations() if migrations is None else migrations
     for number in range(version + 1, len(migrations) + 1):
         connection.execute("BEGIN")

@@ -1,7 +1,7 @@
-"""How generated captures were derived from grammars, so that they can be edited.
+"""Derivations: how generated captures were derived from grammars, so that they can be edited.
 
-A derivation goes with its grammar: one that is learned anew or removed takes it along, for numbers
-of rules mean nothing in another grammar. The capture stays.
+A derivation is removed with its grammar, also when that is learned anew, because numbers of rules
+mean nothing in another grammar. The capture stays.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from motiondb.store.connection.transactions import transaction
 
 @dataclass(frozen=True)
 class Derivation:
-    """How a generated capture came about: its tree's rules in preorder, and per leaf the clip."""
+    """The rules of a generated capture's tree, in preorder, and the clip of every leaf."""
 
     grammar: str
     rules: tuple[int, ...]
@@ -24,7 +24,7 @@ class Derivation:
 def save_derivation(
     store: Store, capture_id: int, grammar_id: int, derivation: Derivation, run_id: int
 ) -> None:
-    """Write down how a generated capture was derived."""
+    """Save how a generated capture was derived."""
     with transaction(store) as connection:
         connection.execute(
             "INSERT INTO derivation VALUES (?, ?, ?, ?, ?)",
@@ -33,7 +33,7 @@ def save_derivation(
 
 
 def load_derivation(store: Store, capture_id: int) -> Derivation | None:
-    """How a capture was derived; None where no grammar made it."""
+    """Load how a capture was derived; None where no grammar made it."""
     row = store.connection.execute(
         "SELECT name, rules, clips FROM derivation JOIN grammar USING (grammar_id) "
         "WHERE capture_id = ?",

@@ -1,8 +1,8 @@
 """Grammars with their terminals, sentences and parses.
 
 A grammar is saved, replaced (by its name) and removed as a whole, in one transaction. It keeps the
-names and digests of the captures it rests on, not their numbers: when one is removed the grammar
-stays, and finds it again by its digest when it comes back.
+names and digests of the captures that it was learned from, not their numbers: when one is removed,
+the grammar stays; when the same content is added again, it is recognised by its digest.
 """
 
 from __future__ import annotations
@@ -52,13 +52,26 @@ class LearnedGrammar:
 
     Attributes
     ----------
-    sources : the takes, in the order of ``terminals.takes``.
-    symbols : array (K,), the motion symbol that each terminal was when learned; -1: none.
-    sentences : array (sentences, 2), segments [first, end); they tile the segments, and none
-        crosses takes.
-    parses : per sentence the numbers of its tree's rules, in preorder (``cfg.derive_by``).
-    bits : the ledger of the description, by part.
-    run_id, grammar_id : set when it is saved.
+    name : str
+        Of the grammar.
+    sources : tuple of GrammarSource
+        The takes, in the order of ``terminals.takes``.
+    terminals : Terminals
+        Segments and their terminals.
+    symbols : array (terminals,)
+        The motion symbol that each terminal was when it was learned; -1: none.
+    grammar : Grammar
+        The rules, with probabilities.
+    sentences : array (sentences, 2)
+        Segments [first, end) of each; they tile the segments, and none crosses takes.
+    parses : tuple of tuple of int
+        For each sentence the numbers of its tree's rules, in preorder (``derive_by``).
+    bits : mapping of str to float
+        Description length of every part.
+    run_id : int
+        Set when it is saved.
+    grammar_id : int
+        Set when it is saved.
     """
 
     name: str
@@ -84,7 +97,7 @@ class LearnedGrammar:
 
 @dataclass(frozen=True)
 class GrammarSize:
-    """How much a grammar holds; frames of its captures at 30 a second, bits of its description."""
+    """Counts of a grammar; frames at 30 a second, description lengths in bits."""
 
     name: str
     run_id: int
@@ -99,17 +112,27 @@ class GrammarSize:
 
     @property
     def seconds(self) -> float:
-        """Of all captures."""
+        """Duration of all captures."""
         return self.frames / MOTION_FPS
 
 
 def save_grammar(store: Store, learned: LearnedGrammar, run_id: int) -> list[str]:
     """Save a grammar in place of the one of the same name, if there is one.
 
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    learned : LearnedGrammar
+        The grammar.
+    run_id : int
+        The run that made it.
+
     Returns
     -------
-    Names of the generated captures that were derived by the replaced grammar: they stay, but can
-    no longer be edited.
+    list of str
+        Names of the generated captures that were derived by the replaced grammar: they stay, but
+        can no longer be edited.
     """
     with transaction(store) as connection:
         lost = _remove(store, learned.name)
@@ -197,7 +220,13 @@ def _lists(rows: Sequence[Sequence[int]]) -> NDArray[np.object_]:
 
 
 def load_grammar(store: Store, name: str) -> LearnedGrammar:
-    """The grammar of this name (QueryError: none; suggests the nearest)."""
+    """Load the grammar of this name.
+
+    Raises
+    ------
+    QueryError
+        There is none; suggests the nearest names.
+    """
     row = store.connection.execute(
         "SELECT grammar_id, start_symbol, objective, run_id FROM grammar WHERE name = ?", [name]
     ).fetchone()
@@ -267,7 +296,13 @@ def _load_terminals(
 
 
 def grammar_mark(store: Store, name: str) -> str:
-    """A mark that changes when the grammar is learned anew, or captures come or go (QueryError)."""
+    """Make a mark that changes when the grammar is learned anew, or captures are added or removed.
+
+    Raises
+    ------
+    QueryError
+        There is no such grammar.
+    """
     row = store.connection.execute(
         "SELECT grammar_id, run_id FROM grammar WHERE name = ?", [name]
     ).fetchone()
@@ -277,13 +312,13 @@ def grammar_mark(store: Store, name: str) -> str:
 
 
 def load_grammar_names(store: Store) -> list[str]:
-    """The names of all grammars, in order."""
+    """Load the names of all grammars, sorted."""
     rows = store.connection.execute("SELECT name FROM grammar ORDER BY name").fetchall()
     return [row[0] for row in rows]
 
 
 def load_grammar_sizes(store: Store) -> list[GrammarSize]:
-    """How much each grammar holds, by name: counted where it is stored, nothing is loaded."""
+    """Count what each grammar holds, by name, without loading it."""
     rows = store.connection.execute(
         """SELECT name, run_id,
            (SELECT count(*) FROM grammar_source s WHERE s.grammar_id = g.grammar_id),
@@ -302,9 +337,14 @@ def load_grammar_sizes(store: Store) -> list[GrammarSize]:
 
 
 def remove_grammar(store: Store, name: str) -> list[str]:
-    """Take a grammar out; gives the generated captures that can no longer be edited (QueryError).
+    """Remove a grammar; gives the generated captures that can no longer be edited.
 
     These captures stay, with the origin of their frames.
+
+    Raises
+    ------
+    QueryError
+        There is no such grammar.
     """
     if name not in load_grammar_names(store):
         raise QueryError(_unknown(store, name))
@@ -332,16 +372,16 @@ def _unknown(store: Store, name: str) -> str:
 
 
 def load_source_numbers(store: Store, learned: LearnedGrammar) -> dict[int, int]:
-    """Take -> number of its capture, for those that are still there, as they were."""
+    """Load take -> number of its capture, for those that are still there as they were."""
     known = {
         sha256: (number, n_frames)
         for number, sha256, n_frames in store.connection.execute(
             "SELECT capture_id, sha256, motion_frames FROM capture"
         ).fetchall()
     }
-    found = {take: known.get(source.sha256) for take, source in enumerate(learned.sources)}
+    captures = {take: known.get(source.sha256) for take, source in enumerate(learned.sources)}
     return {
-        take: there[0]
-        for take, there in found.items()
-        if there is not None and there[1] == learned.sources[take].n_frames
+        take: capture[0]
+        for take, capture in captures.items()
+        if capture is not None and capture[1] == learned.sources[take].n_frames
     }

@@ -1,8 +1,8 @@
-"""Scenes: what each player does, where and when, by which clips, and how well the rules are kept.
+"""Scenes: what each player does, where and when, from which clips, and how far rules are broken.
 
 A scene is saved, replaced (by its name) and removed as a whole, in one transaction. It keeps the
-texts of its diagram and grammar, and names and digests of the captures its clips come from, so that
-it stays when one of them is removed. The players' motions, where they are kept, are captures.
+texts of its diagram and grammar, and names and digests of the captures that its clips come from. So
+it stays when one of them is removed. The motions of players are captures, where they are kept.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ import numpy as np
 from motiondb.errors import QueryError
 from motiondb.records import FloatArray
 from motiondb.store.catalogue.names import unknown_name
-from motiondb.store.checking.offenders import FINISHED_RUN, broken_rules, foreign_rows
 from motiondb.store.connection.columns import fetch, insert
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import transaction
@@ -31,8 +30,24 @@ class SceneClip:
 
     Attributes
     ----------
-    start, end : frames of the capture, half-open. bend : radians. stretch : of the steps.
-    begin : frame of the scene, as sampled, at which it begins.
+    terminal : str
+        The action.
+    capture : str
+        Name of the capture.
+    sha256 : str
+        Its digest.
+    start : int
+        First frame of the capture.
+    end : int
+        Frame behind the last.
+    mirrored : bool
+        Whether left and right change places.
+    bend : float
+        By which its path is bent, radians.
+    stretch : float
+        Factor on the lengths of its steps.
+    begin : int
+        Frame of the scene, as sampled, at which it begins.
     """
 
     terminal: str
@@ -52,9 +67,20 @@ class ScenePlayer:
 
     Attributes
     ----------
-    rules : numbers of the rules of the tree, in preorder.
-    origin : x, z, metres, and heading, radians. delay : frames.
-    capture_id : of the motion, where it is kept as a capture; -1 where not.
+    name : str
+        As in the diagram.
+    team : str
+        As in the diagram.
+    rules : tuple of int
+        Numbers of the rules of the tree, in preorder.
+    origin : tuple of float
+        x and z, metres, and heading, radians.
+    delay : int
+        Frames before the first clip.
+    clips : tuple of SceneClip
+        What is played, in order.
+    capture_id : int
+        Of the motion, where it is kept as a capture; -1 where not.
     """
 
     name: str
@@ -68,7 +94,7 @@ class ScenePlayer:
 
 @dataclass(frozen=True)
 class SceneRule:
-    """How far a rule about somebody or something is from being kept, in its unit."""
+    """How far a rule about a player or an object is from being kept, in its unit."""
 
     player: str
     action: str
@@ -89,10 +115,28 @@ class StoredScene:
 
     Attributes
     ----------
-    diagram, grammar : texts of the files.
-    settings, report : what JSON can hold.
-    error : -log P(Z) of what was sampled.
-    ball : array (frames, 3), metres, or (0, 3) where there is none.
+    name : str
+        Of the scene.
+    diagram : str
+        Text of the tactics diagram.
+    grammar : str
+        Text of the motion grammar.
+    settings : mapping
+        What JSON can hold.
+    error : float
+        -log P(Z) of what was sampled.
+    n_frames : int
+        Frames, at 30 a second.
+    players : tuple of ScenePlayer
+        In the order of the diagram.
+    rules : tuple of SceneRule
+        How far each is from being kept.
+    ball : array (frames, 3)
+        Its middle, metres; (0, 3) where there is no ball.
+    report : mapping
+        What JSON can hold.
+    run_id : int
+        Set when it is saved.
     """
 
     name: str
@@ -204,7 +248,13 @@ def _insert_rules(store: Store, number: int, rules: Sequence[SceneRule], run_id:
 
 
 def load_scene(store: Store, name: str) -> StoredScene:
-    """The scene of this name (QueryError: none; suggests the nearest)."""
+    """Load the scene of this name.
+
+    Raises
+    ------
+    QueryError
+        There is none; suggests the nearest names.
+    """
     row = store.connection.execute(
         "SELECT scene_id, diagram, grammar, settings, error, report, n_frames, run_id FROM scene"
         " WHERE name = ?",
@@ -261,13 +311,13 @@ def _load_players(store: Store, number: int) -> tuple[ScenePlayer, ...]:
 
 
 def load_scene_names(store: Store) -> list[str]:
-    """The names of all scenes, in order."""
+    """Load the names of all scenes, sorted."""
     rows = store.connection.execute("SELECT name FROM scene ORDER BY name").fetchall()
     return [name for (name,) in rows]
 
 
 def load_scene_captures(store: Store, name: str) -> list[str]:
-    """The names of the captures that keep the motions of a scene's players, in their order."""
+    """Load the names of the captures that keep the players' motions, in the order of players."""
     rows = store.connection.execute(
         "SELECT c.name FROM scene s JOIN scene_player p USING (scene_id) JOIN capture c ON"
         " c.capture_id = p.capture_id WHERE s.name = ? ORDER BY ordinal",
@@ -277,7 +327,13 @@ def load_scene_captures(store: Store, name: str) -> list[str]:
 
 
 def remove_scene(store: Store, name: str) -> None:
-    """Take a scene out; captures that keep its players' motions stay (QueryError: no such)."""
+    """Remove a scene; captures that keep its players' motions stay.
+
+    Raises
+    ------
+    QueryError
+        There is no such scene.
+    """
     if name not in load_scene_names(store):
         raise QueryError(_unknown(store, name))
     with transaction(store):
@@ -295,47 +351,3 @@ def _remove(store: Store, name: str) -> None:
 def _unknown(store: Store, name: str) -> str:
     remedy = "Make one: motiondb scene make DIAGRAM -o FOLDER --name NAME."
     return unknown_name(store, name, "scene", load_scene_names(store), remedy)
-
-
-_RULES = (
-    # rule, query for the offenders (one text column)
-    (
-        "expected clips of its players, numbered from 0",
-        """SELECT DISTINCT s.name FROM scene s LEFT JOIN scene_player p USING (scene_id)
-           LEFT JOIN (SELECT scene_id, player, count(*) AS n, max(ordinal) AS high,
-           bool_and(end_frame > start_frame) AS long FROM scene_clip GROUP BY ALL) c
-           ON c.scene_id = p.scene_id AND c.player = p.ordinal
-           WHERE coalesce(n, 0) = 0 OR high <> n - 1 OR NOT long ORDER BY ALL""",
-    ),
-    (
-        "expected rules about its players",
-        """SELECT DISTINCT s.name FROM scene s JOIN scene_rule r USING (scene_id)
-           LEFT JOIN scene_player p ON p.scene_id = r.scene_id AND p.name = r.player
-           WHERE p.name IS NULL ORDER BY ALL""",
-    ),
-    (
-        "expected its ball in every frame, or in none",
-        """SELECT DISTINCT s.name FROM scene s JOIN (SELECT scene_id, count(*) AS n,
-           count(DISTINCT frame) AS d, max(frame) AS high FROM scene_ball GROUP BY ALL) b
-           USING (scene_id) WHERE n <> n_frames OR d <> n OR high <> n - 1 ORDER BY ALL""",
-    ),
-    (
-        "expected captures that were generated, or none",
-        """SELECT DISTINCT s.name FROM scene s JOIN scene_player p USING (scene_id)
-           WHERE capture_id <> -1 AND capture_id NOT IN
-           (SELECT capture_id FROM capture WHERE kind = 'generated') ORDER BY ALL""",
-    ),
-)
-
-
-def broken_scenes(store: Store) -> list[str]:
-    """Every fault in scenes, one sentence each."""
-    foreign = [fault for table in TABLES for fault in _unresolved(store, table)]
-    return broken_rules(store, _RULES, "scene ") + foreign
-
-
-def _unresolved(store: Store, table: str) -> list[str]:
-    """Rows of no scene, or of another run than their scene's, or of one that did not finish."""
-    own_run = f"run_id <> (SELECT run_id FROM scene s WHERE s.scene_id = {table}.scene_id)"
-    no_scene = {"a scene": "scene_id NOT IN (SELECT scene_id FROM scene)"}
-    return foreign_rows(store, table, no_scene | FINISHED_RUN | {"the run of its scene": own_run})

@@ -1,7 +1,6 @@
 """Everything that ``learn`` derives: replaced in one transaction, loaded whole or in parts.
 
-Arrays come back equal to the last bit (NaN as NaN). A kill in the middle leaves the earlier
-learning untouched.
+Arrays come back equal to the last bit (NaN as NaN). A kill leaves what was learned before.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ DERIVED_TABLES = (
 
 @dataclass(frozen=True)
 class LearningSize:
-    """The one row of the table ``learning``: run, content it was learnt from, sizes."""
+    """The row of the table ``learning``: run, content that it was learned from, sizes."""
 
     run_id: int
     content_revision: str
@@ -74,11 +73,21 @@ def save_learning(store: Store, learning: Learning) -> None:
 
 
 def load_learning(store: Store, *, segments: bool = True, scores: bool = True) -> Learning:
-    """Everything derived; without ``segments`` (or their ``scores``) those arrays are empty.
+    """Load everything that was learned.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    segments : bool
+        Whether to load the segments; else these arrays are empty.
+    scores : bool
+        Whether to load the segments' scores; else that array has no columns.
 
     Raises
     ------
-    NotLearnedError : ``learn`` has not run.
+    NotLearnedError
+        ``learn`` has not run.
     """
     size = load_learning_size(store)
     empty = np.zeros(0, dtype=np.int64), np.zeros(0)
@@ -97,7 +106,13 @@ def load_learning(store: Store, *, segments: bool = True, scores: bool = True) -
 
 
 def load_learning_size(store: Store) -> LearningSize:
-    """Sizes and run of what was learnt (NotLearnedError where nothing was)."""
+    """Load sizes and run of what was learned.
+
+    Raises
+    ------
+    NotLearnedError
+        ``learn`` has not run.
+    """
     row = store.connection.execute("SELECT * FROM learning").fetchone()
     if row is None:
         raise NotLearnedError(
@@ -113,41 +128,83 @@ def is_learned(store: Store) -> bool:
 
 
 def learning_is_current(store: Store) -> bool:
-    """Whether no capture, word or synonym has changed since ``learn`` (NotLearnedError: never)."""
+    """Whether no capture, word or synonym has changed since ``learn``.
+
+    Raises
+    ------
+    NotLearnedError
+        ``learn`` has not run.
+    """
     return load_learning_size(store).content_revision == read_meta(store, "content_revision")
 
 
 def load_symbols(store: Store) -> MotionSymbols:
-    """The motion symbols (NotLearnedError where nothing was learnt)."""
+    """Load the motion symbols.
+
+    Raises
+    ------
+    NotLearnedError
+        ``learn`` has not run.
+    """
     size = load_learning_size(store)
     return symbol_tables.select_symbols(store.connection, size.max_states, size.n_features)
 
 
 def load_segments(store: Store, *, scores: bool = True) -> SegmentTable:
-    """The segments; without ``scores`` that array has no columns (NotLearnedError)."""
+    """Load the segments; without ``scores`` that array has no columns.
+
+    Raises
+    ------
+    NotLearnedError
+        ``learn`` has not run.
+    """
     size = load_learning_size(store)
     return segment_tables.select_segments(store.connection, size.n_symbols, scores)
 
 
 def load_space(store: Store) -> SymbolSpace:
-    """Where the symbols lie (NotLearnedError where nothing was learnt)."""
+    """Load the symbol space.
+
+    Raises
+    ------
+    NotLearnedError
+        ``learn`` has not run.
+    """
     size = load_learning_size(store)
     return symbol_tables.select_space(store.connection, size.n_coordinates)
 
 
 def load_association(store: Store) -> Association:
-    """Symbols and words (NotLearnedError where nothing was learnt)."""
+    """Load the association of symbols and words.
+
+    Raises
+    ------
+    NotLearnedError
+        ``learn`` has not run.
+    """
     size = load_learning_size(store)
     return word_tables.select_association(store.connection, size.n_symbols)
 
 
 def load_transition_counts(store: Store) -> FloatArray:
-    """How often symbols follow one another: array (symbols + 1, symbols + 1) (NotLearnedError)."""
+    """Load how often symbols follow one another: array (symbols + 1, symbols + 1).
+
+    Raises
+    ------
+    NotLearnedError
+        ``learn`` has not run.
+    """
     size = load_learning_size(store)
     return word_tables.select_transitions(store.connection, size.n_symbols)
 
 
 def load_parameters(store: Store, *names: str) -> dict[str, FloatArray]:
-    """Further arrays by name: those asked for, or all (NotLearnedError)."""
+    """Load further arrays by name: those asked for, or all.
+
+    Raises
+    ------
+    NotLearnedError
+        ``learn`` has not run.
+    """
     load_learning_size(store)
     return word_tables.select_parameters(store.connection, names or None)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motiondb.pose.features import N_FEATURES
-from motiondb.search import bearing, movement, score_vectors
+from motiondb.search import movement, posture_and_travel, score_vectors
 
 SPREAD = 2.0 / 3.0 * np.array([0.3, 0.3, 0.6, 0.9])
 """One spread of the four weighted velocities: 2 * (m/s or rad/s) * a third of a second."""
@@ -33,8 +33,8 @@ def slow_twin(features: np.ndarray, start: int, end: int) -> list[float]:
 def test_columns_equal_a_loop_over_frames() -> None:
     features = np.random.default_rng(0).normal(size=(47, N_FEATURES)).astype(np.float32)
     starts, ends = np.array([0, 20]), np.array([20, 47])
-    found = bearing.describe_bearing(features, starts, ends)
-    assert found.shape == (2, bearing.N_POSTURE + bearing.N_TRAVEL) == (2, 87)
+    found = posture_and_travel.describe_posture_and_travel(features, starts, ends)
+    assert found.shape == (2, posture_and_travel.N_POSTURE + posture_and_travel.N_TRAVEL) == (2, 87)
     for row, start, end in zip(found, starts, ends):
         np.testing.assert_allclose(row, slow_twin(features, start, end), atol=1e-5)
 
@@ -42,7 +42,7 @@ def test_columns_equal_a_loop_over_frames() -> None:
 def test_spreads_are_velocities() -> None:
     """0.3 m/s and 0.9 rad/s, as the features weigh them, are one spread."""
     root = 2.0 / 3.0 * np.array([[0.3, -0.3, 0.6, 0.9]])
-    found = bearing.travel(root.astype(np.float32))[0]
+    found = posture_and_travel.travel(root.astype(np.float32))[0]
     np.testing.assert_allclose(found[20:], 1.0, rtol=1e-6)
     np.testing.assert_allclose(found[[12, 5, 14, 15]], 1 / (1 + np.exp([-1.0, 1.0, -1.0, -1.0])))
 
@@ -50,7 +50,10 @@ def test_spreads_are_velocities() -> None:
 def test_a_turn_to_the_left_is_not_one_to_the_right() -> None:
     root = np.zeros((40, 4), dtype=np.float32)
     root[:, 3] = SPREAD[3]
-    left, right = bearing.travel(root).mean(axis=0), bearing.travel(-root).mean(axis=0)
+    left, right = (
+        posture_and_travel.travel(root).mean(axis=0),
+        posture_and_travel.travel(-root).mean(axis=0),
+    )
     turning = np.arange(3, 20, 4)
     np.testing.assert_allclose(left[turning], 1.0 - right[turning][::-1])
     assert left[15] > 0.7 > 0.1 > right[15]  # surely above 0.75 spreads, and not
@@ -59,8 +62,12 @@ def test_a_turn_to_the_left_is_not_one_to_the_right() -> None:
 
 def test_columns_are_means_so_that_segments_add_up() -> None:
     features = np.random.default_rng(1).normal(size=(30, N_FEATURES)).astype(np.float32)
-    parts = bearing.describe_bearing(features, np.array([0, 12]), np.array([12, 30]))
-    whole = bearing.describe_bearing(features, np.array([0]), np.array([30]))[0]
+    parts = posture_and_travel.describe_posture_and_travel(
+        features, np.array([0, 12]), np.array([12, 30])
+    )
+    whole = posture_and_travel.describe_posture_and_travel(features, np.array([0]), np.array([30]))[
+        0
+    ]
     np.testing.assert_allclose((12 * parts[0] + 18 * parts[1]) / 30, whole, atol=1e-5)
 
 
