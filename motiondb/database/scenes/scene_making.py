@@ -187,7 +187,7 @@ class MadeScene:
 
 
 def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
-    """Read a diagram by its file or name, with its grammar, which must allow what is drawn.
+    """Read a diagram by its file or name, with its grammar, which must allow it.
 
     Raises
     ------
