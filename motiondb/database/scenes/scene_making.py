@@ -177,7 +177,7 @@ class MadeScene:
 
     @property
     def clean(self) -> bool:
-        """Whether every rule holds, no players touch or go too fast, and no motion is impossible."""
+        """Whether rules hold, no players touch or go too fast, and no motion is impossible."""
         return self.report.clean and not self.too_fast
 
     @property
