@@ -18,17 +18,10 @@ NOT_YET = (
     "motiondb/grammar/",
     "motiondb/pose/",
     "motiondb/database/grammars/",
-    "motiondb/database/scenes/scene_folder.py",
-    "motiondb/database/scenes/scene_making.py",
-    "motiondb/database/scenes/scene_records.py",
-    "motiondb/scene/polish/placed.py",
     "motiondb/store/catalogue/",
     "motiondb/store/grammars/",
     "motiondb/words/place_map.py",
-    "motiondb/pictures/scene_animation.py",
-    "motiondb/pictures/scene_paths.py",
     "motiondb/pictures/strings.py",
-    "motiondb/pictures/tactics.py",
     "motiondb/pictures/trees.py",
 )
 MODULES = [

@@ -1,8 +1,8 @@
-"""The verbs of scenes: ``db.scenes.make``, ``update``, ``report``, ``names``, ``remove``.
+"""The verbs of scenes: ``db.scenes.make``, ``update``, ``write``, ``keep``, ``find``, ``remove``.
 
-A diagram says what is to happen, a motion grammar how, the database's captures move. What is made
-can be written into a folder, and kept in the store under a name; every player's motion is then a
-capture, ``NAME/PLAYER``, with the origin of its frames.
+A diagram tells what happens, a motion grammar how, and the database's captures are the motion. A
+scene can be written into a folder, and kept in the store under a name. Every player's motion is
+then a capture, ``NAME/PLAYER``, with the origin of its frames.
 """
 
 from __future__ import annotations
@@ -51,7 +51,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A scene that was made: the work, its record, and where every frame comes from."""
+    """A made scene.
+
+    Attributes
+    ----------
+    made : MadeScene
+        The scene, and how it was made.
+    record : store.StoredScene
+        Its record.
+    provenance : dict of str to store.Provenance
+        Where every frame of each player comes from.
+    """
 
     made: MadeScene
     record: store.StoredScene
@@ -59,12 +69,12 @@ class Scene:
 
     @property
     def broken(self) -> tuple[store.SceneRule, ...]:
-        """The rules that are not kept."""
+        """The rules that do not hold."""
         return tuple(rule for rule in self.record.rules if not rule.kept)
 
 
 def _quiet(_what: str, _share: float, _error: float) -> None:
-    """Tell nobody."""
+    """Ignore the progress."""
 
 
 class Scenes:
@@ -80,11 +90,23 @@ class Scenes:
         progress: SceneProgress = _quiet,
         name: str = "",
     ) -> Scene:
-        """A scene of a diagram: a tactics file, or the name of a shipped one. Nothing is kept.
+        """Make a scene of a diagram: a tactics file, or the name of a shipped one. Nothing is kept.
+
+        Parameters
+        ----------
+        diagram : str | Path
+            The file or name.
+        settings : SceneSettings or None
+            Settings of the scene.
+        progress : SceneProgress
+            Called with the progress.
+        name : str
+            Name of the scene; by default the title of the diagram.
 
         Raises
         ------
-        SceneError : the diagram or its grammar is wrong, or an action has no clips.
+        SceneError
+            The diagram or its grammar has a fault, or an action has no clips.
         """
         text = read_scene_text(diagram)
         progress("loading", 0.0, np.nan)
@@ -100,11 +122,23 @@ class Scenes:
         settings: SceneSettings | None = None,
         progress: SceneProgress = _quiet,
     ) -> Scene:
-        """The scene of a changed diagram, begun from an earlier one; what did not change stays.
+        """Make the scene of a changed diagram from an earlier scene; unchanged parts stay.
+
+        Parameters
+        ----------
+        earlier : store.StoredScene
+            The record of the earlier scene.
+        diagram : str | Path
+            The changed diagram's file or name.
+        settings : SceneSettings or None
+            Settings of the scene; by default the earlier ones.
+        progress : SceneProgress
+            Called with the progress.
 
         Raises
         ------
-        SceneError : as :meth:`make`.
+        SceneError
+            As for :meth:`make`.
         """
         old, new = record_text(earlier), read_scene_text(diagram)
         settings = settings or SceneSettings(**earlier.settings)
@@ -146,13 +180,29 @@ class Scenes:
         drawn: bool = True,
         kept: bool = False,
     ) -> None:
-        """Write a scene's folder, in place of an earlier scene's; ``kept``: keep it as well.
+        """Write a scene's folder, in place of an earlier scene's; with ``kept``, keep it as well.
 
-        Whatever goes wrong, the folder stays as it was, and so does the database.
+        If anything fails, folder and database stay as they were.
+
+        Parameters
+        ----------
+        scene : Scene
+            The scene.
+        folder : str | Path
+            The folder.
+        progress : SceneProgress
+            Called with the progress of drawing.
+        drawn : bool
+            Whether pictures are made.
+        kept : bool
+            Whether to keep the scene in the database too.
 
         Raises
         ------
-        MotionDBError : the folder cannot be written. QueryError : as :meth:`keep`.
+        MotionDBError
+            The folder cannot be written.
+        QueryError
+            As for :meth:`keep`.
         """
         with whole_folder(Path(folder)) as part:
             fill_scene_folder(scene.made, scene.record, scene.provenance, part, progress, drawn)
@@ -166,7 +216,8 @@ class Scenes:
 
         Raises
         ------
-        QueryError : a player's capture would have the name of another capture.
+        QueryError
+            A player's capture would have the name of another capture.
         """
         database, name = self._session.store, scene.record.name
         made = scene.made
@@ -190,7 +241,13 @@ class Scenes:
         return record
 
     def check_name(self, name: str, players: Iterable[str]) -> None:
-        """Refuse a name under which a scene with these players cannot be kept (QueryError)."""
+        """Refuse a name under which a scene with these players cannot be kept.
+
+        Raises
+        ------
+        QueryError
+            The name is empty, or a capture has the name of a player's.
+        """
         if not name.strip():
             raise QueryError("name: expected a name for the scene, found nothing. Give one.")
         store.check_new_name(name, "scene")
@@ -216,19 +273,28 @@ class Scenes:
             return find_actions(self._session, grammar)
 
     def names(self) -> list[str]:
-        """The names of the scenes that are kept."""
+        """Return the names of the kept scenes."""
         return store.load_scene_names(self._session.store)
 
     def load(self, name: str) -> store.StoredScene:
-        """A kept scene (QueryError)."""
-        return store.load_scene(self._session.store, name)
-
-    def find(self, place: str | Path) -> store.StoredScene:
-        """The scene of a folder, or the kept one of this name.
+        """Return a kept scene.
 
         Raises
         ------
-        QueryError, SceneError : there is neither.
+        QueryError
+            There is none of this name.
+        """
+        return store.load_scene(self._session.store, name)
+
+    def find(self, place: str | Path) -> store.StoredScene:
+        """Return the scene of a folder, or the kept one of this name.
+
+        Raises
+        ------
+        QueryError
+            There is neither.
+        SceneError
+            The folder's record has a fault.
         """
         if Path(place).is_dir():
             return read_scene_folder(Path(place))
@@ -244,7 +310,13 @@ class Scenes:
         return self.load(str(place))
 
     def remove(self, name: str) -> list[str]:
-        """Take a kept scene out with its players' captures; gives their names (QueryError)."""
+        """Remove a kept scene with its players' captures, and return the names of these.
+
+        Raises
+        ------
+        QueryError
+            There is none of this name.
+        """
         database = self._session.store
         captures = store.load_scene_captures(database, name)
         numbers = [store.load_capture(database, capture).capture_id for capture in captures]
@@ -255,11 +327,12 @@ class Scenes:
         return captures
 
     def draw(self, name: str, png: Path) -> Path:
-        """Draw the ways of a kept scene's characters over its diagram.
+        """Draw the paths of a kept scene's characters over its diagram.
 
         Raises
         ------
-        QueryError : no such scene, or captures of its players were removed.
+        QueryError
+            There is no such scene, or captures of its players were removed.
         """
         record = self.load(name)
         gone = [player.name for player in record.players if player.capture_id == -1]
@@ -278,12 +351,21 @@ class Scenes:
 
 
 def check_folder(folder: str | Path) -> None:
-    """Refuse a folder that cannot hold a scene (MotionDBError)."""
+    """Refuse a folder that cannot hold a scene.
+
+    Raises
+    ------
+    MotionDBError
+        It cannot be written, or holds something else.
+    """
     check_scene_folder(Path(folder))
 
 
 def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:
-    """What a player does when, neighbours of one action together, seconds; nothing in waiting."""
+    """Return what a player does when, as captions with times; consecutive equal actions are joined.
+
+    Waiting has no caption.
+    """
     clips, waits = np.asarray(placed.clips).tolist(), waiting(placed.edits).tolist()
     words = [
         "" if wait else actions[clip].replace("_", " ")
@@ -300,7 +382,7 @@ def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:
 
 
 def _report_rest(made: MadeScene) -> dict[str, Any]:
-    """Frames that rules looked at, collisions, feet, bones and the ball, for the report."""
+    """Return the facts of a report other than the values of rules."""
     report = made.report
     return {
         "rule_frames": [[rule.start, rule.end] for rule in report.rules],
