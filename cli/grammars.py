@@ -23,6 +23,7 @@ from motiondb.cli.options import (
 
 if TYPE_CHECKING:
     from motiondb import store
+    from motiondb.database.grammars.grammar_learning import ByDuration
 
 
 def register(app: typer.Typer) -> None:
@@ -49,7 +50,10 @@ def learn(
     ],
     terminals: Annotated[
         str | None,
-        typer.Option("--terminals", help="How many kinds of action (20), or auto: the data's."),
+        typer.Option(
+            "--terminals",
+            help="How many kinds of action, or auto: chosen by bits; default: by duration, 4 to 20.",
+        ),
     ] = None,
     name: Annotated[
         str | None, typer.Option("--name", help="The grammar's name; default: the first capture's.")
@@ -91,20 +95,21 @@ def learn(
         facts = base.grammars.show(learned.name)
         size = base.grammars.size(learned.name)
     if json:
-        print_json(facts | {"no longer editable": lost})
+        print_json(facts | {"no_longer_editable": lost})
         return
     typer.echo(summary(size))
     _say_tried(facts)
+    _say_list(facts)
     _say_lost(lost)
 
 
-def _number(terminals: str | None) -> int | None:
-    """How many terminals are asked for; None lets the data choose."""
-    from motiondb.database.grammars.grammar_learning import N_TERMINALS
+def _number(terminals: str | None) -> int | ByDuration | None:
+    """Return the number of terminals; None to choose by bits."""
+    from motiondb.database.grammars.grammar_learning import BY_DURATION
     from motiondb.errors import QueryError
 
     if terminals is None or terminals == "auto":
-        return N_TERMINALS if terminals is None else None
+        return BY_DURATION if terminals is None else None
     if not (terminals.isdecimal() and int(terminals) > 0):
         raise QueryError(
             f"--terminals: expected a number of 1 or more, or auto, found {terminals!r}."
@@ -114,7 +119,7 @@ def _number(terminals: str | None) -> int | None:
 
 
 def summary(size: store.GrammarSize) -> str:
-    """A grammar in a line."""
+    """Describe a grammar in one line."""
     return (
         f"{size.name}: {_counted(size.captures, 'capture')} ({size.seconds:.0f} s), "
         f"{_counted(size.segments, 'segment')} of {_counted(size.terminals, 'terminal')}, "
@@ -128,7 +133,7 @@ def _counted(n: int, what: str) -> str:
 
 
 def _say_tried(facts: dict[str, Any]) -> None:
-    """Why there are so many terminals, where the data were asked."""
+    """Say how the number of terminals was chosen, if it was chosen by bits."""
     tried = facts["settings"].get("tried")
     if tried:
         said = ", ".join(f"{k}: {tried[k]:.0f}" for k in sorted(tried, key=int))
@@ -136,6 +141,17 @@ def _say_tried(facts: dict[str, Any]) -> None:
         typer.echo(
             f"bits by number of terminals {said}; of those within {allowed:.0f} of the fewest, one"
             f" standard error, the smallest: {len(facts['terminals'])}"
+        )
+
+
+def _say_list(facts: dict[str, Any]) -> None:
+    """Say when the grammar is a list of its sentences, and what could help."""
+    if not facts["derives_new"]:
+        typer.echo(
+            f"note: {facts['grammar']} is a list of its sentences: it derives nothing new. More"
+            " captures of the same activity, another number of kinds of action (--terminals) or"
+            " shorter sentences (--longest) may give it rules.",
+            err=True,
         )
 
 
@@ -252,7 +268,7 @@ def remove(name: GrammarName, db: Db = DEFAULT_DB, json: Json = False) -> None:
     with database(db, writing=True) as base:
         lost = base.grammars.remove(name)
     if json:
-        print_json({"removed": name, "no longer editable": lost})
+        print_json({"removed": name, "no_longer_editable": lost})
         return
     typer.echo(f"{name} removed")
     _say_lost(lost)

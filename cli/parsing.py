@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
 
 SHOWN = 10
-"""Segments unlike anything that are shown; JSON tells all."""
+"""Unlike segments that are printed; JSON holds all."""
 
 
 def register(group: typer.Typer) -> None:
@@ -66,12 +66,12 @@ def _facts(found: ParsedMotion) -> dict[str, Any]:
     return {
         "string": list(found.string),
         "spans": [list(span) for span in zip(found.starts, found.ends)],
-        "learned from": found.stored,
+        "learned_from": found.stored,
         "distances": list(found.distances),
-        "usual distance": found.reach,
+        "usual_distance": found.reach,
         "unlike": list(found.unlike),
-        "share unlike": found.share_unlike,
-        "is unlike": found.is_unlike,
+        "share_unlike": found.share_unlike,
+        "is_unlike": found.is_unlike,
         "sentences": [
             {"string": list(tree.leaves()), "tree": format_tree(tree)} for tree in found.trees
         ],
@@ -79,13 +79,13 @@ def _facts(found: ParsedMotion) -> dict[str, Any]:
         if fault is None
         else {
             "position": fault.position, "found": fault.found,
-            "expected": list(fault.expected), "may end": fault.may_end, "says": str(fault),
+            "expected": list(fault.expected), "may_end": fault.may_end, "says": str(fault),
         },
     }  # fmt: skip
 
 
 def _say_parsed(found: ParsedMotion, example: str) -> None:
-    """The string, then its trees, or the fault and its time."""
+    """Print the string, then its trees, or the fault and its time."""
     from motiondb.database.grammars.grammar_facts import format_tree
 
     how = "as learned" if found.stored else "read anew"
@@ -100,7 +100,7 @@ def _say_parsed(found: ParsedMotion, example: str) -> None:
 
 
 def _say_unlike(found: ParsedMotion, name: str, example: str) -> None:
-    """What is unlike anything learned, the farthest segments first; or that nothing can tell."""
+    """Print the segments that are unlike anything learned, the farthest first."""
     if not found.stored and found.reach is None:
         typer.echo(
             f"note: the terminals of {name} have too few members to say what is unlike them",

@@ -142,7 +142,7 @@ def _hand_out(
     png: Path | None,
     how: dict[str, object],
 ) -> dict[str, Any]:
-    """Write, draw and keep what was made; the facts."""
+    """Write, draw and keep a sequence; return its facts."""
     facts = _written(made, seed, output)
     if png:
         base.grammars.draw_sequence(made, png)
@@ -155,10 +155,10 @@ def _hand_out(
 def _offer(
     base: MotionDB, name: str, edited: Edit, seed: int, output: Path | None
 ) -> dict[str, Any]:
-    """The alternatives played; as files NAME-1, NAME-2, ... where an output is named.
+    """Play the alternatives; write them as NAME-1, NAME-2, ... if an output is named.
 
-    One that cannot be played, for captures that are gone, is offered with the reason; where none
-    can, the reason is the answer.
+    An alternative that cannot be played because captures are gone is offered with the reason. If
+    none can be played, the first reason is raised.
     """
     from motiondb.errors import QueryError
 
@@ -167,14 +167,14 @@ def _offer(
     for number, alternative in enumerate(edited.alternatives):
         known = {
             "region": list(alternative.string),
-            "log probability": alternative.log_probability,
+            "log_probability": alternative.log_probability,
         }
         try:
             made = base.grammars.play(name, edited, number, seed)
         except QueryError as fault:
             faults.append(fault)
             string = list(edited.tree(number).leaves())
-            rows.append({"string": string, "not playable": str(fault)} | known)
+            rows.append({"string": string, "not_playable": str(fault)} | known)
             continue
         file = None
         if output:
@@ -191,7 +191,7 @@ def _offer(
 
 
 def _written(made: GrammarSequence, seed: int, output: Path | None) -> dict[str, Any]:
-    """The facts of what was made, written where a file is named."""
+    """Return the facts of a sequence, and write it if a file is named."""
     from motiondb.database.grammars import grammar_facts
 
     if output is None:
@@ -209,9 +209,9 @@ def _say_offer(facts: dict[str, Any]) -> None:
         typer.echo(f"nothing else can stand there{more}")
         return
     rows = [
-        [str(number), " ".join(row["region"]) or "nothing", f"{row['log probability']:.2f}",
-         *([""] * 2 if "not playable" in row
-           else [f"{row['seconds']:.2f}", f"{row['join cost']:.2f}"]),
+        [str(number), " ".join(row["region"]) or "nothing", f"{row['log_probability']:.2f}",
+         *([""] * 2 if "not_playable" in row
+           else [f"{row['seconds']:.2f}", f"{row['join_cost']:.2f}"]),
          row.get("output", "")]
         for number, row in enumerate(facts["alternatives"], start=1)
     ]  # fmt: skip
@@ -219,8 +219,8 @@ def _say_offer(facts: dict[str, Any]) -> None:
     used = len(columns) if any(row[-1] for row in rows) else len(columns) - 1
     print_table("", columns[:used], [row[:used] for row in rows])
     for number, row in enumerate(facts["alternatives"], start=1):
-        if "not playable" in row:
-            typer.echo(f"note: {number} cannot be played: {row['not playable']}", err=True)
+        if "not_playable" in row:
+            typer.echo(f"note: {number} cannot be played: {row['not_playable']}", err=True)
 
 
 def _say_made(facts: dict[str, Any], output: Path | None) -> None:
@@ -230,9 +230,9 @@ def _say_made(facts: dict[str, Any], output: Path | None) -> None:
     typer.echo(f"string: {' '.join(facts['string'])}")
     typer.echo(f"tree:   {facts['tree']}")
     typer.echo(
-        f"seams cost {facts['join cost']:.2f}, chosen greedily {facts['greedy join cost']:.2f}; "
-        f"feet slip {100 * facts['foot slip']:.1f} cm/s, in the sources "
-        f"{100 * facts['foot slip of sources']:.1f}"
+        f"seams cost {facts['join_cost']:.2f}, chosen greedily {facts['greedy_join_cost']:.2f}; "
+        f"feet slip {100 * facts['foot_slip']:.1f} cm/s, in the sources "
+        f"{100 * facts['foot_slip_of_sources']:.1f}"
     )
     for source in facts["sources"]:
         typer.echo(

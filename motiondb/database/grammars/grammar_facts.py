@@ -14,6 +14,7 @@ from motiondb.database.catalogue.parts import write_bytes, write_clip
 from motiondb.database.generate.generated_files import frame_runs, source_facts
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
+from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg import context_free
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS
@@ -45,12 +46,26 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> dict[str, 
         "terminals": terminal_facts(learned, meanings),
         "objective": None if np.isnan(learned.terminals.objective) else learned.terminals.objective,
         "sentences": len(learned.sentences),
-        "sentence lengths": [min(lengths), float(np.mean(lengths)), max(lengths)],
+        "sentence_lengths": [min(lengths), float(np.mean(lengths)), max(lengths)],
         "nonterminals": len(grammar.nonterminals),
         "rules": len(grammar.rules),
+        "derives_new": derives_new(grammar, learned.strings),
         "bits": {**learned.bits, "sum": sum(learned.bits.values())},
         "text": context_free.format_grammar(grammar),
     }
+
+
+def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ...]]) -> bool:
+    """Whether a grammar derives a string that is none of the sentences.
+
+    If not, it is a list of the sentences, and new sequences repeat them.
+
+    >>> derives_new(context_free.read_grammar("S -> a | b b"), [("a",), ("b", "b")])
+    False
+    """
+    known = frozenset(sentences)
+    language = finite_language(grammar, len(known))
+    return language is None or not language <= known
 
 
 def terminal_facts(
@@ -113,10 +128,10 @@ def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
         "string": list(sequence.string),
         "tree": format_tree(sequence.tree),
         "seconds": round(sequence.motion.n_frames / MOTION_FPS, 3),
-        "join cost": sequence.choice.cost,
-        "greedy join cost": sequence.greedy,
-        "foot slip": made.slip,
-        "foot slip of sources": made.source_slip,
+        "join_cost": sequence.choice.cost,
+        "greedy_join_cost": sequence.greedy,
+        "foot_slip": made.slip,
+        "foot_slip_of_sources": made.source_slip,
         "spans": [
             {"terminal": terminal, "start": a / MOTION_FPS, "end": b / MOTION_FPS}
             for terminal, (a, b) in zip(sequence.string, made.spans)

@@ -18,7 +18,7 @@ from motiondb.grammar.derivation.edit import (
     replace_region,
     wider,
 )
-from motiondb.grammar.derivation.probable_strings import best_strings
+from motiondb.grammar.cfg.prefix import best_strings
 
 TOY = read_grammar("""
 S -> r X1 X2 m
