@@ -52,7 +52,7 @@ def learn(
         str | None,
         typer.Option(
             "--terminals",
-            help="How many kinds of action, or auto: chosen by bits; default: by duration, 4 to 20.",
+            help="How many kinds of action (default: by duration, 4 to 20), or auto.",
         ),
     ] = None,
     name: Annotated[

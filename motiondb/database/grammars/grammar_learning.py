@@ -38,8 +38,8 @@ BY_DURATION: ByDuration = "by duration"
 """Number of terminals: as many as the duration of the captures supports."""
 
 FEWEST_TERMINALS, MOST_TERMINALS = 4, 20
-"""Bounds of the default number of terminals: the fewest that ``auto`` tries, and a number with which
-the tables of real takes in ``docs/grammar.md`` were near the fewest bits or at them."""
+"""Bounds of the default number of terminals: the fewest that ``auto`` tries, and a number near the
+fewest bits in most tables of real takes in ``docs/grammar.md``."""
 
 SECONDS_A_TERMINAL = 5.0
 """Duration for each terminal by default. Chosen by hand: in a minute of motion most of 20 terminals

@@ -74,11 +74,11 @@ def parse(grammar: AnyGrammar, sentence: Sequence[str]) -> Tree:
     GrammarError
         The grammar derives nothing.
 
-        >>> from motiondb.grammar.cfg.context_free import choices_of, read_grammar
-        >>> toy = read_grammar("S -> hold A shoot\nA -> dribble A | empty")
-        >>> choices_of(parse(toy, ("hold", "dribble", "shoot")))
-        (0, 1, 2)
-        >>> parse(toy, ("hold", "dribble"))  # doctest: +ELLIPSIS
+    >>> from motiondb.grammar.cfg.context_free import choices_of, read_grammar
+    >>> toy = read_grammar("S -> hold A shoot\nA -> dribble A | empty")
+    >>> choices_of(parse(toy, ("hold", "dribble", "shoot")))
+    (0, 1, 2)
+    >>> parse(toy, ("hold", "dribble"))  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     motiondb.grammar.cfg.parse.ParseError: end of the sentence (after symbol 1, 'dribble'): ...
     """
