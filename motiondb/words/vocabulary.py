@@ -114,16 +114,48 @@ def words_of(text: str, synonyms: Mapping[str, str] | None = None) -> list[str]:
     return [word for action in split_actions(text, synonyms) for word in action]
 
 
+def motion_word(token: str, synonyms: Mapping[str, str]) -> str | None:
+    """The lemma under which a word is filed, or None where it says nothing of a motion.
+
+    >>> motion_word("Walks", {}), motion_word("the", {}), motion_word("strolls", {"stroll": "walk"})
+    ('walk', None, 'walk')
+    """
+    token = token.lower().split("'")[0]
+    if token in STOP_WORDS or len(token) < 2:
+        return None
+    word = synonyms.get(token) or lemma(token)
+    word = synonyms.get(word, word)
+    return word if word not in STOP_WORDS or word in VERBS else None
+
+
+def join_phrases(text: str) -> str:
+    """A text with plain apostrophes and with phrases that are one word written as one word.
+
+    >>> join_phrases("don’t do a lay-up")
+    "don't do a layup"
+    """
+    text = text.translate(_APOSTROPHES)
+    for phrase, word in _PHRASES:
+        text = phrase.sub(word, text)
+    return text
+
+
+def split_compound(token: str) -> list[str]:
+    """The words of a word written in CamelCase.
+
+    >>> split_compound("KickFlip"), split_compound("walk")
+    (['Kick', 'Flip'], ['walk'])
+    """
+    return _CAMEL.sub(" ", token).split()
+
+
 def forms_of(text: str) -> list[str]:
     """The words of a text as they are written, in lower case and with those that say nothing.
 
     >>> forms_of("A dancer's CartWheels")
     ['a', 'dancer', 'cart', 'wheels']
     """
-    text = text.translate(_APOSTROPHES)
-    for phrase, word in _PHRASES:
-        text = phrase.sub(word, text)
-    tokens = _WORD.findall(_CAMEL.sub(" ", text))
+    tokens = _WORD.findall(_CAMEL.sub(" ", join_phrases(text)))
     return [token.lower().split("'")[0] for token in tokens]
 
 
@@ -191,10 +223,7 @@ def word_numbers(words: Iterable[str], vocabulary: Sequence[str]) -> IntArray:
 
 def _pieces(text: str) -> list[str]:
     """Stretches of text between the borders of actions, wildcards among them, in order of time."""
-    text = text.translate(_APOSTROPHES)
-    for phrase, word in _PHRASES:
-        text = phrase.sub(word, text)
-    text = _WILD.sub(",\0,", text)
+    text = _WILD.sub(",\0,", join_phrases(text))
     pieces = []
     for piece in _BREAK.split(text):
         if piece.strip() == "\0":
@@ -205,16 +234,9 @@ def _pieces(text: str) -> list[str]:
 
 
 def _piece_words(piece: str, synonyms: Mapping[str, str]) -> list[str]:
-    words = []
-    for token in _WORD.findall(_CAMEL.sub(" ", piece)):
-        token = token.lower().split("'")[0]
-        if token in STOP_WORDS or len(token) < 2:
-            continue
-        word = synonyms.get(token) or lemma(token)
-        word = synonyms.get(word, word)
-        if word not in STOP_WORDS or word in VERBS:
-            words.append(word)
-    return words
+    tokens = _WORD.findall(_CAMEL.sub(" ", piece))
+    words = (motion_word(token, synonyms) for token in tokens)
+    return [word for word in words if word is not None]
 
 
 def _nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:

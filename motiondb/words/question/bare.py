@@ -1,0 +1,97 @@
+"""Pieces of a question that name no action by themselves, and the action that they belong to.
+
+A piece is bare when its words are directions, limbs or sizes alone (``vocabulary.MODIFIERS``), or
+when it holds nothing but a manner or an amount: "forward", "left hand", "slowly", "three times".
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from motiondb.words.question.tree import (
+    LIMBS,
+    SIDES,
+    Action,
+    Lasting,
+    Node,
+    Repeated,
+    actions_of,
+    map_actions,
+)
+from motiondb.words.vocabulary import MODIFIERS
+
+
+def is_bare(node: Node) -> bool:
+    """Whether a node names no action by itself.
+
+    >>> is_bare(Action(("left", "hand"))), is_bare(Repeated(Action(()), 2, 2))
+    (True, True)
+    >>> is_bare(Action(("walk", "left")))
+    False
+    """
+    action = _core(node)
+    return action is not None and MODIFIERS.issuperset(action.words)
+
+
+def names_words(node: Node) -> bool:
+    """Whether a bare node holds words or manners, not amounts alone."""
+    action = _core(node)
+    return action is not None and bool(action.words or action.manner)
+
+
+def attach(node: Node, bare: Node) -> Node:
+    """A node with the words, manner and amounts of a bare one.
+
+    >>> attach(Action(("walk",)), Action(("forward",), ("slow",)))
+    Action(words=('walk', 'forward'), manner=('slow',))
+    """
+    added = _core(bare)
+    assert added is not None
+
+    def extended(action: Action) -> Action:
+        return Action((*action.words, *added.words), (*action.manner, *added.manner))
+
+    return _with_amounts(map_actions(node, extended), bare)
+
+
+def say_again(before: Node, bare: Node) -> Node:
+    """The action before with the directions, limbs, manner and amounts of a bare node.
+
+    >>> say_again(Action(("turn", "left")), Action(("right",)))
+    Action(words=('turn', 'right'), manner=())
+    """
+    added = _core(bare)
+    said = actions_of(before)
+    if added is None or not said:
+        return bare
+    verbs = tuple(word for word in said[-1].words if word not in MODIFIERS)
+    return _with_amounts(Action((*verbs, *added.words), added.manner), bare)
+
+
+def share_limb(before: Node, bare: Node) -> Node:
+    """The action before, with the limb that both sides share: "wave left or right hand".
+
+    >>> share_limb(Action(("wave", "left")), Action(("right", "hand")))
+    Action(words=('wave', 'left', 'hand'), manner=())
+    """
+    added = _core(bare)
+    if not isinstance(before, Action) or added is None or len(added.words) < 2:
+        return before
+    shared = before.words[-1:] and before.words[-1] in SIDES and added.words[0] in SIDES
+    if shared and added.words[1] in LIMBS:
+        return replace(before, words=(*before.words, added.words[1]))
+    return before
+
+
+def _core(node: Node) -> Action | None:
+    """The action within amounts, None where there is anything else."""
+    while isinstance(node, (Repeated, Lasting)):
+        node = node.part
+    return node if isinstance(node, Action) else None
+
+
+def _with_amounts(node: Node, bare: Node) -> Node:
+    """A node within the amounts of a bare one."""
+    if isinstance(bare, (Repeated, Lasting)):
+        return replace(bare, part=_with_amounts(node, bare.part))
+    return node

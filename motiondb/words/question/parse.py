@@ -1,0 +1,387 @@
+"""From a question to its tree, by recursive descent.
+
+    order      at_once {("," | "then" | ";" | "after" | "before") at_once} {", not" excluded}
+    at_once    any_of {"while" any_of}
+    any_of     both {"or" both}
+    both       single {"and" single}
+    single     "not" excluded | piece {"not" excluded}
+    excluded   piece {"or" piece}
+    piece      "?" | "(" order ")" | words, manners, counts and durations in any order
+
+So "and" binds tighter than "or", "or" tighter than "while", and all tighter than an order. Beyond
+the grammar:
+
+* A list takes the meaning of its last connective: "walk, run or jump" is any of three, "walk, turn
+  and sit" is an order of three.
+* "and" between two actions leaves open whether they come at once or in order (``Both``); beside
+  "while" or "at the same time" it is at once.
+* A piece of directions, limbs, manners or amounts alone belongs to the action before it ("walk
+  forward and backward", "walk, twice"); after "or" and "then" the action is said again ("turn left
+  or right" is turn left or turn right).
+* "not", "without" exclude from the piece before them; "but not" and ", not" from everything before
+  them, and at the beginning of a question from everything behind them; after "then" and "or" an
+  exclusion is a part by itself. An exclusion ends at "and", "while", "then" and commas, but lists
+  that close with "or" or "nor" are excluded as a whole ("not run, jump or hop"), and so are verbs
+  in -ing joined by "and" ("without running and jumping"). Two negations cancel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from motiondb.errors import QueryError
+from motiondb.words.question.bare import attach, is_bare, names_words, say_again, share_limb
+from motiondb.words.question.chain import Chain, together
+from motiondb.words.question.say import say
+from motiondb.words.question.tokens import Token, tokenize
+from motiondb.words.question.tree import (
+    Action,
+    AnyOf,
+    Anything,
+    AtOnce,
+    Both,
+    InOrder,
+    Lasting,
+    Node,
+    NotUsed,
+    Question,
+    Repeated,
+    actions_of,
+    at_once,
+    join,
+    walk,
+    without,
+)
+
+MOST_PARENTHESES = 20
+"""Parentheses within one another. Chosen by hand; questions need two or three."""
+_PIECE = ("word", "manner", "count", "duration", "same", "quote", "open", "wild")
+"""Kinds of tokens that begin a piece."""
+
+
+def parse(text: str, synonyms: Mapping[str, str] | None = None) -> Question:
+    """Understand a question.
+
+    Parameters
+    ----------
+    text : str
+        The question.
+    synonyms : mapping of str to str
+        From lemma to canonical lemma.
+
+    Returns
+    -------
+    question : Question
+
+    Raises
+    ------
+    QueryError
+        For a question without a motion word, one that is too long, or parentheses that do not
+        match.
+
+    >>> from motiondb.words.question.say import say
+    >>> say(parse("A person walks, then runs or jumps, but does not sit down.").tree)
+    'walk, then (run or jump), not (sit down)'
+    """
+    tokens, not_used = tokenize(text, synonyms)
+    parser = _Parser(tokens)
+    tree = parser.order()
+    if parser.kind == "close":
+        raise QueryError(
+            f"question {_short(text)!r}: expected '(' before ')', found none. Leave out ')'."
+        )
+    if tree is None or not any(isinstance(node, Action) for node in walk(tree)):
+        raise QueryError(
+            f"query: expected words that describe a motion, found {_short(text)!r}. "
+            "Ask for example for 'walk, turn left, sit down'."
+        )
+    return Question(text, tree, (*not_used, *parser.not_used))
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+class _Parser:
+    """A place in a list of tokens; the rules of the module's grammar, a method each."""
+
+    def __init__(self, tokens: Sequence[Token]) -> None:
+        self.tokens = tokens
+        self.place = 0
+        self.depth = 0
+        self.same = False
+        self.not_used: list[NotUsed] = []
+
+    @property
+    def kind(self) -> str:
+        """Kind of the next token, "end" at the end."""
+        return self.tokens[self.place].kind if self.place < len(self.tokens) else "end"
+
+    def take(self, *kinds: str) -> Token | None:
+        """The next token, passed over, where it is of one of some kinds."""
+        if self.kind not in kinds:
+            return None
+        self.place += 1
+        return self.tokens[self.place - 1]
+
+    def order(self) -> Node | None:
+        """Everything up to the end or a closing parenthesis; None where nothing is asked."""
+        chain = Chain()
+        separator = ""
+        while self.kind not in ("end", "close"):
+            before = self.place
+            if token := self.take("comma", "then", "stop", "and"):
+                separator = token.kind
+            elif self.kind in ("not", "nor", "but_not") and separator != "then":
+                self._exclude(chain)
+                separator = ""
+            elif self.kind in ("while", "or", "after", "before"):
+                self._late_connective(chain)
+                separator = ""
+            else:
+                self._element(chain, separator)
+                separator = ""
+            self.place = max(self.place, before + 1)
+        for bare in chain.waiting:
+            self._leave(bare)
+        return chain.tree()
+
+    def _element(self, chain: Chain, separator: str) -> None:
+        """A part of an order, with what comes before or after it by "after" and "before"."""
+        if self.take("either"):
+            chain.list_start = len(chain.parts)
+        self.same = False
+        node, closing = self.at_once()
+        while self.kind in ("after", "before") and not self.tokens[self.place].words:
+            connective = self.take("after", "before")
+            other, _ = self.at_once()
+            pair = [part for part in (node, other) if part is not None]
+            if connective is not None and connective.kind == "after":
+                pair.reverse()
+            node = join(InOrder, pair) if pair else None
+            closing = ""
+        if node is None:
+            return
+        if separator == "and" and chain.parts:
+            last = chain.parts[-1]
+            chain.parts[-1] = attach(last, node) if is_bare(node) else join(Both, [last, node])
+        elif self.same and chain.parts and separator in ("comma", "stop"):
+            chain.join_last(AtOnce, node)
+        else:
+            chain.add(node, separator, closing)
+
+    def _exclude(self, chain: Chain) -> None:
+        """An exclusion from everything before it, or from everything behind it."""
+        cancelled, excluded = self.excluded()
+        if cancelled:
+            for node in excluded:
+                chain.join_last(AtOnce, node)
+        elif excluded:
+            chain.exclude(excluded)
+
+    def _late_connective(self, chain: Chain) -> None:
+        """A connective at the beginning, behind a comma, or behind an exclusion."""
+        token = self.take("while", "or", "after", "before")
+        assert token is not None
+        if token.kind == "or":
+            node, _ = self.at_once()
+        else:
+            node, _ = self.any_of() if token.kind == "while" else self.at_once()
+        if node is None:
+            return
+        first = not chain.parts
+        more = self.kind in ("comma", "then", "stop")
+        if token.kind in ("while", "before") and first and more:
+            self.place += 1
+            following, closing = self.at_once()
+            if following is None:
+                chain.add(node, "")
+            elif token.kind == "while":
+                chain.add(together(node, following), "")
+            else:
+                chain.add(following, "", closing)
+                chain.add(node, "then")
+        elif token.kind in ("while", "or"):
+            chain.join_last(AnyOf if token.kind == "or" else AtOnce, node)
+        elif token.kind == "after" and not first and not more:
+            chain.put_before_last(node)
+        else:
+            chain.add(node, "then")
+
+    def at_once(self) -> tuple[Node | None, str]:
+        """Parts joined by "while"; and the connective that could close a list."""
+        node, closing = self.any_of()
+        while self.take("while"):
+            other, _ = self.any_of()
+            closing = ""
+            if node is None or other is None:
+                node = other if node is None else node
+            else:
+                node = attach(node, other) if is_bare(other) else together(node, other)
+        return node, closing
+
+    def any_of(self) -> tuple[Node | None, str]:
+        """Parts joined by "or"; and the connective that could close a list."""
+        self.take("either")
+        node, closing = self.both()
+        nodes = [] if node is None else [node]
+        while self.take("or"):
+            self.take("either")
+            other, _ = self.both()
+            if other is None:
+                continue
+            if nodes and is_bare(other) and not is_bare(nodes[-1]):
+                nodes[-1] = share_limb(nodes[-1], other)
+                other, closing = say_again(nodes[-1], other), ""
+            else:
+                closing = "or"
+            nodes.append(other)
+        return (join(AnyOf, nodes) if nodes else None), closing
+
+    def both(self) -> tuple[Node | None, str]:
+        """Parts joined by "and"; and the connective that could close a list."""
+        node = self.single()
+        nodes = [] if node is None else [node]
+        while self.take("and"):
+            other = self.single()
+            if other is None:
+                continue
+            if nodes and is_bare(other) and actions_of(nodes[-1]):
+                nodes[-1] = attach(nodes[-1], other)
+            else:
+                nodes.append(other)
+        if self.same and len(nodes) > 1:
+            self.same = False
+            return at_once(nodes), ""
+        return (join(Both, nodes) if nodes else None), "and" if len(nodes) > 1 else ""
+
+    def single(self) -> Node | None:
+        """A piece without what is excluded from it."""
+        node = self.piece() if self.kind not in ("not", "nor") else None
+        while self.kind in ("not", "nor"):
+            cancelled, excluded = self.excluded()
+            if cancelled:
+                node = at_once([*([] if node is None else [node]), *excluded])
+            elif excluded:
+                node = without(Anything() if node is None else node, excluded)
+        return node
+
+    def excluded(self) -> tuple[bool, list[Node]]:
+        """What a negation excludes; and whether it is one of two that cancel."""
+        n_negations, text = 0, []
+        while token := self.take("not", "nor", "but_not"):
+            n_negations += 1
+            text.append(token.text)
+        self.take("either")
+        verb = self._next_text()
+        pieces = [self.piece()]
+        while self._goes_on(verb):
+            self.place += 1
+            pieces.append(self.piece())
+        excluded = [p for p in pieces if p is not None and (not is_bare(p) or names_words(p))]
+        excluded = [p for p in excluded if not isinstance(p, Anything)]
+        if not excluded:
+            amounts = [say(p).strip() for p in pieces if p is not None]
+            self.not_used.append(
+                NotUsed(" ".join([*text, *amounts]), "no action follows that could be excluded")
+            )
+        return n_negations % 2 == 0, excluded
+
+    def _next_text(self) -> str:
+        return self.tokens[self.place].text.lower() if self.kind == "word" else ""
+
+    def _goes_on(self, verb: str) -> bool:
+        """Whether the next token joins another piece to the excluded ones."""
+        following = self.tokens[self.place + 1 : self.place + 2]
+        if not following or following[0].kind not in _PIECE:
+            return False
+        if self.kind in ("or", "nor"):
+            return True
+        if self.kind == "and":
+            return verb.endswith("ing") and following[0].text.lower().endswith("ing")
+        return self.kind == "comma" and self._list_closes()
+
+    def _list_closes(self) -> bool:
+        """Whether the list that goes on with the next comma closes with "or" or "nor"."""
+        for token in self.tokens[self.place + 1 :]:
+            if token.kind in ("or", "nor"):
+                return True
+            if token.kind not in ("comma", "word", "manner", "quote"):
+                return False
+        return False
+
+    def piece(self) -> Node | None:
+        """Words with their manners and amounts, a wildcard, or a group in parentheses."""
+        if self.take("wild"):
+            return Anything()
+        node: Node | None = None
+        grouped = False
+        while self.kind in _PIECE and self.kind != "wild":
+            start = self.place
+            opens = self.kind == "open"
+            part = self._group() if opens else self._words()
+            if part is None:
+                continue
+            if node is None:
+                node, grouped = part, opens
+            elif is_bare(part):
+                node = attach(node, part)
+            elif is_bare(node):
+                node, grouped = attach(part, node), opens
+            elif not opens:
+                self.place = start
+                break
+            elif isinstance(part, Action) and isinstance(node, Action) and not grouped:
+                node = Action((*node.words, *part.words), (*node.manner, *part.manner))
+            else:
+                node, grouped = at_once([node, part]), True
+        return node
+
+    def _group(self) -> Node | None:
+        """What stands in parentheses."""
+        self.take("open")
+        self.depth += 1
+        if self.depth > MOST_PARENTHESES:
+            raise QueryError(
+                f"question: expected at most {MOST_PARENTHESES} parentheses within one another, "
+                "found more. Ask for less at a time."
+            )
+        same, self.same = self.same, False
+        node = self.order()
+        self.same = same
+        self.depth -= 1
+        if not self.take("close"):
+            raise QueryError(
+                "question: expected ')' for every '(', found the end. Close the parentheses."
+            )
+        return node
+
+    def _words(self) -> Node | None:
+        """A run of words, manners and amounts; None where it holds nothing."""
+        if token := self.take("quote"):
+            return Action(token.words)
+        words: list[str] = []
+        manner: list[str] = []
+        amounts: list[Token] = []
+        while token := self.take("word", "manner", "count", "duration", "same"):
+            if token.kind == "word":
+                words.extend(token.words)
+            elif token.kind == "manner":
+                manner.extend(token.words)
+            elif token.kind == "same":
+                self.same = True
+            else:
+                amounts.append(token)
+        if not (words or manner or amounts):
+            return None
+        node: Node = Action(tuple(words), tuple(manner))
+        for token in amounts:
+            if token.kind == "count":
+                most = None if token.most is None else round(token.most)
+                node = Repeated(node, round(token.least), most)
+            else:
+                node = Lasting(node, token.least, token.most)
+        return node
+
+    def _leave(self, bare: Node) -> None:
+        self.not_used.append(NotUsed(say(bare).strip(), "no action stands beside it"))
