@@ -6,17 +6,27 @@ when it holds nothing but a manner or an amount: "forward", "left hand", "slowly
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from motiondb.words.question.tree import (
     LIMBS,
     SIDES,
     Action,
+    AnyOf,
+    Anything,
+    AtOnce,
+    Both,
+    InOrder,
     Lasting,
     Node,
     Repeated,
+    Without,
     actions_of,
+    at_once,
+    join,
     map_actions,
+    without,
 )
 from motiondb.words.vocabulary import MODIFIERS
 
@@ -40,13 +50,16 @@ def names_words(node: Node) -> bool:
 
 
 def attach(node: Node, bare: Node) -> Node:
-    """A node with the words, manner and amounts of a bare one.
+    """A node with the words, manner and amounts of a bare one; at once, where it asks no action.
 
     >>> attach(Action(("walk",)), Action(("forward",), ("slow",)))
     Action(words=('walk', 'forward'), manner=('slow',))
     """
     added = _core(bare)
     assert added is not None
+
+    if not actions_of(node):
+        return at_once([node, bare]) if names_words(bare) else _with_amounts(node, bare)
 
     def extended(action: Action) -> Action:
         return Action((*action.words, *added.words), (*action.manner, *added.manner))
@@ -81,6 +94,34 @@ def share_limb(before: Node, bare: Node) -> Node:
     if shared and added.words[1] in LIMBS:
         return replace(before, words=(*before.words, added.words[1]))
     return before
+
+
+def drop_empty(node: Node) -> tuple[Node | None, list[Node]]:
+    """A tree without amounts that stand beside no action; and these amounts.
+
+    >>> drop_empty(AnyOf((Repeated(Action(()), 2, 2), Action(("run",)))))[0]
+    Action(words=('run',), manner=())
+    """
+    if is_bare(node) and not names_words(node):
+        return None, [node]
+    dropped: list[Node] = []
+
+    def kept(nodes: Sequence[Node]) -> list[Node]:
+        pairs = [drop_empty(part) for part in nodes]
+        dropped.extend(lost for _, each in pairs for lost in each)
+        return [part for part, _ in pairs if part is not None]
+
+    match node:
+        case InOrder() | AtOnce() | Both() | AnyOf():
+            parts = kept(node.parts)
+            return (join(type(node), parts) if parts else None), dropped
+        case Without():
+            part = kept([node.part])
+            return without(part[0] if part else Anything(), kept(node.excluded)), dropped
+        case Repeated() | Lasting():
+            part = kept([node.part])
+            return (replace(node, part=part[0]) if part else None), dropped
+    return node, []
 
 
 def _core(node: Node) -> Action | None:

@@ -81,7 +81,7 @@ class Chain:
             else:
                 self.parts[-1] = attach(self.parts[-1], node)
             return True
-        if any(map(bool, (action.words for action in actions_of(node)))):
+        if any(action.words for action in actions_of(node)):
             return False
         self.waiting.append(node)
         return True
@@ -109,15 +109,24 @@ class Chain:
         else:
             self.front.extend(excluded)
 
-    def tree(self) -> Node | None:
-        """What was read; None where nothing is asked."""
+    def tree(self) -> tuple[Node | None, list[Node]]:
+        """What was read, None where nothing is asked; and bare pieces without an action."""
+        waiting = self.waiting
         if not self.parts:
-            return without(Anything(), self.front) if self.front else None
-        return without(join(InOrder, self.parts), self.front)
+            self.parts = [bare for bare in waiting if names_words(bare)][:1]
+            waiting = [bare for bare in waiting if bare not in self.parts]
+        if not self.parts:
+            return (without(Anything(), self.front) if self.front else None), waiting
+        return without(join(InOrder, self.parts), self.front), waiting
 
 
 def together(left: Node, right: Node) -> Node:
-    """Two parts at once; a part that only excludes is taken from the other one."""
+    """Two parts at once; a part that only excludes is taken from the other one.
+
+    A bare second part belongs to the first.
+    """
+    if is_bare(right):
+        return attach(left, right)
     for part, other in ((right, left), (left, right)):
         if isinstance(part, Without) and isinstance(part.part, Anything):
             return without(other, part.excluded)

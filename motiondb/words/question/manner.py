@@ -17,14 +17,16 @@ SPEEDS = (
 )
 """Words of speed that mean the same, adjectives and adverbs."""
 _SPEED_WORDS = frozenset(word for group in SPEEDS for word in group)
-_NO_ADVERBS = frozenset(
-    """
-    ally anomaly apply assembly belly bully butterfly comply curly daily doily dolly early elderly
-    family filly firefly fly folly friendly gully holly homely imply jelly jolly likely lily lonely
-    lovely lively monthly multiply only rally rely reply silly sly supply tally ugly weekly wobbly
-    woolly yearly
-    """.split()
-)
+_NO_ADVERBS_TEXT = """
+ally anomaly apply assembly belly bully butterfly comply curly daily doily dolly early elderly
+family filly firefly fly folly friendly gully holly homely imply jelly jolly likely lily lonely
+lovely lively monthly multiply only rally rely reply silly sly supply tally ugly weekly wobbly
+woolly yearly
+"""
+_NO_ADVERBS = frozenset(_NO_ADVERBS_TEXT.split())
+"""Words in -ly that are no adverbs of a manner."""
+_LOST_LE = frozenset(("gent", "humb", "simp", "nimb", "subt", "doub", "trip", "amp"))
+"""Stems of adverbs whose adjective ends in -le."""
 
 
 def manner_of(word: str) -> str | None:
@@ -51,7 +53,7 @@ def forms_of_manner(manner: str) -> tuple[str, ...]:
     ('quick', 'quickly', 'fast', 'rapid')
     """
     same = next((group for group in SPEEDS if manner in group), ())
-    return tuple(dict.fromkeys((manner, _adverb(manner), *same)))
+    return tuple(dict.fromkeys((manner, adverb_of(manner), *same)))
 
 
 def known_manner(manner: str, counts: Mapping[str, int]) -> str | None:
@@ -76,11 +78,14 @@ def _adjective(adverb: str) -> str:
     return stem + "le" if stem in _LOST_LE else stem
 
 
-_LOST_LE = frozenset("gent humb simp nimb subt doub trip amp".split())
-"""Stems of adverbs whose adjective ends in -le."""
+def adverb_of(adjective: str) -> str:
+    """The adverb of an adjective.
 
-
-def _adverb(adjective: str) -> str:
+    >>> [adverb_of(word) for word in ("slow", "happy", "gentle", "energetic", "fast")]
+    ['slowly', 'happily', 'gently', 'energetically', 'fast']
+    """
+    if adjective == "fast":
+        return adjective
     if adjective.endswith("y"):
         return adjective[:-1] + "ily"
     if adjective.endswith("le"):

@@ -27,13 +27,14 @@ the grammar:
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from motiondb.errors import QueryError
-from motiondb.words.question.bare import attach, is_bare, names_words, say_again, share_limb
+from motiondb.words.question.bare import attach, drop_empty, is_bare, say_again, share_limb
 from motiondb.words.question.chain import Chain, together
+from motiondb.words.question.pieces import Pieces
 from motiondb.words.question.say import say
-from motiondb.words.question.tokens import Token, tokenize
+from motiondb.words.question.tokens import tokenize
 from motiondb.words.question.tree import (
     Action,
     AnyOf,
@@ -41,22 +42,15 @@ from motiondb.words.question.tree import (
     AtOnce,
     Both,
     InOrder,
-    Lasting,
     Node,
     NotUsed,
     Question,
-    Repeated,
     actions_of,
     at_once,
     join,
     walk,
     without,
 )
-
-MOST_PARENTHESES = 20
-"""Parentheses within one another. Chosen by hand; questions need two or three."""
-_PIECE = ("word", "manner", "count", "duration", "same", "quote", "open", "wild")
-"""Kinds of tokens that begin a piece."""
 
 
 def parse(text: str, synonyms: Mapping[str, str] | None = None) -> Question:
@@ -81,7 +75,7 @@ def parse(text: str, synonyms: Mapping[str, str] | None = None) -> Question:
 
     >>> from motiondb.words.question.say import say
     >>> say(parse("A person walks, then runs or jumps, but does not sit down.").tree)
-    'walk, then (run or jump), not (sit down)'
+    'walk, then (run or jump), not sit down'
     """
     tokens, not_used = tokenize(text, synonyms)
     parser = _Parser(tokens)
@@ -102,27 +96,8 @@ def _short(text: str) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-class _Parser:
-    """A place in a list of tokens; the rules of the module's grammar, a method each."""
-
-    def __init__(self, tokens: Sequence[Token]) -> None:
-        self.tokens = tokens
-        self.place = 0
-        self.depth = 0
-        self.same = False
-        self.not_used: list[NotUsed] = []
-
-    @property
-    def kind(self) -> str:
-        """Kind of the next token, "end" at the end."""
-        return self.tokens[self.place].kind if self.place < len(self.tokens) else "end"
-
-    def take(self, *kinds: str) -> Token | None:
-        """The next token, passed over, where it is of one of some kinds."""
-        if self.kind not in kinds:
-            return None
-        self.place += 1
-        return self.tokens[self.place - 1]
+class _Parser(Pieces):
+    """The upper rules of the module's grammar, a method each."""
 
     def order(self) -> Node | None:
         """Everything up to the end or a closing parenthesis; None where nothing is asked."""
@@ -142,9 +117,13 @@ class _Parser:
                 self._element(chain, separator)
                 separator = ""
             self.place = max(self.place, before + 1)
-        for bare in chain.waiting:
-            self._leave(bare)
-        return chain.tree()
+        tree, left_over = chain.tree()
+        if tree is not None:
+            tree, dropped = drop_empty(tree)
+            left_over += dropped
+        self.not_used += [NotUsed(say(bare).strip(), "no action stands beside it")
+                          for bare in left_over]  # fmt: skip
+        return tree
 
     def _element(self, chain: Chain, separator: str) -> None:
         """A part of an order, with what comes before or after it by "after" and "before"."""
@@ -158,6 +137,8 @@ class _Parser:
             pair = [part for part in (node, other) if part is not None]
             if connective is not None and connective.kind == "after":
                 pair.reverse()
+            if len(pair) == 2 and is_bare(pair[1]):
+                pair[1] = say_again(pair[0], pair[1])
             node = join(InOrder, pair) if pair else None
             closing = ""
         if node is None:
@@ -217,7 +198,7 @@ class _Parser:
             if node is None or other is None:
                 node = other if node is None else node
             else:
-                node = attach(node, other) if is_bare(other) else together(node, other)
+                node = together(node, other)
         return node, closing
 
     def any_of(self) -> tuple[Node | None, str]:
@@ -261,127 +242,8 @@ class _Parser:
         while self.kind in ("not", "nor"):
             cancelled, excluded = self.excluded()
             if cancelled:
-                node = at_once([*([] if node is None else [node]), *excluded])
+                for part in excluded:
+                    node = part if node is None else together(node, part)
             elif excluded:
                 node = without(Anything() if node is None else node, excluded)
         return node
-
-    def excluded(self) -> tuple[bool, list[Node]]:
-        """What a negation excludes; and whether it is one of two that cancel."""
-        n_negations, text = 0, []
-        while token := self.take("not", "nor", "but_not"):
-            n_negations += 1
-            text.append(token.text)
-        self.take("either")
-        verb = self._next_text()
-        pieces = [self.piece()]
-        while self._goes_on(verb):
-            self.place += 1
-            pieces.append(self.piece())
-        excluded = [p for p in pieces if p is not None and (not is_bare(p) or names_words(p))]
-        excluded = [p for p in excluded if not isinstance(p, Anything)]
-        if not excluded:
-            amounts = [say(p).strip() for p in pieces if p is not None]
-            self.not_used.append(
-                NotUsed(" ".join([*text, *amounts]), "no action follows that could be excluded")
-            )
-        return n_negations % 2 == 0, excluded
-
-    def _next_text(self) -> str:
-        return self.tokens[self.place].text.lower() if self.kind == "word" else ""
-
-    def _goes_on(self, verb: str) -> bool:
-        """Whether the next token joins another piece to the excluded ones."""
-        following = self.tokens[self.place + 1 : self.place + 2]
-        if not following or following[0].kind not in _PIECE:
-            return False
-        if self.kind in ("or", "nor"):
-            return True
-        if self.kind == "and":
-            return verb.endswith("ing") and following[0].text.lower().endswith("ing")
-        return self.kind == "comma" and self._list_closes()
-
-    def _list_closes(self) -> bool:
-        """Whether the list that goes on with the next comma closes with "or" or "nor"."""
-        for token in self.tokens[self.place + 1 :]:
-            if token.kind in ("or", "nor"):
-                return True
-            if token.kind not in ("comma", "word", "manner", "quote"):
-                return False
-        return False
-
-    def piece(self) -> Node | None:
-        """Words with their manners and amounts, a wildcard, or a group in parentheses."""
-        if self.take("wild"):
-            return Anything()
-        node: Node | None = None
-        grouped = False
-        while self.kind in _PIECE and self.kind != "wild":
-            start = self.place
-            opens = self.kind == "open"
-            part = self._group() if opens else self._words()
-            if part is None:
-                continue
-            if node is None:
-                node, grouped = part, opens
-            elif is_bare(part):
-                node = attach(node, part)
-            elif is_bare(node):
-                node, grouped = attach(part, node), opens
-            elif not opens:
-                self.place = start
-                break
-            elif isinstance(part, Action) and isinstance(node, Action) and not grouped:
-                node = Action((*node.words, *part.words), (*node.manner, *part.manner))
-            else:
-                node, grouped = at_once([node, part]), True
-        return node
-
-    def _group(self) -> Node | None:
-        """What stands in parentheses."""
-        self.take("open")
-        self.depth += 1
-        if self.depth > MOST_PARENTHESES:
-            raise QueryError(
-                f"question: expected at most {MOST_PARENTHESES} parentheses within one another, "
-                "found more. Ask for less at a time."
-            )
-        same, self.same = self.same, False
-        node = self.order()
-        self.same = same
-        self.depth -= 1
-        if not self.take("close"):
-            raise QueryError(
-                "question: expected ')' for every '(', found the end. Close the parentheses."
-            )
-        return node
-
-    def _words(self) -> Node | None:
-        """A run of words, manners and amounts; None where it holds nothing."""
-        if token := self.take("quote"):
-            return Action(token.words)
-        words: list[str] = []
-        manner: list[str] = []
-        amounts: list[Token] = []
-        while token := self.take("word", "manner", "count", "duration", "same"):
-            if token.kind == "word":
-                words.extend(token.words)
-            elif token.kind == "manner":
-                manner.extend(token.words)
-            elif token.kind == "same":
-                self.same = True
-            else:
-                amounts.append(token)
-        if not (words or manner or amounts):
-            return None
-        node: Node = Action(tuple(words), tuple(manner))
-        for token in amounts:
-            if token.kind == "count":
-                most = None if token.most is None else round(token.most)
-                node = Repeated(node, round(token.least), most)
-            else:
-                node = Lasting(node, token.least, token.most)
-        return node
-
-    def _leave(self, bare: Node) -> None:
-        self.not_used.append(NotUsed(say(bare).strip(), "no action stands beside it"))

@@ -6,6 +6,11 @@ part of another one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from motiondb.words.question.amounts import match_number
+from motiondb.words.question.connectives import match_connective
+from motiondb.words.question.manner import adverb_of, manner_of
 from motiondb.words.question.tree import (
     Action,
     AnyOf,
@@ -29,7 +34,7 @@ def say(node: Node) -> str:
     """
     match node:
         case Action(words, manner):
-            return " ".join((*words, *manner))
+            return " ".join((*_quoted(words), *map(adverb_of, manner)))
         case Anything():
             return "?"
         case InOrder(parts):
@@ -47,6 +52,13 @@ def say(node: Node) -> str:
             return f"{_inside(part)} {say_count(least, most)}"
         case Lasting(part, shortest, longest):
             return f"{_inside(part)} {say_duration(shortest, longest)}"
+
+
+def _quoted(words: Sequence[str]) -> Sequence[str]:
+    """Words, in quotation marks where one of them would be read as something else."""
+    if any(match_connective(w, 0) or match_number(w) or manner_of(w) for w in words):
+        return [f'"{" ".join(words)}"']
+    return words
 
 
 def say_count(least: int, most: int | None) -> str:

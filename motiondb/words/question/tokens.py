@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 from motiondb.errors import QueryError
-from motiondb.words.lemmas import VERBS, lemma
+from motiondb.words.lemmas import VERBS
 from motiondb.words.question.amounts import (
     match_count,
     match_duration,
@@ -132,13 +132,11 @@ def _token_at(text: str, place: int) -> tuple[Token | None, int]:
     if space is not None and "\n" not in space.group():
         return None, space.end()
     if duration := match_duration(text, place):
-        end, least, most = duration
-        return Token("duration", text[place:end], (), least, most), end
+        return Token("duration", text[place : duration[0]], (), *duration[1:]), duration[0]
     if end := match_measure(text, place):
         return Token("measure", text[place:end]), end
     if count := match_count(text, place):
-        end, least, most = count
-        return Token("count", text[place:end], (), least, most), end
+        return Token("count", text[place : count[0]], (), *count[1:]), count[0]
     if connective := match_connective(text, place):
         kind, match = connective
         quoted = match.group("quoted") if kind == "quote" else match.group()
@@ -184,8 +182,8 @@ def _numbers_to_counts(tokens: list[Token]) -> list[Token]:
         if token.kind == "number":
             following = tokens[n + 1] if n + 1 < len(tokens) else Token("stop", "")
             before = next((t for t in reversed(tokens[:n]) if t.kind != "filler"), None)
-            first = before is None or before.kind not in ("word", "manner") or before.words == (
-                "take",
+            first = (
+                before is None or before.kind not in ("word", "manner") or before.words == ("take",)
             )
             verb = following.kind == "word" and set(following.words) <= VERBS - MODIFIERS - LIMBS
             if verb and first and token.least >= 0 and token.least == int(token.least):

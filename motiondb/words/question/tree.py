@@ -22,11 +22,11 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 SIDES = frozenset(("left", "right", "both"))
-LIMBS = frozenset(
-    """
-    arm hand fist wrist elbow shoulder finger thumb palm leg foot knee hip ankle toe heel thigh
-    """.split()
-)
+_LIMBS_TEXT = """
+arm hand fist wrist elbow shoulder finger thumb palm leg foot knee hip ankle toe heel thigh
+"""
+LIMBS = frozenset(_LIMBS_TEXT.split())
+"""Parts of the body that have a left and a right one."""
 
 
 @dataclass(frozen=True)
@@ -122,9 +122,7 @@ class Lasting:
     most: float | None
 
 
-Node: TypeAlias = (
-    Action | Anything | InOrder | AtOnce | Both | AnyOf | Without | Repeated | Lasting
-)
+Node: TypeAlias = Action | Anything | InOrder | AtOnce | Both | AnyOf | Without | Repeated | Lasting
 Joined: TypeAlias = type[InOrder] | type[AtOnce] | type[Both] | type[AnyOf]
 
 
@@ -187,20 +185,21 @@ def without(part: Node, excluded: Sequence[Node]) -> Node:
     for node in excluded:
         listed.extend(node.parts if isinstance(node, AnyOf) else (node,))
     if isinstance(part, Without):
-        part, listed = part.part, [*part.excluded, *listed]
+        return Without(part.part, (*part.excluded, *listed))
     return Without(part, tuple(listed)) if listed else part
 
 
 def parts_of(node: Node) -> tuple[Node, ...]:
     """The nodes directly below a node, exclusions last."""
     match node:
-        case InOrder(parts) | AtOnce(parts) | Both(parts) | AnyOf(parts):
-            return parts
-        case Without(part, excluded):
-            return (part, *excluded)
-        case Repeated(part) | Lasting(part):
-            return (part,)
-    return ()
+        case Action() | Anything():
+            return ()
+        case Without():
+            return (node.part, *node.excluded)
+        case Repeated() | Lasting():
+            return (node.part,)
+        case _:
+            return node.parts
 
 
 def walk(node: Node) -> Iterator[Node]:
@@ -220,14 +219,13 @@ def actions_of(node: Node) -> tuple[Action, ...]:
 
 def map_actions(node: Node, change: Callable[[Action], Action]) -> Node:
     """The same tree with every asked action changed; exclusions stay as they are."""
-    match node:
-        case Action():
-            return change(node)
-        case InOrder(parts) | AtOnce(parts) | Both(parts) | AnyOf(parts):
-            return replace(node, parts=tuple(map_actions(part, change) for part in parts))
-        case Without(part) | Repeated(part) | Lasting(part):
-            return replace(node, part=map_actions(part, change))
-    return node
+    if isinstance(node, Action):
+        return change(node)
+    if isinstance(node, (Without, Repeated, Lasting)):
+        return replace(node, part=map_actions(node.part, change))
+    if isinstance(node, Anything):
+        return node
+    return replace(node, parts=tuple(map_actions(part, change) for part in node.parts))
 
 
 def to_dict(node: Node) -> dict[str, Any]:
@@ -249,8 +247,10 @@ def to_dict(node: Node) -> dict[str, Any]:
             facts |= {"part": to_dict(part), "at_least": least, "at_most": most}
         case Lasting(part, shortest, longest):
             facts |= {"part": to_dict(part), "least_seconds": shortest, "most_seconds": longest}
-        case InOrder(parts) | AtOnce(parts) | Both(parts) | AnyOf(parts):
-            facts["parts"] = [to_dict(part) for part in parts]
+        case Anything():
+            pass
+        case _:
+            facts["parts"] = [to_dict(part) for part in node.parts]
     return facts
 
 
