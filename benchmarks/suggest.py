@@ -20,9 +20,9 @@ import numpy as np
 
 import motiondb
 from motiondb import store
-from motiondb.database import counting
-from motiondb.database.learned import Learned
-from motiondb.database.suggesting import whole_vectors
+from motiondb.database.learn import counting
+from motiondb.database.learn.caption_suggestions import whole_vectors
+from motiondb.database.learn.learned import Learned
 from motiondb.records import FloatArray, IntArray
 from motiondb.words.suggestion import suggest
 from motiondb.words.word_moments import solve_word_map, word_moments

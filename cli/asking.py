@@ -29,8 +29,8 @@ from motiondb.cli.options import (
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.answering import WordAnswer
-    from motiondb.database.examples import ExampleAnswer
+    from motiondb.database.ask.answering import WordAnswer
+    from motiondb.database.ask.examples import ExampleAnswer
     from motiondb.records import Match, Motion
 
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
@@ -225,7 +225,7 @@ def generate(
     json: Json = False,
 ) -> None:
     """Make a motion that shows what a sentence says; its sources go into a file beside it."""
-    from motiondb.database import generated_files
+    from motiondb.database.generate import generated_files
 
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)

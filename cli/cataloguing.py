@@ -60,7 +60,7 @@ def add(
 ) -> None:
     """Add captures, with words and events of sheets; broken files are left out (exit 1)."""
     from motiondb.capture import unit_from_name
-    from motiondb.database.reading import AddSettings, read_joint_map
+    from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
@@ -181,7 +181,7 @@ def show(
 
     --png draws it as a strip with timelines; --gif animates it, or the part --from to --to.
     """
-    from motiondb.database.showing import animate_capture, describe_capture, draw_capture
+    from motiondb.database.ask.showing import animate_capture, describe_capture, draw_capture
 
     with database(db) as base:
         facts = describe_capture(base, name)

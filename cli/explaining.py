@@ -10,7 +10,7 @@ import typer
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.answering import WordAnswer
+    from motiondb.database.ask.answering import WordAnswer
     from motiondb.search.reasons import WordReason
 
 _FPS = 30.0

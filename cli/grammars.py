@@ -75,7 +75,7 @@ def learn(
     json: Json = False,
 ) -> None:
     """Learn a grammar from captures: segments, terminals, sentences, rules."""
-    from motiondb.database.grammar_learning import GrammarSettings
+    from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.errors import QueryError
 
     if from_symbols and terminals is not None:
@@ -100,7 +100,7 @@ def learn(
 
 def _number(terminals: str | None) -> int | None:
     """How many terminals are asked for; None lets the data choose."""
-    from motiondb.database.grammar_learning import N_TERMINALS
+    from motiondb.database.grammars.grammar_learning import N_TERMINALS
     from motiondb.errors import QueryError
 
     if terminals is None or terminals == "auto":

@@ -12,7 +12,7 @@ import typer
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.drift import Drift
+    from motiondb.database.learn.captures_drift import Drift
 
 Db = Annotated[
     Path, typer.Option("--db", envvar="MOTIONDB", help="The database file.", show_default=True)

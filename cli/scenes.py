@@ -12,10 +12,10 @@ from motiondb.cli import scene_making
 from motiondb.cli.options import Json, database, print_json, print_table
 
 if TYPE_CHECKING:
-    from motiondb.database.scene_clips import ShownAction
-    from motiondb.grammar.cfg import Tree
-    from motiondb.scene.motion_grammar import MotionGrammar
-    from motiondb.scene.services import GrammarReport
+    from motiondb.database.scenes.scene_clips import ShownAction
+    from motiondb.grammar.cfg.context_free import Tree
+    from motiondb.scene.language.motion_grammar import MotionGrammar
+    from motiondb.scene.services.services import GrammarReport
 
 GrammarFile = Annotated[
     str, typer.Argument(metavar="GRAMMAR", help="A grammar file, or basketball or carrying.")
@@ -46,8 +46,8 @@ def register(app: typer.Typer) -> None:
 
 def check_grammar(file: GrammarFile, db: ClipsDb = None, json: Json = False) -> None:
     """Say whether a grammar is well-formed, LR(1), without useless symbols, and has clips."""
-    from motiondb.database.scene_files import read_grammar
-    from motiondb.scene import services
+    from motiondb.database.scenes.scene_files import read_grammar
+    from motiondb.scene.services import services
 
     grammar = read_grammar(file)
     report = services.check(grammar)
@@ -114,8 +114,8 @@ def validate(
     json: Json = False,
 ) -> None:
     """Show the tree of a string of actions, or where it fails and what was expected (exit 1)."""
-    from motiondb.database.scene_files import read_grammar
-    from motiondb.scene import services
+    from motiondb.database.scenes.scene_files import read_grammar
+    from motiondb.scene.services import services
 
     grammar = read_grammar(file)
     found = services.validate(grammar, actions.split(), start)
@@ -162,8 +162,8 @@ def suggest(
     json: Json = False,
 ) -> None:
     """Say which actions may come next, with the probabilities of the grammar's rules."""
-    from motiondb.database.scene_files import read_grammar
-    from motiondb.scene import services
+    from motiondb.database.scenes.scene_files import read_grammar
+    from motiondb.scene.services import services
 
     grammar = read_grammar(file)
     found = services.suggest(grammar, actions.split(), start)
@@ -190,8 +190,9 @@ def draw(
 ) -> None:
     """Draw a tactics diagram, and say what it asks of each player."""
     from motiondb import pictures
-    from motiondb.database.scene_files import grammar_of, read_tactics
-    from motiondb.scene import expressions, possession, services
+    from motiondb.database.scenes.scene_files import grammar_of, read_tactics
+    from motiondb.scene.language import expressions, possession
+    from motiondb.scene.services import services
 
     diagram = read_tactics(file)
     grammar = grammar_of(diagram, file)
@@ -233,7 +234,7 @@ def _clips(path: Path | None, grammar: MotionGrammar) -> Mapping[str, Sequence[S
     """The clips of a database for every terminal; None where no database is named."""
     if path is None:
         return None
-    from motiondb.database.scene_clips import find_actions
+    from motiondb.database.scenes.scene_clips import find_actions
 
     with database(path) as base:
         return find_actions(base, grammar)

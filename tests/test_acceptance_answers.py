@@ -11,8 +11,8 @@ import pytest
 
 import motiondb
 from motiondb import MotionDB
-from motiondb.database import generated_files
-from motiondb.database.generating import Generated
+from motiondb.database.generate import generated_files
+from motiondb.database.generate.generating import Generated
 from motiondb.records import MOTION_FPS, CaptureInfo
 from motiondb.words import explanation, vocabulary
 

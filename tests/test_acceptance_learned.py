@@ -11,7 +11,7 @@ import pytest
 
 import motiondb
 from motiondb import MotionDB, store
-from motiondb.database.learned import Learned, decode
+from motiondb.database.learn.learned import Learned, decode
 from motiondb.records import SymbolSpace
 from motiondb.words import transition
 

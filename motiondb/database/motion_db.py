@@ -11,21 +11,15 @@ from typing import TYPE_CHECKING
 from motiondb import capture, store
 from motiondb.capture.event_sheet import read_event_sheet
 from motiondb.capture.sheet import read_sheet
-from motiondb.database import (
-    answering,
-    cataloguing,
-    examples,
-    generating,
-    importing,
-    learning,
-    suggesting,
-    updating,
-)
-from motiondb.database import drift as drifting
-from motiondb.database import learned as learned_state
-from motiondb.database.keeping import check_name_free, keep_generated
-from motiondb.database.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
-from motiondb.database.searchable import with_generated
+from motiondb.database.ask import answering, examples
+from motiondb.database.ask.searchable import with_generated
+from motiondb.database.catalogue import cataloguing, importing
+from motiondb.database.catalogue.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
+from motiondb.database.generate import generating
+from motiondb.database.generate.keeping import check_name_free, keep_generated
+from motiondb.database.learn import caption_suggestions, learning, updating
+from motiondb.database.learn import captures_drift as drifting
+from motiondb.database.learn import learned as learned_state
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.pose import retarget
 from motiondb.pose.features import FEATURE_STEP
@@ -42,8 +36,8 @@ from motiondb.search.duplicates import DuplicateGroup, group_duplicates
 from motiondb.words.synonyms import parse_synonyms
 
 if TYPE_CHECKING:
-    from motiondb.database.grammars import Grammars
-    from motiondb.database.scenes import Scenes
+    from motiondb.database.grammars.grammar_verbs import Grammars
+    from motiondb.database.scenes.scene_verbs import Scenes
 
 
 class MotionDB:
@@ -63,14 +57,14 @@ class MotionDB:
     @cached_property
     def grammars(self) -> Grammars:
         """The verbs of grammars: learn, show, parse, suggest, generate, edit, compare, remove."""
-        from motiondb.database.grammars import Grammars
+        from motiondb.database.grammars.grammar_verbs import Grammars
 
         return Grammars(self)
 
     @cached_property
     def scenes(self) -> Scenes:
         """The verbs of scenes: make, update, write, keep, load, draw, remove."""
-        from motiondb.database.scenes import Scenes
+        from motiondb.database.scenes.scene_verbs import Scenes
 
         return Scenes(self)
 
@@ -370,9 +364,9 @@ class MotionDB:
         """How far captures and words have moved from what was learned; None where it cannot say."""
         return drifting.measure(self.store)
 
-    def suggest_captions(self, limit: int = 10) -> list[suggesting.CaptionSuggestion]:
+    def suggest_captions(self, limit: int = 10) -> list[caption_suggestions.CaptionSuggestion]:
         """Captures without words, the one whose words would tell most about the others first."""
-        return suggesting.suggest_captions(self.learned, limit)
+        return caption_suggestions.suggest_captions(self.learned, limit)
 
     def check(self) -> list[str]:
         """Faults of the store, none in a sound one."""

@@ -7,7 +7,7 @@ gives the very terminals of its segments, so the takes can be told from the gram
 from __future__ import annotations
 
 from motiondb.errors import MotionDBError
-from motiondb.grammar.cfg import check_grammar, derive_by
+from motiondb.grammar.cfg.context_free import check_grammar, derive_by
 from motiondb.store.connection import Store
 from motiondb.store.grammars import TABLES, LearnedGrammar, load_grammar, load_grammar_names
 from motiondb.store.offenders import FINISHED_RUN, broken_rules, foreign_rows

@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import QueryError
-from motiondb.grammar.cfg import Grammar, Rule
+from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.records import MOTION_FPS, IntArray
 from motiondb.store.columns import fetch, insert
 from motiondb.store.connection import Store, read_meta, transaction
 from motiondb.store.names import unknown_name
 
 if TYPE_CHECKING:
-    from motiondb.grammar.terminals import Terminals
+    from motiondb.grammar.terminals.terminals import Terminals
 
 GRAMMAR_TABLES = (
     "grammar",
@@ -243,7 +243,7 @@ def load_grammar(store: Store, name: str) -> LearnedGrammar:
 def _load_terminals(
     store: Store, number: int, names: tuple[str, ...], objective: float | None
 ) -> Terminals:
-    from motiondb.grammar.terminals import Terminals
+    from motiondb.grammar.terminals.terminals import Terminals
 
     rows = fetch(
         store.connection,

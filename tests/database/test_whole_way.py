@@ -11,7 +11,8 @@ import pytest
 
 import motiondb
 from motiondb import store
-from motiondb.database import MotionDB, generated_files
+from motiondb.database import MotionDB
+from motiondb.database.generate import generated_files
 from motiondb.errors import QueryError
 
 
@@ -151,7 +152,7 @@ def test_every_frame_has_an_origin_with_its_licence(db: MotionDB) -> None:
 
 
 def test_a_kept_generated_capture_names_its_sources(learned_copy: Path) -> None:
-    from motiondb.database.showing import describe_capture
+    from motiondb.database.ask.showing import describe_capture
 
     with motiondb.open(learned_copy) as db:
         made = db.generate("a person walks then kicks", 7)

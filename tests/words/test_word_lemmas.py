@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from motiondb.database.counting import pack_forms, unpack_forms
+from motiondb.database.learn.counting import pack_forms, unpack_forms
 from motiondb.records import Caption
 from motiondb.words import lemmas, vocabulary
 
