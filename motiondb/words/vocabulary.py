@@ -186,7 +186,7 @@ def parse_query(
             actions.append(found)
     words = tuple(word for action in actions for word in action)
     if not words:
-        raise QueryError(_nothing_known(text, unknown))
+        raise QueryError(nothing_known(text, unknown))
     return ParsedQuery(words, tuple(actions), unknown)
 
 
@@ -239,7 +239,12 @@ def _piece_words(piece: str, synonyms: Mapping[str, str]) -> list[str]:
     return [word for word in words if word is not None]
 
 
-def _nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
+def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
+    """The refusal of a question in which no word is known.
+
+    >>> nothing_known("wlak", {"wlak": ("walk",)})
+    'query: expected a known word, found wlak. Did you mean walk?'
+    """
     if not unknown:
         return (
             f"query: expected words that describe a motion, found {text!r}. "
