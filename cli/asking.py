@@ -61,10 +61,14 @@ def search(
 ) -> None:
     """Find the intervals that show what the words ask for, in their order.
 
+    Understood are "then", "while", "or", "not", "without", "twice", "for ten seconds", "slowly",
+    parentheses and "?" for any action; the question as it was understood stands above the answers,
+    and what of it is not used in the search is named.
+
     Every answer carries the probability that it shows them, learned with performers left out. Where
     no answer is good enough, that is said, and the nearest are given.
     """
-    from motiondb.cli import explaining
+    from motiondb.cli import explaining, understanding
 
     if explain and by_symbols:
         from motiondb.errors import QueryError
@@ -83,8 +87,12 @@ def search(
             _draw(base, answer.matches, png, words)
     note_unknown(answer.unknown)
     why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
-    decoded = {"decoding": asdict(answer.decoding)} if answer.decoding else {}
-    _print_answer(answer, json, reasons=True, why=why, more=decoded)
+    more = {"question": understanding.question_facts(answer.question, answer.not_used)}
+    if answer.decoding:
+        more["decoding"] = asdict(answer.decoding)
+    if not json:
+        understanding.print_question(answer.question, answer.not_used, "search")
+    _print_answer(answer, json, reasons=True, why=why, more=more)
     if explain and not json:
         explaining.print_reasons(answer, vocabulary)
 

@@ -8,8 +8,10 @@ with z_i the standardised scores of segment i and f_i its frames inside the wind
 adds f_i (z_i . k_w) / |...|, and that is its share, said of the symbol that won the segment. Means
 over an action's words and over the two looks (the action's window and the whole capture) are
 applied to every share already. Several actions are wanted together, and the log-odds of all are not
-the mean of theirs: what that changes is one further part, ``together``. All parts of an answer sum
-(``math.fsum``) to the very number that ranks it.
+the mean of theirs: what that changes is one further part, ``together``. What is excluded is taken
+apart in the same way, and every exclusion lowers the answer by one number, ``Lowering.amount``. All
+parts of what is asked, ``together`` and these amounts sum (``math.fsum``) to the very number that
+ranks the answer.
 """
 
 from __future__ import annotations
@@ -45,6 +47,9 @@ class WordReason:
     prior : what it adds before any motion is seen (how often it is said).
     written : what people's words about the capture add.
     shares : what the segments add, in order of time.
+    exclusion : number of the exclusion that it belongs to, -1 where it is asked for. The parts of
+        an excluded word sum to its share of its action's log-odds, not to anything that is added to
+        the answer.
     """
 
     word: int
@@ -53,6 +58,7 @@ class WordReason:
     prior: float
     written: float
     shares: tuple[Share, ...]
+    exclusion: int = -1
 
     @property
     def parts(self) -> tuple[float, ...]:
@@ -106,26 +112,79 @@ def explain_word(
     window : frames of the action's window. peak : number of the segment it stands around.
     weight : of this word in the answer: 1 / (actions with words * words of the action).
     """
-    near = segment_shares(evidence, *window)
-    whole = segment_shares(evidence, 0, int(evidence.ends[-1]))
-    said = 0.5 * float(evidence.written[peak]) + 0.5 * float(evidence.written.max())
-    amounts = 0.5 * near + 0.5 * whole
+    look = Look((window,), (peak,), (1.0,), 0.5)
+    return explain_look(evidence, word, look, Place(action, weight))
+
+
+@dataclass(frozen=True)
+class Look:
+    """Where an action is looked at.
+
+    Attributes
+    ----------
+    windows : tuple of (int, int)
+        Frames of every window.
+    peaks : tuple of int
+        Numbers of the segments that they stand around.
+    weights : tuple of float
+        Their weights, which sum to 1.
+    near : float
+        Share of the windows; the rest is of the whole capture.
+    """
+
+    windows: tuple[tuple[int, int], ...]
+    peaks: tuple[int, ...]
+    weights: tuple[float, ...]
+    near: float
+
+
+@dataclass(frozen=True)
+class Place:
+    """A word's place in a question.
+
+    Attributes
+    ----------
+    action : int
+        Number of its action.
+    weight : float
+        Of the word: 1 / (asked actions * words of the action); for an excluded word
+        1 / words of the action.
+    exclusion : int
+        Number of its exclusion, -1 where it is asked for.
+    """
+
+    action: int
+    weight: float
+    exclusion: int = -1
+
+
+def explain_look(evidence: Evidence, word: int, look: Look, place: Place) -> WordReason:
+    """Take one word's part of an answer apart, said of several windows and the whole capture."""
+    amounts = (1.0 - look.near) * segment_shares(evidence, 0, int(evidence.ends[-1]))
+    said = (1.0 - look.near) * float(evidence.written.max())
+    for window, peak, weight in zip(look.windows, look.peaks, look.weights):
+        amounts = amounts + look.near * weight * segment_shares(evidence, *window)
+        said += look.near * weight * float(evidence.written[peak])
     shares = tuple(
-        Share(int(symbol), int(start), int(end), float(weight * amount))
+        Share(int(symbol), int(start), int(end), float(place.weight * amount))
         for symbol, start, end, amount in zip(
             evidence.symbols, evidence.starts, evidence.ends, amounts
         )
     )
     log_odds = math.fsum([evidence.constant, said, *amounts])
-    return WordReason(word, action, log_odds, weight * evidence.constant, weight * said, shares)
+    return WordReason(
+        word, place.action, log_odds, place.weight * evidence.constant, place.weight * said,
+        shares, place.exclusion,
+    )  # fmt: skip
 
 
 def by_action(reasons: Sequence[WordReason]) -> list[tuple[float, float]]:
     """Log-odds of every asked action by itself, and what of them people's words add."""
-    actions = sorted({reason.action for reason in reasons})
+    asked = [reason for reason in reasons if reason.exclusion < 0]
+    actions = sorted({reason.action for reason in asked})
     found = []
     for k in actions:
-        own = [reason for reason in reasons if reason.action == k]
+        own = [reason for reason in asked if reason.action == k]
         log_odds = math.fsum(p for reason in own for p in reason.parts)
         said = math.fsum(reason.written for reason in own)
         found.append((len(actions) * log_odds, len(actions) * said))
@@ -137,13 +196,60 @@ def together(reasons: Sequence[WordReason]) -> float:
     each = [log_odds for log_odds, _ in by_action(reasons)]
     if len(each) < 2:
         return 0.0
-    return joint_log_odds(each) - math.fsum(p for reason in reasons for p in reason.parts)
+    return joint_log_odds(each) - math.fsum(asked_parts(reasons))
+
+
+def asked_parts(reasons: Sequence[WordReason]) -> list[float]:
+    """Every part of every word that is asked for."""
+    return [part for reason in reasons if reason.exclusion < 0 for part in reason.parts]
+
+
+@dataclass(frozen=True)
+class Lowering:
+    """What one exclusion takes from an answer.
+
+    Attributes
+    ----------
+    exclusion : int
+        Its number.
+    actions : tuple of (float, float)
+        Per excluded action its log-odds, and what of them people's words add.
+    log_odds : float
+        That all of them are seen.
+    amount : float
+        What the exclusion adds to the answer's log-odds: at most 0, but for the first of a
+        question that asks for nothing, which is -log_odds.
+    """
+
+    exclusion: int
+    actions: tuple[tuple[float, float], ...]
+    log_odds: float
+    amount: float
+
+
+def lowerings(reasons: Sequence[WordReason]) -> list[Lowering]:
+    """What every exclusion takes from an answer, in order; each after the ones before it."""
+    statements = [log_odds for log_odds, _ in by_action(reasons)]
+    found = []
+    for number in sorted({reason.exclusion for reason in reasons if reason.exclusion >= 0}):
+        own = [reason for reason in reasons if reason.exclusion == number]
+        each = []
+        for action in sorted({reason.action for reason in own}):
+            words = [reason for reason in own if reason.action == action]
+            log_odds = math.fsum(part for reason in words for part in reason.parts)
+            each.append((log_odds, math.fsum(reason.written for reason in words)))
+        joint = joint_log_odds([log_odds for log_odds, _ in each])
+        before = joint_log_odds(statements) if statements else 0.0
+        statements.append(-joint)
+        amount = joint_log_odds(statements) - before
+        found.append(Lowering(number, tuple(each), joint, amount))
+    return found
 
 
 def total(reasons: Sequence[WordReason]) -> float:
-    """The answer's log-odds: the exactly rounded sum of all parts of all words."""
-    parts = [part for reason in reasons for part in reason.parts]
-    return math.fsum([*parts, together(reasons)])
+    """The answer's log-odds: the exactly rounded sum of all parts, ``together`` and lowerings."""
+    amounts = [lowering.amount for lowering in lowerings(reasons)]
+    return math.fsum([*asked_parts(reasons), together(reasons), *amounts])
 
 
 def strongest(reason: WordReason, limit: int = 3) -> list[Share]:
