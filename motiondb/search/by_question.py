@@ -9,7 +9,8 @@ k there is
 
 A dynamic program picks one run of segments for every part, each after the one before, with the
 largest total: one segment, or, for a part of a least length, as many as reach it, with their mean
-weighted by frames. Around its run a part grows as in ``search.by_words``.
+weighted by frames. Two repeats of the same part have a gap between them, a segment that is less
+than half as strong as the strongest. Around its run a part grows as in ``search.by_words``.
 
 Statements of an answer, each with its log-odds:
 
@@ -138,7 +139,9 @@ def _search_reading(
     seen = _Seen(take, number)
     values = np.stack([seen.part(reading, k) for k in range(len(reading.parts))])
     least = np.array([part.seconds for part in reading.parts])
-    runs = ordered_runs(values, take.starts, take.ends, least)
+    apart = [k > 0 and part.repeat_of == reading.parts[k - 1].repeat_of
+             for k, part in enumerate(reading.parts)]  # fmt: skip
+    runs = ordered_runs(values, take.starts, take.ends, least, apart)
     if runs is None:
         return None
     worded = [

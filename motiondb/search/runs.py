@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
-from motiondb.search.by_words import ordered_peaks
+from motiondb.search.by_words import lower_quartile, ordered_peaks
 
 
 def ordered_runs(
-    values: FloatArray, starts: IntArray, ends: IntArray, seconds: FloatArray
+    values: FloatArray,
+    starts: IntArray,
+    ends: IntArray,
+    seconds: FloatArray,
+    apart: Sequence[bool],
 ) -> list[tuple[int, int]] | None:
     """One run of segments per part, each after the one before, of largest total value.
 
@@ -21,29 +28,40 @@ def ordered_runs(
     seconds : array (parts,)
         Least length of every part; the value of a run is the mean of its segments' weighted by
         frames, and a part without a least length is one segment.
+    apart : sequence of bool
+        Per part, whether it repeats the part before it: then a segment must lie between the two
+        that is less than half as strong as the strongest of the capture (``gaps``).
 
     Returns
     -------
     runs : list of (int, int) or None
-        Segments [a, b); None where the capture is too short.
+        Segments [a, b); None where the capture is too short or has no gaps.
 
-    >>> ordered_runs(np.array([[0., 5, 1], [9, 1, 2]]), np.array([0, 30, 60]),
-    ...              np.array([30, 60, 90]), np.array([2.0, 0.0]))
+    >>> starts = np.array([0, 30, 60])
+    >>> ordered_runs(np.array([[0., 5, 1], [9, 1, 2]]), starts, starts + 30,
+    ...              np.array([2.0, 0.0]), [False, False])
     [(0, 2), (2, 3)]
+    >>> ordered_runs(np.array([[4., 0, 3]] * 2), starts, starts + 30, np.zeros(2), [False, True])
+    [(0, 1), (2, 3)]
     """
     n_parts, n_segments = values.shape
-    if not seconds.any():
+    if not seconds.any() and not any(apart):
         peaks = ordered_peaks(values)
         return None if peaks is None else [(peak, peak + 1) for peak in peaks]
     best = np.full((n_parts + 1, n_segments + 1), -np.inf)
     best[0] = 0.0
-    back = np.full((n_parts + 1, n_segments + 1, 2), -1)
+    back = np.full(
+        (n_parts + 1, n_segments + 1, 3), -1
+    )  # run [a, b), and where the one before ends
     for k in range(n_parts):
         behind, means = _runs(values[k], starts, ends, float(seconds[k]))
+        latest = _latest_ends(gaps(values[k])) if apart[k] else np.arange(n_segments)
         for i in range(n_segments):  # the shortest run from i that lasts
-            if behind[i] <= n_segments and best[k, i] + means[i] > best[k + 1, behind[i]]:
-                best[k + 1, behind[i]] = best[k, i] + means[i]
-                back[k + 1, behind[i]] = (i, behind[i])
+            b, before = int(behind[i]), int(latest[i])
+            if b > n_segments or before < 0:
+                continue
+            if best[k, before] + means[i] > best[k + 1, b]:
+                best[k + 1, b], back[k + 1, b] = best[k, before] + means[i], (i, b, before)
         for b in range(1, n_segments + 1):
             if best[k + 1, b - 1] >= best[k + 1, b]:
                 best[k + 1, b], back[k + 1, b] = best[k + 1, b - 1], back[k + 1, b - 1]
@@ -51,10 +69,34 @@ def ordered_runs(
         return None
     runs, place = [], n_segments
     for k in range(n_parts, 0, -1):
-        first, last = (int(n) for n in back[k, place])
+        first, last, place = (int(n) for n in back[k, place])
         runs.append((first, last))
-        place = first
     return runs[::-1]
+
+
+def gaps(values: FloatArray) -> NDArray[np.bool_]:
+    """Segments (segments,) that are less than half as strong as the strongest of a capture.
+
+    Strength is measured from the lower quartile; where the strongest stands less than one nat
+    above it, the capture says the same throughout and has no gaps (as in ``by_words.grow``).
+
+    >>> gaps(np.array([4.0, 0.0, 3.0])).tolist()
+    [False, True, False]
+    """
+    floor = lower_quartile(values)
+    top = float(values.max())
+    if top - floor < 1.0:
+        return np.zeros(len(values), dtype=bool)
+    weak: NDArray[np.bool_] = values < floor + 0.5 * (top - floor)
+    return weak
+
+
+def _latest_ends(weak: NDArray[np.bool_]) -> IntArray:
+    """Per segment i the last end b of a run, such that a gap lies in [b, i); -1: there is none."""
+    latest = np.full(len(weak), -1, dtype=np.int64)
+    for i in range(1, len(weak)):
+        latest[i] = i - 1 if weak[i - 1] else latest[i - 1]
+    return latest
 
 
 def _runs(

@@ -217,7 +217,7 @@ def _matched(
     take: by_words.TakeScores, question: KnownQuestion, number: Mapping[str, int]
 ) -> tuple[str, ...]:
     """Asked words that are likelier than not in the capture."""
-    asked = dict.fromkeys(word for action in actions_of(question.tree) for word in action.words)
+    asked = dict.fromkeys(word for action in actions_of(question.tree) for word in action.all_words)
     top = np.maximum(take.windows.max(axis=0), take.whole)
     return tuple(word for word in asked if top[number[word]] > 0.0)
 
@@ -229,10 +229,13 @@ def mark_generated(learned: Learned, capture: int, before: str = "") -> str:
 
 def _reason(hit: by_question.QuestionHit, read: Sequence[Reading]) -> str:
     """Every part of an answer with its interval."""
-    said = [
-        " while ".join(" ".join(action) for action in part.actions) or "?"
-        for part in read[hit.reading].parts
-    ]
+    reading = read[hit.reading]
+    said = []
+    for k, part in enumerate(reading.parts):
+        asked = [" ".join(action) for action in part.actions]
+        only = [e for e in reading.exclusions if (e.first, e.last) == (k, k + 1)]
+        excluded = [f"not {' and '.join(map(' '.join, e.actions))}" for e in only]
+        said.append(" while ".join(asked) or ", ".join(excluded) or "?")
     return "; ".join(
         f"{words} {start / MOTION_FPS:.2f}-{end / MOTION_FPS:.2f} s"
         for words, (start, end) in zip(said, hit.parts)

@@ -19,7 +19,7 @@ from motiondb.words.question.tree import NotUsed
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """One capture's answer: where, why, and the calibrated probability (None: not learned)."""
+    """One capture's answer: where, why, and the calibrated probability (None: not known)."""
 
     capture: int
     hit: QuestionHit
@@ -73,9 +73,15 @@ def find(
     found = []
     for capture, hit in hits[:limit]:
         why = explain_hit(learned, capture, hit, written)
-        found.append(Found(capture, hit, why, chance(learned, why)))
+        sure = None if counts_or_lasts(read[hit.reading]) else chance(learned, why)
+        found.append(Found(capture, hit, why, sure))
     found.sort(key=lambda each: (-reasons.total(each.why), each.capture))
     return found, read, not_used
+
+
+def counts_or_lasts(reading: Reading) -> bool:
+    """Whether a reading asks for repeats or lengths: how sure these are was never learned."""
+    return any(part.seconds > 0.0 or part.repeat_of != k for k, part in enumerate(reading.parts))
 
 
 def explain_hit(
@@ -110,26 +116,12 @@ def explain_hit(
 
 
 def chance(learned: Learned, why: Sequence[reasons.WordReason]) -> float | None:
-    """Calibrated probability that an answer shows all that is asked and nothing that is excluded.
-
-    The product over the asked actions of the probability that each is shown, and over the
-    exclusions of one minus the probability that all of their actions are shown.
-    """
+    """Calibrated probability of an answer (``certainty.answer_probability``); None: not learned."""
     sure = learned.word_certainty
     if sure is None:
         return None
-
-    def shown(actions: Sequence[tuple[float, float]]) -> float:
-        probability = 1.0
-        for log_odds, said in actions:
-            heard = float(sure.log_odds(np.array([log_odds - said])))
-            probability *= float(certainty.probability(heard + said))
-        return probability
-
-    result = shown(reasons.by_action(why))
-    for lowering in reasons.lowerings(why):
-        result *= 1.0 - shown(lowering.actions)
-    return result
+    excluded = [lowering.actions for lowering in reasons.lowerings(why)]
+    return certainty.answer_probability(sure, reasons.by_action(why), excluded)
 
 
 def strength(learned: Learned, why: Sequence[reasons.WordReason], threshold: float | None) -> float:

@@ -32,8 +32,8 @@ class KnownQuestion:
     text : str
         As it was asked.
     tree : Node
-        Of known words; an action of which no word is known is left out. A manner is among the
-        words of its action, as captions say it.
+        Of known words; an action of which no word is known is left out. A manner is the word
+        that captions say for it.
     unknown : mapping of str to tuple of str
         From each word that is not known to the nearest known ones, best first.
     not_used : tuple of NotUsed
@@ -49,7 +49,7 @@ class KnownQuestion:
     def words(self) -> tuple[str, ...]:
         """Known words that are asked for or excluded, from the left, each once."""
         actions = (node for node in walk(self.tree) if isinstance(node, Action))
-        return tuple(dict.fromkeys(word for action in actions for word in action.words))
+        return tuple(dict.fromkeys(word for action in actions for word in action.all_words))
 
 
 def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestion:
@@ -76,18 +76,19 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
     not_used = list(question.not_used)
 
     def known(action: Action) -> Action | None:
-        words = [word for word in action.words if word in counts]
+        words = tuple(word for word in action.words if word in counts)
+        manners = []
         for word in action.words:
             if word not in counts and word not in unknown:
                 unknown[word] = nearest_words(word, counts)
         for manner in action.manner:
             said = known_manner(manner, counts)
             if said is not None and (words or not action.words):
-                words.append(said)
+                manners.append(said)
             else:
                 reason = "no caption says it" if said is None else "its action is not known"
                 not_used.append(NotUsed(adverb_of(manner), reason))
-        return Action(tuple(words)) if words else None
+        return Action(words, tuple(manners)) if words or manners else None
 
     tree = _hold(question.tree, known)
     not_used += [NotUsed(word, _reason(near)) for word, near in unknown.items()]

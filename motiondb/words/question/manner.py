@@ -79,12 +79,12 @@ def _adjective(adverb: str) -> str:
 
 
 def adverb_of(adjective: str) -> str:
-    """The adverb of an adjective.
+    """The adverb of an adjective; an adverb in -ly is itself.
 
-    >>> [adverb_of(word) for word in ("slow", "happy", "gentle", "energetic", "fast")]
-    ['slowly', 'happily', 'gently', 'energetically', 'fast']
+    >>> [adverb_of(word) for word in ("slow", "happy", "gentle", "energetic", "fast", "slowly")]
+    ['slowly', 'happily', 'gently', 'energetically', 'fast', 'slowly']
     """
-    if adjective == "fast":
+    if adjective == "fast" or adjective.endswith("ly"):
         return adjective
     if adjective.endswith("y"):
         return adjective[:-1] + "ily"

@@ -38,7 +38,7 @@ reason='the first alternative is taken'))
 def _plain(node: Node, left: list[NotUsed]) -> list[tuple[str, ...]]:
     match node:
         case Action():
-            return [node.words]
+            return [node.all_words]
         case Anything():
             return [()]
         case AnyOf():

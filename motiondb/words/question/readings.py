@@ -104,7 +104,7 @@ def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
     """The readings of a node; adds to what is not used."""
     match node:
         case Action():
-            return [Reading((Part((node.words,)),))]
+            return [Reading((Part((node.all_words,)),))]
         case Anything():
             return [Reading((Part(()),))]
         case AnyOf():

@@ -45,6 +45,11 @@ class Action:
     manner: tuple[str, ...] = ()
 
     @property
+    def all_words(self) -> tuple[str, ...]:
+        """Words and manners: what captions are asked for."""
+        return (*self.words, *self.manner)
+
+    @property
     def sides(self) -> tuple[tuple[str, str], ...]:
         """Every side with the limb that it belongs to.
 
