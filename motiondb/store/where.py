@@ -1,21 +1,25 @@
-"""Filters on the catalogue: ``performer=14 and duration>2.5``.
+"""Filters on the catalogue: ``performer in (14, 16) and not (duration<2.5 or caption~walk)``.
 
-    filter      condition {"and" condition}
-    condition   name operator value
-    operator    = != < <= > >= ~            ~ asks whether the value stands within
-    value       text up to the next "and", or anything in quotes
+    filter      all {"or" all}
+    all         single {"and" single}
+    single      "not" single | "(" filter ")" | condition
+    condition   name operator value | name ["not"] "in" "(" value {"," value} ")"
+    operator    = != < <= > >= ~ !~         ~ asks whether the value stands within
+    value       text up to the next "and", "or" or closing parenthesis, or anything in quotes
 
-A name is a column of the catalogue or a tag. Two values are compared as numbers when both are
-numbers, otherwise as text without regard to case. A capture without the tag answers only to !=.
+A name is a column of the catalogue, ``caption`` (the texts that people wrote about the capture) or
+a tag. Two values are compared as numbers when both are numbers, otherwise as text without regard to
+case. A capture with several captions answers where one of them does; to !=, !~ and "not in" where
+none of them is the value. A capture without the tag, or without captions, answers only to these.
 """
 
 from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from motiondb.errors import QueryError, suggestion
 from motiondb.records import CaptureInfo
@@ -35,6 +39,12 @@ COLUMNS = (
     "run_id",
 )
 """The columns of the catalogue that a filter can name; they win over tags of the same name."""
+CAPTION = "caption"
+"""Name under which a filter asks for the captions; wins over a tag of the same name."""
+MOST_CHARACTERS = 100_000
+"""Longest filter; a list of a thousand captures has some 20,000 characters. Chosen by hand."""
+MOST_DEPTH = 50
+"""Parentheses and negations within one another. Chosen by hand."""
 
 _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     "=": operator.eq,
@@ -44,10 +54,10 @@ _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     ">": operator.gt,
     ">=": operator.ge,
 }
-_CONDITION = re.compile(
-    r"""\s*(?P<name>[^=!<>~"']+?)\s*(?P<operator>!=|<=|>=|==|=|<|>|~)\s*
-        (?P<value>"[^"]*"|'[^']*'|[^=!<>~"']+?)\s*(?P<end>\band\b|$)""",
-    re.VERBOSE | re.IGNORECASE,
+_TOKEN = re.compile(
+    r"""(?P<quoted>"[^"]*"|'[^']*')|(?P<operator>!=|!~|<=|>=|==|=|<|>|~)|(?P<sign>[(),])
+        |(?P<word>[^\s=!<>~"'(),]+)|(?P<other>[!"'])""",
+    re.VERBOSE,
 )
 
 
@@ -60,44 +70,75 @@ class Condition:
     value: str
 
 
-def parse_where(text: str) -> tuple[Condition, ...]:
-    """The conditions of a filter, all of which must hold; none for an empty text.
+@dataclass(frozen=True)
+class OneOf:
+    """Alternatives: each a list of filters that must all hold."""
+
+    alternatives: tuple[tuple[Filter, ...], ...]
+
+
+@dataclass(frozen=True)
+class NoneOf:
+    """Filters that must not all hold."""
+
+    filters: tuple[Filter, ...]
+
+
+Filter: TypeAlias = Condition | OneOf | NoneOf
+
+
+def parse_where(text: str) -> tuple[Filter, ...]:
+    """The filters that must all hold; none for an empty text.
 
     >>> parse_where("performer=14 and words ~ 'walk and turn'")[1].value
     'walk and turn'
+    >>> parse_where("not performer in (14, 16)")[0].filters[0].alternatives[1]
+    (Condition(name='performer', operator='=', value='16'),)
 
     Raises
     ------
     QueryError : shows how a filter looks.
     """
-    conditions: list[Condition] = []
-    place = 0
-    ended = not text.strip()
-    while not ended:
-        match = _CONDITION.match(text, place)
-        if match is None:
-            raise QueryError(
-                f"filter {text!r}: expected NAME OPERATOR VALUE with one of = != < <= > >= ~, "
-                f"found {text[place:].strip() or 'nothing'!r}. "
-                "Write for example: performer=14 and duration>2.5."
-            )
-        value = match["value"]
-        value = value[1:-1] if value[0] in "\"'" else value
-        sign = "=" if match["operator"] == "==" else match["operator"]
-        conditions.append(Condition(match["name"], sign, value))
-        place, ended = match.end(), not match["end"]
-    return tuple(conditions)
+    if len(text) > MOST_CHARACTERS:
+        raise QueryError(
+            f"filter: expected at most {MOST_CHARACTERS:,} characters, found {len(text):,}. "
+            "Ask for less at a time."
+        )
+    reader = _Reader(text)
+    if not reader.tokens:
+        if text.strip():
+            raise reader.refusal(0)
+        return ()
+    filters = reader.one_of(0)
+    if reader.place < len(reader.tokens):
+        raise QueryError(
+            f"filter {_short(text)!r}: expected '(' before ')', found none. Leave out ')', or put "
+            "the value into quotes."
+        )
+    return filters
 
 
-def check_names(conditions: Iterable[Condition], tags: Iterable[str]) -> None:
+def conditions_of(filters: Iterable[Filter]) -> Iterator[Condition]:
+    """Every comparison of a filter, from the left."""
+    for each in filters:
+        if isinstance(each, Condition):
+            yield each
+        elif isinstance(each, NoneOf):
+            yield from conditions_of(each.filters)
+        else:
+            yield from conditions_of(f for alternative in each.alternatives for f in alternative)
+
+
+def check_names(filters: Iterable[Filter], tags: Iterable[str]) -> None:
     """Refuse a filter that names neither a column nor one of the ``tags`` in use.
 
     Raises
     ------
     QueryError : suggests the nearest names.
     """
-    known = (*COLUMNS, *sorted(set(tags) - set(COLUMNS)))
-    for condition in conditions:
+    named = (*COLUMNS, CAPTION)
+    known = (*named, *sorted(set(tags) - set(named)))
+    for condition in conditions_of(filters):
         if condition.name not in known:
             raise QueryError(
                 f"filter on {condition.name!r}: expected one of {', '.join(known)}, found no such "
@@ -105,18 +146,41 @@ def check_names(conditions: Iterable[Condition], tags: Iterable[str]) -> None:
             )
 
 
-def matches(info: CaptureInfo, conditions: Sequence[Condition]) -> bool:
-    """Whether a capture fulfils all conditions."""
-    return all(_holds(_value(info, condition.name), condition) for condition in conditions)
+def asks_captions(filters: Iterable[Filter]) -> bool:
+    """Whether a filter looks at the captions."""
+    return any(condition.name == CAPTION for condition in conditions_of(filters))
 
 
-def _value(info: CaptureInfo, name: str) -> str | None:
-    return str(getattr(info, name)) if name in COLUMNS else info.tags.get(name)
+def matches(info: CaptureInfo, filters: Sequence[Filter], captions: Sequence[str] = ()) -> bool:
+    """Whether a capture, with its captions, fulfils all filters."""
+    return all(_fulfils(info, each, captions) for each in filters)
 
 
-def _holds(found: str | None, condition: Condition) -> bool:
-    if found is None:
-        return condition.operator == "!="
+def _fulfils(info: CaptureInfo, each: Filter, captions: Sequence[str]) -> bool:
+    if isinstance(each, Condition):
+        return _holds(_values(info, each.name, captions), each)
+    if isinstance(each, NoneOf):
+        return not matches(info, each.filters, captions)
+    return any(matches(info, alternative, captions) for alternative in each.alternatives)
+
+
+def _values(info: CaptureInfo, name: str, captions: Sequence[str]) -> Sequence[str]:
+    if name in COLUMNS:
+        return (str(getattr(info, name)),)
+    if name == CAPTION:
+        return captions
+    return (info.tags[name],) if name in info.tags else ()
+
+
+def _holds(found: Sequence[str], condition: Condition) -> bool:
+    if condition.operator.startswith("!"):
+        opposite = Condition(condition.name, {"!=": "=", "!~": "~"}[condition.operator],
+                             condition.value)  # fmt: skip
+        return not _holds(found, opposite)
+    return any(_compare(value, condition) for value in found)
+
+
+def _compare(found: str, condition: Condition) -> bool:
     if condition.operator == "~":
         return condition.value.casefold() in found.casefold()
     compare = _COMPARE[condition.operator]
@@ -131,3 +195,135 @@ def _number(text: str) -> float | None:
         return float(text)
     except ValueError:
         return None
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 200 else f"{text[:197]}..."
+
+
+class _Reader:
+    """A place in the tokens of a filter; a method per rule of the module's grammar."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.tokens = list(_TOKEN.finditer(text))
+        self.place = 0
+
+    def next(self, offset: int = 0) -> str:
+        """The token at an offset from the place, "" behind the end."""
+        place = self.place + offset
+        return self.tokens[place].group() if place < len(self.tokens) else ""
+
+    def kind(self, offset: int = 0) -> str:
+        """The kind of that token, "end" behind the end."""
+        place = self.place + offset
+        return str(self.tokens[place].lastgroup) if place < len(self.tokens) else "end"
+
+    def says(self, *words: str, offset: int = 0) -> bool:
+        """Whether that token is one of some words, written without quotes."""
+        return self.kind(offset) == "word" and self.next(offset).lower() in words
+
+    def refusal(self, place: int) -> QueryError:
+        """What is wrong with the condition that begins at a token."""
+        rest = self.text[self.tokens[place].start() :] if place < len(self.tokens) else ""
+        return QueryError(
+            f"filter {_short(self.text)!r}: expected NAME OPERATOR VALUE with one of "
+            f"= != < <= > >= ~, found {_short(rest.strip() or 'nothing')!r}. "
+            "Write for example: performer=14 and duration>2.5."
+        )
+
+    def one_of(self, depth: int) -> tuple[Filter, ...]:
+        """Filters that must all hold, of alternatives one filter."""
+        if depth > MOST_DEPTH:
+            raise QueryError(
+                f"filter {_short(self.text)!r}: expected at most {MOST_DEPTH} parentheses and "
+                "negations within one another, found more. Ask for less at a time."
+            )
+        alternatives = [self.all_of(depth)]
+        while self.says("or"):
+            self.place += 1
+            alternatives.append(self.all_of(depth))
+        return alternatives[0] if len(alternatives) == 1 else (OneOf(tuple(alternatives)),)
+
+    def all_of(self, depth: int) -> tuple[Filter, ...]:
+        """Filters joined by "and"."""
+        filters = list(self.single(depth))
+        while self.says("and"):
+            self.place += 1
+            filters.extend(self.single(depth))
+        return tuple(filters)
+
+    def single(self, depth: int) -> tuple[Filter, ...]:
+        """A negation, a group, or a condition."""
+        if self.says("not") and (self.kind(1) == "word" or self.next(1) == "("):
+            self.place += 1
+            if depth >= MOST_DEPTH:
+                return self.one_of(depth + 1)  # refuses
+            return (NoneOf(self.single(depth + 1)),)
+        if self.next() != "(":
+            return (self.condition(),)
+        self.place += 1
+        filters = self.one_of(depth + 1)
+        if self.next() != ")":
+            raise QueryError(
+                f"filter {_short(self.text)!r}: expected ')' for every '(', found "
+                f"{_short(self.next()) or 'the end'!r}. Close the parentheses."
+            )
+        self.place += 1
+        return filters
+
+    def condition(self) -> Filter:
+        """A comparison, or a name among values."""
+        start = self.place
+        while self.kind() == "word" and not self.says("and", "or") and not self._begins_list():
+            self.place += 1
+        if self.place == start:
+            raise self.refusal(start)
+        name = self.text[self.tokens[start].start() : self.tokens[self.place - 1].end()]
+        if self._begins_list():
+            return self._list(name, start)
+        if self.kind() != "operator":
+            raise self.refusal(start)
+        sign = self.next().replace("==", "=")
+        self.place += 1
+        value = self._value(start, ())
+        ends = self.kind() == "end" or self.says("and", "or") or self.next() == ")"
+        if not ends:
+            raise self.refusal(start)
+        return Condition(name, sign, value)
+
+    def _begins_list(self) -> bool:
+        offset = 1 if self.says("not") else 0
+        return self.says("in", offset=offset) and self.next(offset + 1) == "("
+
+    def _list(self, name: str, start: int) -> Filter:
+        """``in (value, value)`` and ``not in (...)``."""
+        negated = self.says("not")
+        self.place += 3 if negated else 2
+        values = [self._value(start, (",",))]
+        while self.next() == ",":
+            self.place += 1
+            values.append(self._value(start, (",",)))
+        if self.next() != ")":
+            raise self.refusal(start)
+        self.place += 1
+        listed = OneOf(tuple((Condition(name, "=", value),) for value in values))
+        return NoneOf((listed,)) if negated else listed
+
+    def _value(self, start: int, stops: tuple[str, ...]) -> str:
+        """A quoted value, or text up to what ends it."""
+        first = self.place
+        if self.kind() == "quoted":
+            self.place += 1
+            return self.tokens[first].group()[1:-1]
+        opened = 0
+        while self.kind() in ("word", "sign") and not (
+            opened == 0 and (self.next() in stops or (not stops and self.says("and", "or")))
+        ):
+            if self.next() == ")" and opened == 0:
+                break
+            opened += {"(": 1, ")": -1}.get(self.next(), 0)
+            self.place += 1
+        if self.place == first or opened:
+            raise self.refusal(start)
+        return self.text[self.tokens[first].start() : self.tokens[self.place - 1].end()]

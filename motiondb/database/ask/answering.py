@@ -27,6 +27,7 @@ from motiondb.search import (
 from motiondb.search.by_words import WINDOW_MARGIN
 from motiondb.words import decoding
 from motiondb.words.question.known import KnownQuestion
+from motiondb.words.question.manner import manner_of
 from motiondb.words.question.plain import plain_actions
 from motiondb.words.question.readings import Reading
 from motiondb.words.question.tree import NotUsed, actions_of
@@ -235,7 +236,11 @@ def _reason(hit: by_question.QuestionHit, read: Sequence[Reading]) -> str:
         asked = [" ".join(action) for action in part.actions]
         only = [e for e in reading.exclusions if (e.first, e.last) == (k, k + 1)]
         excluded = [f"not {' and '.join(map(' '.join, e.actions))}" for e in only]
-        said.append(" while ".join(asked) or ", ".join(excluded) or "?")
+        joined = "".join(
+            text if n == 0 else f" {text}" if manner_of(text) else f" while {text}"
+            for n, text in enumerate(asked)
+        )
+        said.append(joined or ", ".join(excluded) or "?")
     return "; ".join(
         f"{words} {start / MOTION_FPS:.2f}-{end / MOTION_FPS:.2f} s"
         for words, (start, end) in zip(said, hit.parts)

@@ -6,7 +6,8 @@ must not be seen from one part to another. A tree has several readings where it 
 * ``AnyOf``: those of every alternative.
 * ``Both``: all parts at once, or in the order in which they are written.
 
-A part at once with an order holds for every part of the order. A part said to happen three times
+The manner of an action is an action at once with it: a capture must show both. A part at once with
+an order holds for every part of the order. A part said to happen three times
 is three parts in order that make one statement. What a search cannot tell is taken out and named:
 upper limits of counts and durations, durations of whole orders, and the order, count and duration
 of what is excluded.
@@ -104,7 +105,8 @@ def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
     """The readings of a node; adds to what is not used."""
     match node:
         case Action():
-            return [Reading((Part((node.all_words,)),))]
+            manners = [(manner,) for manner in node.manner]
+            return [Reading((Part(tuple(a for a in (node.words, *manners) if a)),))]
         case Anything():
             return [Reading((Part(()),))]
         case AnyOf():
