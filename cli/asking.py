@@ -233,6 +233,7 @@ def generate(
     json: Json = False,
 ) -> None:
     """Make a motion that shows what a sentence says; its sources go into a file beside it."""
+    from motiondb.cli import understanding
     from motiondb.database.generate import generated_files
 
     with database(db, writing=save is not None) as base, progress(not json) as tell:
@@ -251,8 +252,10 @@ def generate(
             pictures.draw_strip(made.motion, png, title=words, timelines=[timeline])
     note_unknown(made.unknown)
     if json:
+        facts["question"] = understanding.question_facts(made.question, made.not_used)
         print_json(facts)
         return
+    understanding.print_question(made.question, made.not_used, "generation")
     typer.echo(f"{facts['seconds']:.2f} s of motion written to {output} ({method}, seed {seed})")
     typer.echo(f"symbols:    {' '.join(map(str, made.symbols))}")
     typer.echo(f"recognised: {' '.join(map(str, made.recognised))}")

@@ -19,7 +19,10 @@ Db = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Answer in JSON, for programs.")]
 Where = Annotated[
-    str, typer.Option("--where", help="Only captures like this, such as 'performer in (14, 16) and not fps<60'.")
+    str,
+    typer.Option(
+        "--where", help="Only captures like this, such as 'performer in (14, 16) and not fps<60'."
+    ),
 ]
 Limit = Annotated[int, typer.Option("--limit", min=1, help="How many answers at most.")]
 GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb import store
+from motiondb.database.ask.word_search import understand
 from motiondb.database.generate import hearing
 from motiondb.database.generate.action_symbols import decode_actions, word_numbers
 from motiondb.database.learn.learned import Learned
@@ -22,7 +23,10 @@ from motiondb.pose import pose_vectors, rotation
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import FloatArray, IntArray, Motion, MotionSymbols
 from motiondb.symbols import hmm
-from motiondb.words import decoding, vocabulary
+from motiondb.words import decoding
+from motiondb.words.question.known import KnownQuestion
+from motiondb.words.question.plain import plain_actions
+from motiondb.words.question.tree import NotUsed
 
 METHODS = ("stitched", "trajectory", "montecarlo")
 MEMBERS = 60
@@ -44,8 +48,9 @@ class Generated:
     ----------
     motion : on the canonical body. symbols : the decoded sequence; positions : per symbol the
         number of its action. decodings : per action. recognised : symbols found again in it.
-    provenance : per frame. unknown : words not understood, with the nearest known ones.
+    provenance : per frame. question : the sentence as it was understood.
     spans : first and last + 1 frame of every action.
+    not_used : what of the sentence the motion takes no account of.
     """
 
     motion: Motion
@@ -55,8 +60,14 @@ class Generated:
     decodings: tuple[decoding.Decoding, ...]
     recognised: tuple[int, ...]
     provenance: store.Provenance
-    unknown: Mapping[str, tuple[str, ...]]
+    question: KnownQuestion
     spans: tuple[tuple[int, int], ...] = ()
+    not_used: tuple[NotUsed, ...] = ()
+
+    @property
+    def unknown(self) -> Mapping[str, tuple[str, ...]]:
+        """Words not understood, with the nearest known ones."""
+        return self.question.unknown
 
 
 def generate(learned: Learned, text: str, seed: int, method: str = "stitched") -> Generated:
@@ -69,13 +80,20 @@ def generate(learned: Learned, text: str, seed: int, method: str = "stitched") -
     """
     if method not in METHODS:
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
-    query = vocabulary.parse_query(text, learned.known_words, learned.synonyms)
-    actions = [action for action in query.actions if action]
+    question = understand(learned, text)
+    said, left_out = plain_actions(question.tree)
+    actions = [action for action in said if action]
+    if not actions:
+        raise QueryError(
+            f"generate: expected an action to show, found only what not to show in {text!r}. "
+            "Say what the motion is to show."
+        )
     made = _best_attempt(learned, actions, seed, method)
     provenance = store.to_provenance(learned.database, made.captures, made.frames, edits=made.edits)
     return Generated(
         made.motion, tuple(int(s) for s in made.symbols), made.positions, tuple(actions),
-        made.decodings, tuple(int(s) for s in made.found), provenance, query.unknown, made.spans,
+        made.decodings, tuple(int(s) for s in made.found), provenance, question, made.spans,
+        (*question.not_used, *left_out),
     )  # fmt: skip
 
 
