@@ -114,7 +114,11 @@ def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
         case InOrder():
             found = _products([_read(part, not_used) for part in node.parts], _in_order)
         case AtOnce():
-            found = _products([_read(part, not_used) for part in node.parts], _at_once)
+            each = [_read(part, not_used) for part in node.parts]
+            found = _products(each, _at_once)
+            if len({len(r.parts) for choice in each for r in choice} - {1}) > 1:
+                reason = "orders of different lengths are searched one after the other"
+                not_used.append(NotUsed(say(node), reason))
         case Both():
             each = [_read(part, not_used) for part in node.parts]
             found = [*_products(each, _at_once), *_products(each, _in_order)]
