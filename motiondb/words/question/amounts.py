@@ -85,7 +85,12 @@ _MEASURE_PATTERN = rf"""
 
 _DURATION = re.compile(_DURATION_PATTERN, re.VERBOSE | re.IGNORECASE)
 _COUNT = re.compile(_COUNT_PATTERN, re.VERBOSE | re.IGNORECASE)
-_NUMBER = re.compile(NUMBER, re.IGNORECASE)
+_NUMBER = re.compile(
+    r"(?:(?:(?P<more>at least|no fewer than|more than)"
+    r"|(?P<fewer>at most|no more than|fewer than|less than)|exactly) )?"
+    rf"(?P<number>{NUMBER})",
+    re.IGNORECASE,
+)
 _MEASURE = re.compile(_MEASURE_PATTERN, re.VERBOSE | re.IGNORECASE)
 
 
@@ -149,14 +154,24 @@ def match_measure(text: str, place: int = 0) -> int | None:
     return None if found is None else found.end()
 
 
-def match_number(text: str, place: int = 0) -> int | None:
-    """End of the number that stands at a place.
+def match_number(text: str, place: int = 0) -> tuple[int, float, float | None] | None:
+    """End of the number that stands at a place, with its least and its most.
 
     >>> match_number("twenty-five jumps"), match_number("jump")
-    (11, None)
+    ((11, 25.0, 25.0), None)
+    >>> match_number("at least three jumps"), match_number("fewer than 3 jumps")
+    ((14, 3.0, None), (12, 0.0, 2.0))
     """
     found = _NUMBER.match(text, place)
-    return None if found is None else found.end()
+    if found is None:
+        return None
+    number = to_number(found["number"])
+    more, fewer = (found["more"] or "").lower(), (found["fewer"] or "").lower()
+    if more:
+        return found.end(), number + (more == "more than"), None
+    if fewer:
+        return found.end(), 0.0, max(number - (fewer in ("fewer than", "less than")), 0.0)
+    return found.end(), number, number
 
 
 def _repeats(found: re.Match[str]) -> tuple[int, int | None]:

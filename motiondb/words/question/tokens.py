@@ -30,7 +30,6 @@ from motiondb.words.question.amounts import (
     match_duration,
     match_measure,
     match_number,
-    to_number,
 )
 from motiondb.words.question.connectives import match_connective
 from motiondb.words.question.manner import manner_of
@@ -141,8 +140,8 @@ def _token_at(text: str, place: int) -> tuple[Token | None, int]:
         kind, match = connective
         quoted = match.group("quoted") if kind == "quote" else match.group()
         return Token(kind, quoted), match.end()
-    if end := match_number(text, place):
-        return Token("number", text[place:end], (), to_number(text[place:end])), end
+    if number := match_number(text, place):
+        return Token("number", text[place : number[0]], (), *number[1:]), number[0]
     for kind, pattern in (("number", _DIGITS), ("text", _WORD)):
         found = pattern.match(text, place)
         if found is not None:
@@ -186,9 +185,12 @@ def _numbers_to_counts(tokens: list[Token]) -> list[Token]:
                 before is None or before.kind not in ("word", "manner") or before.words == ("take",)
             )
             verb = following.kind == "word" and set(following.words) <= VERBS - MODIFIERS - LIMBS
-            if verb and first and token.least >= 0 and token.least == int(token.least):
-                token = replace(token, kind="count", most=token.least)
-            elif token.least == 1 and not (following.words and following.words[0] in LIMBS):
+            whole = token.least >= 0 and token.least == int(token.least)
+            if verb and first and whole:
+                token = replace(token, kind="count")
+            elif token.least == token.most == 1 and not (
+                following.words and following.words[0] in LIMBS
+            ):
                 token = Token("filler", token.text)
         resolved.append(token)
     return resolved
