@@ -26,7 +26,7 @@ holds and nothing excluded does.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -113,7 +113,9 @@ def search_take(
         None where the capture is too short: fewer frames than parts, fewer segments than
         repeats, or shorter than a part must last.
     """
-    hits = [_search_reading(take, reading, number, n) for n, reading in enumerate(readings)]
+    seen: dict[int, _Seen] = {}
+    hits = [_search_reading(seen, take, reading, number) for reading in readings]
+    hits = [None if hit is None else replace(hit, reading=n) for n, hit in enumerate(hits)]
     fitting = [hit for hit in hits if hit is not None]
     return max(fitting, key=lambda hit: hit.log_odds, default=None)
 
@@ -130,13 +132,15 @@ def joint_statements(asked: Sequence[float], excluded: Sequence[float]) -> float
 
 
 def _search_reading(
-    take: TakeScores, reading: Reading, number: Mapping[str, int], n: int
+    known: dict[int, _Seen], take: TakeScores, reading: Reading, number: Mapping[str, int]
 ) -> QuestionHit | None:
+    """The best interval for one reading; ``known`` holds, per number of parts, what was seen."""
     repeats = any(part.repeat_of != k for k, part in enumerate(reading.parts))
     if repeats and len(take.starts) < len(reading.parts):
         return None
-    take = split_segments(take, len(reading.parts))
-    seen = _Seen(take, number)
+    n_parts = len(reading.parts)
+    seen = known.setdefault(n_parts, _Seen(split_segments(take, n_parts), number))
+    take = seen.take
     values = np.stack([seen.part(reading, k) for k in range(len(reading.parts))])
     least = np.array([part.seconds for part in reading.parts])
     apart = [k > 0 and part.repeat_of == reading.parts[k - 1].repeat_of
@@ -154,7 +158,7 @@ def _search_reading(
                   *seen.excluded(reading, parts)]  # fmt: skip
     frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
     log_odds = joint_statements(*split_statements(statements))
-    return QuestionHit(frames[0][0], frames[-1][1], log_odds, frames, tuple(statements), n)
+    return QuestionHit(frames[0][0], frames[-1][1], log_odds, frames, tuple(statements))
 
 
 def split_statements(statements: Sequence[Statement]) -> tuple[list[float], list[float]]:
@@ -174,14 +178,16 @@ class _Seen:
         self.take = take
         self.number = number
         self.frames = (take.ends - take.starts).astype(np.float64)
+        self.values: dict[tuple[str, ...], FloatArray] = {}
 
     def columns(self, action: Sequence[str]) -> list[int]:
         return [self.number[word] for word in action]
 
-    def action(self, action: Sequence[str]) -> FloatArray:
+    def action(self, action: tuple[str, ...]) -> FloatArray:
         """Values of an action: array (segments,)."""
-        values: FloatArray = self.take.windows[:, self.columns(action)].mean(axis=1)
-        return values
+        if action not in self.values:
+            self.values[action] = self.take.windows[:, self.columns(action)].mean(axis=1)
+        return self.values[action]
 
     def part(self, reading: Reading, k: int) -> FloatArray:
         """Values of a part of a reading: array (segments,)."""
@@ -248,7 +254,7 @@ class _Seen:
 
     def _statement(
         self,
-        action: Sequence[str],
+        action: tuple[str, ...],
         part: int,
         exclusion: int,
         look: Sequence[tuple[int, float]],

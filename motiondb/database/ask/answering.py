@@ -32,6 +32,9 @@ from motiondb.words.question.plain import plain_actions
 from motiondb.words.question.readings import Reading
 from motiondb.words.question.tree import NotUsed, actions_of
 
+MOST_DECODED = 50
+"""Words that are decoded to symbols at once: 200 take 2 GB, and sequences are short."""
+
 
 @dataclass(frozen=True, eq=False)
 class WordAnswer:
@@ -127,7 +130,13 @@ def _search_decoded(
 ) -> WordAnswer:
     actions, left_out = plain_actions(question.tree)
     not_used = (*question.not_used, *left_out)
-    decoded = decode(learned, tuple(word for action in actions for word in action))
+    words = tuple(word for action in actions for word in action)
+    if len(words) > MOST_DECODED:
+        raise QueryError(
+            f"search --by-symbols: expected at most {MOST_DECODED} words, found {len(words)}. "
+            "Ask for fewer actions, or leave out --by-symbols."
+        )
+    decoded = decode(learned, words)
     if decoded is None:
         return WordAnswer((), question, actions, not_used)
     symbols = np.array(decoded.symbols)
