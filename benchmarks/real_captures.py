@@ -23,7 +23,6 @@ from measured_run import motiondb_command, run_measured
 import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
-from motiondb.database.ask import showing
 from real_tasks import answers
 from real_tasks.findings import Findings, Stages
 from real_tasks.measures import hears_unseen_performers, load_parts, word_precision
@@ -96,8 +95,8 @@ def find(data: Path, database: Path, stages: Stages, output: Path) -> Findings:
         print("examples asked", flush=True)
         made = answers.make_sentences(db, folder)
         print("sentences made", flush=True)
-        showing.draw_symbols(db, folder / "symbols.png")
-        showing.draw_capture(db, STRIP, folder / "take-14-06.png")
+        db.draw_symbols(folder / "symbols.png")
+        db.draw(STRIP, folder / "take-14-06.png")
         for name in ("symbols.png", "take-14-06.png"):
             answers.shrink(folder / name)
         return Findings(

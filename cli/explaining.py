@@ -1,4 +1,4 @@
-"""Printing why an answer was found: one line a word, all numbers in JSON, bars on the timeline."""
+"""Output of ``search --explain``: one line a word, all numbers in JSON, bars on a timeline."""
 
 from __future__ import annotations
 
@@ -10,17 +10,24 @@ import typer
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.ask.answering import WordAnswer
+    from motiondb.learning.answers.word_answers import WordAnswer
     from motiondb.search.reasons import WordReason
 
 _FPS = 30.0
 
 
 def reason_facts(words: Sequence[str], why: Sequence[WordReason]) -> dict[str, Any]:
-    """The whole reason of one answer.
+    """Decomposition of one answer as JSON.
 
     ``math.fsum`` of all parts of ``words``, ``together`` and the amounts of ``excluded`` is
     ``log_odds``.
+
+    Parameters
+    ----------
+    words : sequence of str
+        The vocabulary.
+    why : sequence of WordReason
+        The reasons of the answer.
     """
     from motiondb.search import reasons
 
@@ -55,7 +62,15 @@ def _word_facts(words: Sequence[str], w: WordReason) -> dict[str, Any]:
 
 
 def print_reasons(answer: WordAnswer, words: Sequence[str]) -> None:
-    """For every answer its log-odds, then a line a word."""
+    """Print the log-odds of every answer, then a line a word.
+
+    Parameters
+    ----------
+    answer : WordAnswer
+        The answer of a search.
+    words : sequence of str
+        The vocabulary.
+    """
     from motiondb.search import reasons
 
     for match, why in zip(answer.matches, answer.reasons):
@@ -97,12 +112,24 @@ def _word_line(w: WordReason, words: Sequence[str]) -> str:
 
 
 def draw_reason(base: MotionDB, answer: WordAnswer, path: Path, title: str) -> None:
-    """The best answer's take with a timeline a word: what each segment says for or against it."""
+    """Draw the capture of the best answer with a timeline of contributions for each word.
+
+    Parameters
+    ----------
+    base : MotionDB
+        The database.
+    answer : WordAnswer
+        The answer of a search.
+    path : Path
+        The picture.
+    title : str
+        Title of the picture.
+    """
     from motiondb import pictures
 
     if not answer.matches:
         return
-    best, words = answer.matches[0], base.learned.association.words
+    best, words = answer.matches[0], base.vocabulary()
     timelines = [
         pictures.Timeline(
             words[w.word],

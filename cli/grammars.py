@@ -1,4 +1,4 @@
-"""grammar learn, list, show, compare, remove: the syntax of long takes."""
+"""Commands grammar learn, list, show, compare and remove."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     GrammarName,
     Json,
@@ -26,10 +27,16 @@ if TYPE_CHECKING:
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
     from motiondb.cli import parsing, sequences
 
-    group = typer.Typer(
+    group = Commands(
         help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
         no_args_is_help=True,
     )
@@ -45,37 +52,41 @@ def register(app: typer.Typer) -> None:
 
 def learn(
     captures: Annotated[
-        list[str], typer.Argument(metavar="CAPTURE...", help="Captures, long ones best.")
+        list[str],
+        typer.Argument(metavar="CAPTURE...", help="Names of captures; long takes are best."),
     ],
     terminals: Annotated[
         str | None,
-        typer.Option("--terminals", help="How many kinds of action (20), or auto: the data's."),
+        typer.Option(
+            "--terminals", help="Number of terminals (20), or auto: chosen from the data."
+        ),
     ] = None,
     name: Annotated[
-        str | None, typer.Option("--name", help="The grammar's name; default: the first capture's.")
+        str | None,
+        typer.Option("--name", help="Name of the grammar.  [default: the first capture's]"),
     ] = None,
     from_symbols: Annotated[
-        bool, typer.Option("--from-symbols", help="Take the learned motion symbols as terminals.")
+        bool, typer.Option("--from-symbols", help="Use the learned motion symbols as terminals.")
     ] = False,
     sentences: Annotated[
         str,
         typer.Option(
             "--sentences",
-            help="auto: found; captures: each is one; captions: begin where timed words do.",
+            help="auto: searched for; captures: one each; captions: begin where captions begin.",
         ),
     ] = "auto",
     shortest: Annotated[
-        int, typer.Option("--shortest", min=1, help="Terminals of a sentence that is found, least.")
+        int, typer.Option("--shortest", min=1, help="Least number of terminals of a sentence.")
     ] = 3,
     longest: Annotated[
-        int, typer.Option("--longest", min=1, help="Terminals of a sentence that is found, most.")
+        int, typer.Option("--longest", min=1, help="Largest number of terminals of a sentence.")
     ] = 20,
     seed: Seed = 0,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """Learn a grammar from captures: segments, terminals, sentences, rules."""
-    from motiondb.database.grammars.grammar_learning import GrammarSettings
+    from motiondb import GrammarSettings
     from motiondb.errors import QueryError
 
     if from_symbols and terminals is not None:
@@ -91,7 +102,7 @@ def learn(
         facts = base.grammars.show(learned.name)
         size = base.grammars.size(learned.name)
     if json:
-        print_json(facts | {"no longer editable": lost})
+        print_json(facts | {"no_longer_editable": lost})
         return
     typer.echo(summary(size))
     _say_tried(facts)
@@ -99,7 +110,7 @@ def learn(
 
 
 def _number(terminals: str | None) -> int | None:
-    """How many terminals are asked for; None lets the data choose."""
+    """Number of terminals; None: to be chosen from the data."""
     from motiondb.database.grammars.grammar_learning import N_TERMINALS
     from motiondb.errors import QueryError
 
@@ -114,7 +125,13 @@ def _number(terminals: str | None) -> int | None:
 
 
 def summary(size: store.GrammarSize) -> str:
-    """A grammar in a line."""
+    """Describe a grammar in one line.
+
+    Parameters
+    ----------
+    size : GrammarSize
+        Numbers of its parts.
+    """
     return (
         f"{size.name}: {_counted(size.captures, 'capture')} ({size.seconds:.0f} s), "
         f"{_counted(size.segments, 'segment')} of {_counted(size.terminals, 'terminal')}, "
@@ -128,7 +145,7 @@ def _counted(n: int, what: str) -> str:
 
 
 def _say_tried(facts: dict[str, Any]) -> None:
-    """Why there are so many terminals, where the data were asked."""
+    """Print the bits by number of terminals, if the number was chosen from the data."""
     tried = facts["settings"].get("tried")
     if tried:
         said = ", ".join(f"{k}: {tried[k]:.0f}" for k in sorted(tried, key=int))
@@ -173,7 +190,9 @@ def show(
     png: Annotated[
         Path | None,
         typer.Option(
-            "--png", callback=picture_name, help="Draw the sentences' trees into this file."
+            "--png",
+            callback=picture_name,
+            help="Draw the trees of the sentences into this file (.png).",
         ),
     ] = None,
     strings: Annotated[
@@ -181,13 +200,13 @@ def show(
         typer.Option(
             "--strings",
             callback=picture_name,
-            help="Draw terminals and captures as strings into this file.",
+            help="Draw terminals, and captures as strings, into this file (.png).",
         ),
     ] = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Show a grammar: its rules, its terminals with their words, the bits of its description."""
+    """Show a grammar: rules, terminals with their words, and description length in bits."""
     with database(db) as base:
         facts = base.grammars.show(name)
         size = base.grammars.size(name)
@@ -248,11 +267,11 @@ def compare(name: GrammarName, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json =
 
 
 def remove(name: GrammarName, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Take a grammar out; sequences that it generated stay as captures, but cannot be edited."""
+    """Remove a grammar; sequences that it generated stay as captures, but cannot be edited."""
     with database(db, writing=True) as base:
         lost = base.grammars.remove(name)
     if json:
-        print_json({"removed": name, "no longer editable": lost})
+        print_json({"removed": name, "no_longer_editable": lost})
         return
     typer.echo(f"{name} removed")
     _say_lost(lost)

@@ -1,4 +1,4 @@
-"""grammar parse, suggest: captures and strings held against a grammar."""
+"""Commands grammar parse and suggest."""
 
 from __future__ import annotations
 
@@ -21,11 +21,17 @@ if TYPE_CHECKING:
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
 
 SHOWN = 10
-"""Segments unlike anything that are shown; JSON tells all."""
+"""Unlike segments that are printed; JSON has all."""
 
 
 def register(group: typer.Typer) -> None:
-    """Put the commands into the group."""
+    """Add the commands to the group.
+
+    Parameters
+    ----------
+    group : typer.Typer
+        The group ``grammar``.
+    """
     group.command("parse")(parse)
     group.command("suggest")(suggest)
 
@@ -39,10 +45,10 @@ def parse(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Parse a capture: its sentences' trees, or where it fails and what was expected (exit 1).
+    """Parse a capture: trees of its sentences, or the fault and what was expected (exit 1).
 
-    Segments that are unlike anything the grammar was learned from are told with their distance
-    from the nearest terminal; a capture that is so most of the time ends with exit 1 too.
+    Segments that are unlike all motion from which the grammar was learned are listed with their
+    distance from the nearest terminal; if most of the capture is unlike, the exit code is 1 too.
     """
     with database(db) as base:
         found = base.grammars.parse(name, example)
@@ -66,12 +72,12 @@ def _facts(found: ParsedMotion) -> dict[str, Any]:
     return {
         "string": list(found.string),
         "spans": [list(span) for span in zip(found.starts, found.ends)],
-        "learned from": found.stored,
+        "learned_from": found.stored,
         "distances": list(found.distances),
-        "usual distance": found.reach,
+        "usual_distance": found.reach,
         "unlike": list(found.unlike),
-        "share unlike": found.share_unlike,
-        "is unlike": found.is_unlike,
+        "share_unlike": found.share_unlike,
+        "is_unlike": found.is_unlike,
         "sentences": [
             {"string": list(tree.leaves()), "tree": format_tree(tree)} for tree in found.trees
         ],
@@ -79,13 +85,13 @@ def _facts(found: ParsedMotion) -> dict[str, Any]:
         if fault is None
         else {
             "position": fault.position, "found": fault.found,
-            "expected": list(fault.expected), "may end": fault.may_end, "says": str(fault),
+            "expected": list(fault.expected), "may_end": fault.may_end, "says": str(fault),
         },
     }  # fmt: skip
 
 
 def _say_parsed(found: ParsedMotion, example: str) -> None:
-    """The string, then its trees, or the fault and its time."""
+    """Print the string, then its trees, or the fault and its time."""
     from motiondb.database.grammars.grammar_facts import format_tree
 
     how = "as learned" if found.stored else "read anew"
@@ -100,7 +106,7 @@ def _say_parsed(found: ParsedMotion, example: str) -> None:
 
 
 def _say_unlike(found: ParsedMotion, name: str, example: str) -> None:
-    """What is unlike anything learned, the farthest segments first; or that nothing can tell."""
+    """Print the segments unlike anything learned, the farthest first, or that this is unknown."""
     if not found.stored and found.reach is None:
         typer.echo(
             f"note: the terminals of {name} have too few members to say what is unlike them",
@@ -142,7 +148,7 @@ def suggest(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Say which actions the grammar allows next, with their probabilities."""
+    """List the terminals that the grammar allows next, with their probabilities."""
     with database(db) as base:
         found = base.grammars.suggest(name, beginning)
         names = base.grammars.load(name).terminals.names

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.database.learn.learning import (
+from motiondb.learning.symbol_fitting import (
     FeaturePool,
     LearnSettings,
     acquire_symbols,
@@ -50,7 +50,7 @@ class Recognised:
         """Log-odds of all words in a capture, from its motion alone."""
         part = self.part(capture)
         starts, ends = self.table.starts[part], self.table.ends[part]
-        odds = by_words.heard(fit, self.rows[part], starts, ends, by_words.WINDOW_MARGIN)
+        odds = by_words.motion_log_odds(fit, self.rows[part], starts, ends, by_words.WINDOW_MARGIN)
         return by_words.TakeScores(starts, ends, odds[:-1], odds[-1])
 
 

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.database.learn import asked_certainty as simulation
+from motiondb.learning import asked_certainty as simulation
 from motiondb.records import FloatArray
 from motiondb.search import certainty
-from motiondb.search.bearing import N_POSTURE, N_TRAVEL
 from motiondb.search.by_motion import resemblance
+from motiondb.search.posture_and_travel import N_POSTURE, N_TRAVEL
 from motiondb.search.score_vectors import unit
 from motiondb.words import vocabulary, word_map
 from quality_protocol import baselines as base
@@ -196,7 +196,7 @@ def _values(
     alike = np.zeros((len(queries), len(gallery)))
     for row, q in enumerate(queries):
         windows = _windows(material, int(q), gallery)
-        alike[row] = resemblance(vectors[q], windows, fit, n_bearing=BEARING)
+        alike[row] = resemblance(vectors[q], windows, fit, n_posture_and_travel=BEARING)
     clear = {int(q): certainty.clearest(fit, vectors[q], actions) for q in queries}
     pooled = material.pooled
     return {
@@ -261,7 +261,7 @@ def _written(material: Material, captures: NDArray[np.int64]) -> simulation.Writ
     ends = np.array([seen.table.ends[seen.part(int(c))][-1] for c in captures], dtype=float)
     return simulation.Written(
         seen.vectors[captures], words, material.names, captures, np.zeros(len(captures)), ends,
-        groups, seen.table, seen.rows, fit.ridge, fit.calibration, n_bearing=BEARING,
+        groups, seen.table, seen.rows, fit.ridge, fit.calibration, n_posture_and_travel=BEARING,
     )  # fmt: skip
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
-from motiondb import store
-from motiondb.database.learn.counting import described_intervals
-from motiondb.database.learn.learned import Learned, decode
+from motiondb.learning.counting import described_intervals
+from motiondb.learning.learned import Learned
+from motiondb.learning.recognition import decode
 from motiondb.records import FloatArray
 from motiondb.words import transition
 from quality_protocol.confidence import mean_of, statistic_of
@@ -95,9 +95,7 @@ def _left_out_note(learned: Learned) -> str:
 
 def unseen(learned: Learned, length: int, seed: int) -> list[tuple[str, ...]]:
     """Sequences of different words, no two of which stand in one description."""
-    described = described_intervals(
-        learned.segments, store.load_captions(learned.database), learned.synonyms
-    )
+    described = described_intervals(learned.segments, learned.captions, learned.synonyms)
     together = {(a, b) for d in described for a in d.words for b in d.words}
     counts = learned.association.counts
     known = [w for w, n in zip(learned.association.words, counts) if n >= LEAST_CAPTIONS]

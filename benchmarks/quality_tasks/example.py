@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import Float32Array, FloatArray
-from motiondb.search.bearing import N_POSTURE, N_TRAVEL
-from motiondb.search.by_motion import meaning_rows, resemblance
+from motiondb.search.posture_and_travel import N_POSTURE, N_TRAVEL
+from motiondb.search.resemblance import meaning_rows, resemblance
 from motiondb.search.score_vectors import unit
 from motiondb.words import vocabulary, word_map
 from quality_protocol import baselines as base

@@ -18,8 +18,8 @@ import numpy as np
 import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
-from motiondb.database.learn.learning import LearnSettings
 from motiondb.errors import MotionDBError
+from motiondb.learning.symbol_fitting import LearnSettings
 from motiondb.pose.features import FEATURE_FPS
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search import warping

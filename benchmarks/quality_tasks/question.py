@@ -21,9 +21,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.database.learn import asked_certainty
+from motiondb.learning import asked_certainty
 from motiondb.records import FloatArray
 from motiondb.search import by_question, by_words, certainty
+from motiondb.search.bearing import N_POSTURE, N_TRAVEL
 from motiondb.search.score_vectors import unit
 from motiondb.words import vocabulary, word_map
 from motiondb.words.question.known import hold_to_known
@@ -123,7 +124,7 @@ def _written(fold: Fold, names: Sequence[str], seen: Recognised) -> asked_certai
     ends = np.array([seen.table.ends[seen.part(int(c))][-1] for c in fold.train], dtype=float)
     return asked_certainty.Written(
         vectors, words, names, fold.train, np.zeros(len(fold.train)), ends, groups, seen.table,
-        seen.rows, fit.ridge, fit.calibration,
+        seen.rows, fit.ridge, fit.calibration, n_posture_and_travel=N_POSTURE + N_TRAVEL,
     )  # fmt: skip
 
 

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb import store
-from motiondb.database.learn.learned import Learned
 from motiondb.generate.contact import foot_slip
+from motiondb.learning.learned import Learned
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
 from motiondb.search import by_words, score_vectors
@@ -57,7 +56,7 @@ def union_overlap(
 
 def said_words(learned: Learned) -> dict[str, frozenset[str]]:
     """capture -> the motion words that people wrote about it."""
-    captions = store.load_captions(learned.database)
+    captions = learned.captions
     return {
         info.name: frozenset(
             word
@@ -100,8 +99,7 @@ def _whole_vector(learned: Learned, capture: int) -> np.ndarray:
 
 
 def _with_word_map(learned: Learned, fit: word_map.WordMap) -> Learned:
-    maps = {f"word_{name}": value for name, value in vars(fit).items()}
-    return replace(learned, parameters={**learned.parameters, **maps})
+    return replace(learned, fitted_word_map=fit)
 
 
 def search_takes(

@@ -48,7 +48,7 @@ def test_the_environment_names_the_database(
     assert [c["tags"]["performer"] for c in found] == ["ana", "ana"]
     assert found[0]["words"][0]["words"] == "someone bows politely"
     facts = answer(command("info", "--json"))
-    assert (facts["captures"], facts["learned"], facts["not yet learned"]) == (101, True, 0)
+    assert (facts["captures"], facts["learned"], facts["not_yet_learned"]) == (101, True, 0)
     assert [run["kind"] for run in facts["runs"]] == ["add", "learn"]
     assert answer(command("check", "--json")) == {"faults": []}
     symbols = answer(command("symbols", "--json"))
@@ -132,7 +132,7 @@ def test_what_is_added_after_learning_is_found(
     with (some / "boris/kick_1.bvh").open("a") as file:
         file.write("\n")
     assert command("add", some / "boris", "--db", learned_copy).code == 0
-    left_out = answer(command("info", "--json", "--db", learned_copy))["not yet learned"]
+    left_out = answer(command("info", "--json", "--db", learned_copy))["not_yet_learned"]
     ended = command("like", "boris/kick_1", "--limit", 2, "--json", "--db", learned_copy)
     assert bool(ended.err) == bool(left_out)
     if not left_out:

@@ -64,7 +64,7 @@ def test_learn_says_what_was_learned(command: Any, copy: Path) -> None:
     assert "of 3 terminals, 1 sentence, " in ended.out
     facts = answer(command(*words, "--json", "--db", copy))
     assert facts["grammar"] == "punch_1"  # the capture's name, where none is given
-    assert facts["no longer editable"] == []
+    assert facts["no_longer_editable"] == []
     found = answer(command("grammar", "list", "--json", "--db", copy))
     assert [row["grammar"] for row in found] == ["fight", "punch", "punch_1"]
     assert found[2]["captures"] == 1
@@ -120,20 +120,20 @@ def test_parse_tells_what_is_unlike_anything_learned(
     words = ("grammar", "parse", "fight", samples_folder / "chidi" / "layup_1.bvh", "--db", taught)
     ended = command(*words)
     found = answer(command(*words, "--json"), 1)
-    assert found["is unlike"]
-    far = [n for n, distance in enumerate(found["distances"]) if distance > found["usual distance"]]
+    assert found["is_unlike"]
+    far = [n for n, distance in enumerate(found["distances"]) if distance > found["usual_distance"]]
     assert found["unlike"] == far
-    said = f"is unlike what fight was learned from for {found['share unlike']:.0%} of its time"
+    said = f"is unlike what fight was learned from for {found['share_unlike']:.0%} of its time"
     assert (ended.code, said in ended.out) == (1, True), ended.out
     worst = max(far, key=lambda n: found["distances"][n])
     first = next(x for x in ended.out.splitlines() if x.split()[:1] == [str(worst)])
     assert first.split()[1] == found["string"][worst]
     assert first.split()[-1] == f"{found['distances'][worst]:.2f}"
-    assert f"usual: within {found['usual distance']:.2f} m" in ended.out
+    assert f"usual: within {found['usual_distance']:.2f} m" in ended.out
     own = answer(
         command("grammar", "parse", "fight", "boris/long_fight_1", "--json", "--db", taught)
     )
-    assert (own["unlike"], own["is unlike"], own["usual distance"]) == ([], False, None)
+    assert (own["unlike"], own["is_unlike"], own["usual_distance"]) == ([], False, None)
 
 
 @pytest.mark.parametrize(
@@ -254,16 +254,16 @@ def test_alternatives_that_cannot_be_played_are_offered_with_the_reason(
         return edited.tree(number).leaves()
 
     def written(made: tuple[str, ...], _seed: int, _output: object) -> dict[str, Any]:
-        return {"string": list(made), "seconds": 2.0, "join cost": 0.5}
+        return {"string": list(made), "seconds": 2.0, "join_cost": 0.5}
 
     gone = ["d"]
     base: Any = SimpleNamespace(grammars=SimpleNamespace(play=play))
     monkeypatch.setattr(sequences, "_written", written)
     facts = sequences._offer(base, "toy", edited, 0, None)
     rows = {row["string"][1]: row for row in facts["alternatives"]}
-    assert rows["d"]["not playable"].startswith("d: expected a capture")
+    assert rows["d"]["not_playable"].startswith("d: expected a capture")
     assert rows["d"]["region"] == ["d"]
-    assert (rows["c"]["seconds"], "not playable" in rows["c"]) == (2.0, False)
+    assert (rows["c"]["seconds"], "not_playable" in rows["c"]) == (2.0, False)
     sequences._say_offer(facts)
     out, err = capsys.readouterr()
     number = 1 + list(rows).index("d")

@@ -8,7 +8,13 @@ from hypothesis import strategies as st
 
 from motiondb.errors import QueryError
 from motiondb.records import CaptureInfo
-from motiondb.store.where import Condition, asks_captions, check_names, matches, parse_where
+from motiondb.store.catalogue.where import (
+    Condition,
+    asks_captions,
+    check_names,
+    matches,
+    parse_where,
+)
 
 
 def _info(**tags: str) -> CaptureInfo:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,12 +9,10 @@ from typing import Any
 import numpy as np
 
 from motiondb import store
-from motiondb.database.catalogue.parts import write_bytes, write_clip
-from motiondb.database.generate.generated_files import frame_runs, source_facts
+from motiondb.database.generate.generated_files import source_facts, write_with_provenance
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.grammar.cfg import context_free
-from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS
 
 
@@ -45,7 +42,7 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> dict[str, 
         "terminals": terminal_facts(learned, meanings),
         "objective": None if np.isnan(learned.terminals.objective) else learned.terminals.objective,
         "sentences": len(learned.sentences),
-        "sentence lengths": [min(lengths), float(np.mean(lengths)), max(lengths)],
+        "sentence_lengths": [min(lengths), float(np.mean(lengths)), max(lengths)],
         "nonterminals": len(grammar.nonterminals),
         "rules": len(grammar.rules),
         "bits": {**learned.bits, "sum": sum(learned.bits.values())},
@@ -82,9 +79,9 @@ def terminal_facts(
 
 
 def format_tree(tree: context_free.Tree) -> str:
-    """A tree on one line, every nonterminal with what it derives in brackets.
+    r"""A tree on one line, every nonterminal with what it derives in brackets.
 
-    >>> toy = context_free.read_grammar("S -> a B c\\nB -> b | empty")
+    >>> toy = context_free.read_grammar("S -> a B c\nB -> b | empty")
     >>> format_tree(context_free.derive_by(toy, (0, 1)))
     'S(a B(b) c)'
     """
@@ -113,10 +110,10 @@ def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
         "string": list(sequence.string),
         "tree": format_tree(sequence.tree),
         "seconds": round(sequence.motion.n_frames / MOTION_FPS, 3),
-        "join cost": sequence.choice.cost,
-        "greedy join cost": sequence.greedy,
-        "foot slip": made.slip,
-        "foot slip of sources": made.source_slip,
+        "join_cost": sequence.choice.cost,
+        "greedy_join_cost": sequence.greedy,
+        "foot_slip": made.slip,
+        "foot_slip_of_sources": made.source_slip,
         "spans": [
             {"terminal": terminal, "start": a / MOTION_FPS, "end": b / MOTION_FPS}
             for terminal, (a, b) in zip(sequence.string, made.spans)
@@ -127,8 +124,4 @@ def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
 
 def write_sequence(sequence: GrammarSequence, seed: int, path: Path) -> dict[str, Any]:
     """Write the motion and, beside it, where every frame comes from; gives the facts, for JSON."""
-    facts = sequence_facts(sequence, seed)
-    beside = path.with_name(f"{path.stem}.provenance.json")
-    write_clip(retarget.to_clip(sequence.motion), path)
-    write_bytes(beside, json.dumps(facts | {"frames": frame_runs(sequence)}, indent=1).encode())
-    return facts | {"output": str(path), "provenance": str(beside)}
+    return write_with_provenance(sequence, sequence_facts(sequence, seed), path)

@@ -23,7 +23,7 @@ from motiondb.scene.language.motion_grammar import MotionGrammar, Terminal
 from motiondb.words.vocabulary import split_actions, words_of
 
 if TYPE_CHECKING:
-    from motiondb.database.motion_db import MotionDB
+    from motiondb.database.session import Session
 
 
 THROW, BEFORE = "throw", "before"
@@ -57,22 +57,21 @@ def shows(terminal: Terminal, caption: str, synonyms: Mapping[str, str] | None =
     >>> [shows(Terminal("walk", ("walk",)), text) for text in ("walk, veer left", "turn left")]
     [True, False]
     """
-
     told = _told(caption, synonyms)
     return _speaks(told, _words(terminal.phrases, synonyms), _words(terminal.without, synonyms))
 
 
-def find_actions(base: MotionDB, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
+def find_actions(session: Session, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
     """For every terminal the parts of captures that show it, each once, in the order of names."""
     found: dict[str, dict[ShownAction, None]] = {t.name: {} for t in grammar.terminals}
-    synonyms = store.load_synonyms(base.store)
-    captions = store.load_captions(base.store)
+    synonyms = store.load_synonyms(session.store)
+    captions = store.load_captions(session.store)
     asked = {
         t.name: (_words(t.phrases, synonyms), _words(t.without, synonyms))
         for t in grammar.terminals
     }
     thrown = {t.name for t in grammar.terminals if t.event == _THROWN}
-    for info in base.captures():
+    for info in store.load_captures(session.store):
         of_one = captions.get(info.capture_id, ())
         timed = any(caption.start is not None for caption in of_one)
         for caption in of_one:

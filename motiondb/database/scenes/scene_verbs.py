@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import pictures, store
-from motiondb.database.generate.keeping import check_name_free, keep_generated
+from motiondb.database.catalogue.cataloguing import check_name_free
+from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.learn import updating
+from motiondb.database.scenes.scene_clips import ShownAction, find_actions
 from motiondb.database.scenes.scene_folder import (
     check_scene_folder,
     fill_scene_folder,
@@ -39,11 +41,12 @@ from motiondb.database.scenes.scene_reports import source_list
 from motiondb.errors import QueryError, suggestion
 from motiondb.pose import body
 from motiondb.records import MOTION_FPS, Caption
+from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.polish.polish import Placed
+from motiondb.scene.polish.placed import Placed
 
 if TYPE_CHECKING:
-    from motiondb.database.motion_db import MotionDB
+    from motiondb.database.session import Session
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +70,8 @@ def _quiet(_what: str, _share: float, _error: float) -> None:
 class Scenes:
     """The scenes of a database; reached as ``db.scenes``."""
 
-    def __init__(self, database: MotionDB) -> None:
-        self._database = database
+    def __init__(self, session: Session) -> None:
+        self._session = session
 
     def make(
         self,
@@ -85,7 +88,7 @@ class Scenes:
         """
         text = read_scene_text(diagram)
         progress("loading", 0.0, np.nan)
-        clips = scene_clips(self._database, text.grammar)
+        clips = scene_clips(self._session, text.grammar)
         progress("loading", 1.0, np.nan)
         made = make(text, clips, settings or SceneSettings(), progress)
         return self._finished(made, name or text.diagram.name)
@@ -107,13 +110,13 @@ class Scenes:
         settings = settings or SceneSettings(**earlier.settings)
         if new.grammar_text != old.grammar_text:
             return self.make(diagram, settings, progress, earlier.name)
-        clips = scene_clips(self._database, new.grammar)
+        clips = scene_clips(self._session, new.grammar)
         state = record_state(earlier, old, clips.library)
         made = make(new, clips, settings, progress, (old.diagram, state))
         return self._finished(made, earlier.name)
 
     def _finished(self, made: MadeScene, name: str) -> Scene:
-        infos = {info.name: info for info in self._database.captures()}
+        infos = {info.name: info for info in store.load_captures(self._session.store)}
         provenance = {
             player.player: self._provenance(player, {n: i.capture_id for n, i in infos.items()})
             for player in made.polished.players
@@ -128,7 +131,7 @@ class Scenes:
     def _provenance(self, player: Placed, numbers: Mapping[str, int]) -> store.Provenance:
         captures = np.array([numbers[capture] for capture in player.captures], dtype=np.int64)
         return store.to_provenance(
-            self._database.store,
+            self._session.store,
             captures[player.source_numbers],
             player.source_frames,
             player.warps,
@@ -165,9 +168,8 @@ class Scenes:
         ------
         QueryError : a player's capture would have the name of another capture.
         """
-        database, name = self._database.store, scene.record.name
+        database, name = self._session.store, scene.record.name
         made = scene.made
-        old = store.load_scene_captures(database, name)
         parameters = {"scene": name, "diagram": made.text.diagram.name, **scene.record.settings}
         with store.transaction(database):
             if name in store.load_scene_names(database):
@@ -185,15 +187,14 @@ class Scenes:
             record = replace(scene.record, players=tuple(kept), run_id=run_id)
             store.save_scene(database, record, run_id)
             store.finish_run(database, run_id)
-        if old:
-            self._database.forget()
         return record
 
     def check_name(self, name: str, players: Iterable[str]) -> None:
         """Refuse a name under which a scene with these players cannot be kept (QueryError)."""
         if not name.strip():
             raise QueryError("name: expected a name for the scene, found nothing. Give one.")
-        database = self._database.store
+        store.check_new_name(name, "scene")
+        database = self._session.store
         replaced = (
             store.load_scene_captures(database, name)
             if name in store.load_scene_names(database)
@@ -203,13 +204,18 @@ class Scenes:
             if (capture := f"{name}/{player}") not in replaced:
                 check_name_free(database, capture)
 
+    def actions(self, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
+        """For every terminal of a grammar the parts of captures that show its action."""
+        with self._session.reading():
+            return find_actions(self._session, grammar)
+
     def names(self) -> list[str]:
         """The names of the scenes that are kept."""
-        return store.load_scene_names(self._database.store)
+        return store.load_scene_names(self._session.store)
 
     def load(self, name: str) -> store.StoredScene:
         """A kept scene (QueryError)."""
-        return store.load_scene(self._database.store, name)
+        return store.load_scene(self._session.store, name)
 
     def find(self, place: str | Path) -> store.StoredScene:
         """The scene of a folder, or the kept one of this name.
@@ -233,14 +239,13 @@ class Scenes:
 
     def remove(self, name: str) -> list[str]:
         """Take a kept scene out with its players' captures; gives their names (QueryError)."""
-        database = self._database.store
+        database = self._session.store
         captures = store.load_scene_captures(database, name)
         numbers = [store.load_capture(database, capture).capture_id for capture in captures]
         with updating.changing(database, "scene remove", {"scene": name}, numbers):
             store.remove_scene(database, name)
             for number in numbers:
                 store.remove_capture(database, number)
-        self._database.forget()
         return captures
 
     def draw(self, name: str, png: Path) -> Path:
@@ -258,7 +263,7 @@ class Scenes:
                 f" {', '.join(gone)} were removed. Make the scene anew."
             )
         motions = {
-            player.name: store.load_motion(self._database.store, player.capture_id)
+            player.name: store.load_motion(self._session.store, player.capture_id)
             for player in record.players
         }
         return pictures.draw_scene_paths(
@@ -296,22 +301,31 @@ def _report_rest(made: MadeScene) -> dict[str, Any]:
         "collisions": [_rounded(asdict(touch)) for touch in report.collisions],
         "collisions_before": len(report.collisions_before),
         "feet": {f.player: [round(f.slip, 4), round(f.source_slip, 4)] for f in report.feet},
-        "paces": [_paced(asdict(pace)) for pace in report.paces],
+        "paces": [_rounded(asdict(pace), 3) for pace in report.paces],
+        "impossible": [_rounded(asdict(motion)) for motion in report.impossible],
+        "planted_feet": [_rounded(asdict(jump)) for jump in report.jumps],
+        "near_limbs": [_rounded(asdict(pair)) for pair in report.limbs],
+        "guards": [_rounded(asdict(guard)) for guard in report.guards],
         "bone_error": round(report.bone_error, 6),
         "ball_gap": None if np.isnan(report.ball_gap) else round(report.ball_gap, 4),
         "too_fast": list(made.too_fast),
         "settled": bool(made.polished.settled),
         "tries": made.tries,
         "cut_short": made.cut_short,
+        **({"cut_at": dict(zip(("try", "rounds", "of"), made.cut_at))} if made.cut_short else {}),
     }
 
 
-def _paced(facts: dict[str, Any]) -> dict[str, Any]:
-    return {k: round(v, 3) if isinstance(v, float) else v for k, v in facts.items()}
-
-
-def _rounded(facts: dict[str, Any]) -> dict[str, Any]:
-    return facts | {"players": list(facts["players"]), "depth": round(facts["depth"], 4)}
+def _rounded(facts: dict[str, Any], digits: int = 4) -> dict[str, Any]:
+    """Return facts for JSON: floats rounded, tuples as lists."""
+    return {
+        key: round(value, digits)
+        if isinstance(value, float)
+        else list(value)
+        if isinstance(value, tuple)
+        else value
+        for key, value in facts.items()
+    }
 
 
 __all__ = ["Scene", "SceneSettings", "SceneText", "Scenes", "check_folder"]

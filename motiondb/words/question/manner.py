@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from motiondb.words.lemmas import FORMS, lemma
+from motiondb.words.lemmas import FORMS
 
 SPEEDS = (
     ("slow", "slowly"),
@@ -29,14 +29,23 @@ _LOST_LE = frozenset(("gent", "humb", "simp", "nimb", "subt", "doub", "trip", "a
 """Stems of adverbs whose adjective ends in -le."""
 
 
-def manner_of(word: str) -> str | None:
+def manner_of(word: str, base: str | None = None) -> str | None:
     """The adjective of a word that says how something is done, or None for any other word.
 
-    >>> [manner_of(w) for w in ("slowly", "happily", "gently", "faster", "belly", "laterally")]
-    ['slow', 'happy', 'gentle', 'fast', None, None]
+    Parameters
+    ----------
+    word : str
+        As written.
+    base : str, optional
+        Its lemma; the word itself where none is given.
+
+    >>> [manner_of(w) for w in ("slowly", "happily", "gently", "belly", "laterally")]
+    ['slow', 'happy', 'gentle', None, None]
+    >>> manner_of("faster", "fast")
+    'fast'
     """
     word = word.lower()
-    base = lemma(word)
+    base = word if base is None else base
     if base in _SPEED_WORDS or not word.endswith("ly"):
         return _adjective(base) if base in _SPEED_WORDS else None
     if word in _NO_ADVERBS or word in FORMS or len(word) < 5:

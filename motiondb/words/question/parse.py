@@ -53,7 +53,11 @@ from motiondb.words.question.tree import (
 )
 
 
-def parse(text: str, synonyms: Mapping[str, str] | None = None) -> Question:
+def parse(
+    text: str,
+    synonyms: Mapping[str, str] | None = None,
+    lemmas: Mapping[str, str] | None = None,
+) -> Question:
     """Understand a question.
 
     Parameters
@@ -62,6 +66,8 @@ def parse(text: str, synonyms: Mapping[str, str] | None = None) -> Question:
         The question.
     synonyms : mapping of str to str
         From lemma to canonical lemma.
+    lemmas : mapping of str to str
+        Lemmas that the dictionary gave earlier (``words.lemmas.lemma``).
 
     Returns
     -------
@@ -77,7 +83,7 @@ def parse(text: str, synonyms: Mapping[str, str] | None = None) -> Question:
     >>> say(parse("A person walks, then runs or jumps, but does not sit down.").tree)
     'walk, then (run or jump), not sit down'
     """
-    tokens, not_used = tokenize(text, synonyms)
+    tokens, not_used = tokenize(text, synonyms, lemmas)
     parser = _Parser(tokens)
     tree = parser.order()
     if parser.kind == "close":

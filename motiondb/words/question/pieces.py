@@ -1,6 +1,4 @@
-"""Pieces of a question, the lower rules of its grammar (``question.parse``): words, groups,
-exclusions.
-"""
+"""Pieces of a question: words, groups, exclusions; the lower rules of ``question.parse``."""
 
 from __future__ import annotations
 

@@ -109,19 +109,6 @@ def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
             return [Reading((Part(tuple(a for a in (node.words, *manners) if a)),))]
         case Anything():
             return [Reading((Part(()),))]
-        case AnyOf():
-            found = [reading for part in node.parts for reading in _read(part, not_used)]
-        case InOrder():
-            found = _products([_read(part, not_used) for part in node.parts], _in_order)
-        case AtOnce():
-            each = [_read(part, not_used) for part in node.parts]
-            found = _products(each, _at_once)
-            if len({len(r.parts) for choice in each for r in choice} - {1}) > 1:
-                reason = "orders of different lengths are searched one after the other"
-                not_used.append(NotUsed(say(node), reason))
-        case Both():
-            each = [_read(part, not_used) for part in node.parts]
-            found = [*_products(each, _at_once), *_products(each, _in_order)]
         case Without():
             excluded = [e for one in node.excluded for e in _excluded(one, not_used)]
             found = [_without(reading, excluded) for reading in _read(node.part, not_used)]
@@ -132,7 +119,24 @@ def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
             found = [_repeat(r, max(node.least, 1)) for r in _read(node.part, not_used)]
         case Lasting():
             found = [_lasting(r, node, not_used) for r in _read(node.part, not_used)]
+        case _:
+            found = _read_joined(node, not_used)
     return _limited(found)
+
+
+def _read_joined(node: InOrder | AtOnce | Both | AnyOf, not_used: list[NotUsed]) -> list[Reading]:
+    """The readings of a node that joins parts."""
+    each = [_read(part, not_used) for part in node.parts]
+    if isinstance(node, AnyOf):
+        return [reading for found in each for reading in found]
+    if isinstance(node, InOrder):
+        return _products(each, _in_order)
+    if isinstance(node, Both):
+        return [*_products(each, _at_once), *_products(each, _in_order)]
+    if len({len(reading.parts) for found in each for reading in found} - {1}) > 1:
+        reason = "orders of different lengths are searched one after the other"
+        not_used.append(NotUsed(say(node), reason))
+    return _products(each, _at_once)
 
 
 def _limited(found: list[Reading]) -> list[Reading]:

@@ -80,7 +80,9 @@ class Token:
 
 
 def tokenize(
-    text: str, synonyms: Mapping[str, str] | None = None
+    text: str,
+    synonyms: Mapping[str, str] | None = None,
+    lemmas: Mapping[str, str] | None = None,
 ) -> tuple[list[Token], list[NotUsed]]:
     """The tokens of a question, and what of it has no use.
 
@@ -90,6 +92,8 @@ def tokenize(
         The question.
     synonyms : mapping of str to str
         From lemma to canonical lemma.
+    lemmas : mapping of str to str
+        Lemmas that the dictionary gave earlier (``words.lemmas.lemma``).
 
     Raises
     ------
@@ -100,7 +104,7 @@ def tokenize(
     ['word', 'but_not', 'word', 'count', 'stop']
     """
     _check_length(len(text), MOST_CHARACTERS, "characters")
-    raw = _numbers_to_counts(list(_words(_scan(join_phrases(text)), synonyms or {})))
+    raw = _numbers_to_counts(list(_words(_scan(join_phrases(text)), synonyms or {}, lemmas)))
     not_used = [NotUsed(t.text, _UNUSED[t.kind]) for t in raw if t.kind in _UNUSED]
     tokens = _join_separators([t for t in raw if t.kind not in _UNUSED and t.kind != "filler"])
     _check_length(len(tokens), MOST_TOKENS, "words")
@@ -149,25 +153,28 @@ def _token_at(text: str, place: int) -> tuple[Token | None, int]:
     return None, place + 1
 
 
-def _words(tokens: Iterator[Token], synonyms: Mapping[str, str]) -> Iterator[Token]:
+def _words(
+    tokens: Iterator[Token], synonyms: Mapping[str, str], lemmas: Mapping[str, str] | None
+) -> Iterator[Token]:
     """Words looked up: motion words, manners, and fillers that say nothing of a motion."""
     for token in tokens:
         if token.kind == "quote":
             pieces = [p for found in _WORD.findall(token.text) for p in split_compound(found)]
-            words = tuple(w for p in pieces if (w := motion_word(p, synonyms)) is not None)
+            words = tuple(w for p in pieces if (w := motion_word(p, synonyms, lemmas)) is not None)
             yield replace(token, words=words) if words else Token("filler", token.text)
         elif token.kind in ("text", "skip"):
             for piece in split_compound(token.text):
-                yield _word_token(piece, synonyms) if token.kind == "text" else Token("filler", "")
+                word = motion_word(piece, synonyms, lemmas) if token.kind == "text" else None
+                yield _word_token(piece, word, word in synonyms.values())
         else:
             yield token
 
 
-def _word_token(piece: str, synonyms: Mapping[str, str]) -> Token:
-    word = motion_word(piece, synonyms)
+def _word_token(piece: str, word: str | None, synonym: bool) -> Token:
+    """A motion word, a manner, or a filler; what the user gave as a synonym is a word."""
     if word is None:
         return Token("filler", piece)
-    manner = manner_of(piece) if word not in synonyms.values() else None
+    manner = None if synonym else manner_of(piece, word)
     return Token("word", piece, (word,)) if manner is None else Token("manner", piece, (manner,))
 
 
