@@ -107,8 +107,8 @@ def add(
     json: Json = False,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
+    from motiondb import AddSettings, read_joint_map
     from motiondb.capture import ReadLimits, unit_from_name
-    from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,

@@ -35,7 +35,7 @@ def register(app: typer.Typer) -> None:
 
 def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Check the database for faults; exit 1 if there are any."""
-    from motiondb.store import check_file
+    from motiondb import check_file
 
     faults = check_file(db, wait=seconds_to_wait())
     if json:

@@ -44,7 +44,7 @@ def learn(
     json: Json = False,
 ) -> None:
     """Learn motion symbols, their space and their words from all captures of the database."""
-    from motiondb.learning.symbol_fitting import LearnSettings
+    from motiondb import LearnSettings
 
     with database(db, writing=True) as base, progress(not json) as tell:
         settings = LearnSettings(n_symbols=n_symbols, seed=seed)

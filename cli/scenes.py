@@ -238,10 +238,8 @@ def _clips(path: Path | None, grammar: MotionGrammar) -> Mapping[str, Sequence[S
     """Return the clips of a database for every terminal, or None if no database is given."""
     if path is None:
         return None
-    from motiondb.database.scenes.scene_clips import find_actions
-
     with database(path) as base:
-        return find_actions(base.session, grammar)
+        return base.scenes.find_actions(grammar)
 
 
 def _clip_facts(

@@ -160,7 +160,7 @@ def _hand_out(
     how: dict[str, object],
 ) -> dict[str, Any]:
     """Write, draw and keep what was made; the facts."""
-    facts = _written(made, seed, output)
+    facts = _written(base, made, seed, output)
     if png:
         base.grammars.draw_sequence(made, png)
     if save is not None:  # last, so that nothing is kept where a file cannot be written
@@ -172,10 +172,10 @@ def _hand_out(
 def _offer(
     base: MotionDB, name: str, edited: Edit, seed: int, output: Path | None
 ) -> dict[str, Any]:
-    """The alternatives played; as files NAME-1, NAME-2, ... where an output is named.
+    """Play the alternatives; write them as NAME-1, NAME-2, ... if an output is named.
 
-    One that cannot be played, for captures that are gone, is offered with the reason; where none
-    can, the reason is the answer.
+    An alternative that cannot be played because captures are gone is offered with the reason. If
+    none can be played, the first reason is raised.
     """
     from motiondb.errors import QueryError
 
@@ -196,7 +196,7 @@ def _offer(
         file = None
         if output:
             file = output.with_name(f"{output.stem}-{number + 1}{output.suffix}")
-        rows.append(_written(made, seed, file) | known)
+        rows.append(_written(base, made, seed, file) | known)
     if rows and len(faults) == len(rows):
         raise faults[0]
     return {
@@ -207,13 +207,11 @@ def _offer(
     }
 
 
-def _written(made: GrammarSequence, seed: int, output: Path | None) -> dict[str, Any]:
+def _written(
+    base: MotionDB, made: GrammarSequence, seed: int, output: Path | None
+) -> dict[str, Any]:
     """The facts of what was made, written where a file is named."""
-    from motiondb.database.grammars import grammar_facts
-
-    if output is None:
-        return grammar_facts.sequence_facts(made, seed)
-    return grammar_facts.write_sequence(made, seed, output)
+    return base.grammars.write(made, output, seed) if output else base.grammars.facts(made, seed)
 
 
 def _say_offer(facts: dict[str, Any]) -> None:

@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from motiondb.capture import read_capture
     from motiondb.database import MotionDB
-    from motiondb.database.catalogue.file_reading import AddSettings
+    from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
     from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.errors import MotionDBError
     from motiondb.learning.symbol_fitting import LearnSettings
     from motiondb.records import Clip, Motion
+    from motiondb.store import check_file
 
 __all__ = [
     "AddSettings",
@@ -34,9 +35,11 @@ __all__ = [
     "MotionDBError",
     "SceneSettings",
     "__version__",
+    "check_file",
     "compact",
     "open",
     "read_capture",
+    "read_joint_map",
     "rescue",
     "write_bvh",
     "write_gltf",
@@ -52,7 +55,9 @@ _PUBLIC = {
     "MotionDB": "motiondb.database",
     "MotionDBError": "motiondb.errors",
     "SceneSettings": "motiondb.database.scenes.scene_making",
+    "check_file": "motiondb.store",
     "read_capture": "motiondb.capture",
+    "read_joint_map": "motiondb.database.catalogue.file_reading",
     "rescue": "motiondb.database.catalogue.rescuing",
 }
 

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb import hmmlearn_models
-from motiondb.errors import MotionDBError
 
 if TYPE_CHECKING:
     from hmmlearn.hmm import GaussianHMM
@@ -35,12 +34,17 @@ class Skeleton:
 
     Attributes
     ----------
-    names : joint names, in file order; parents come before children.
-    parents : array (joints,), index of the parent, -1 for the root.
-    offsets : array (joints, 3), metres, from the parent in the parent's frame at zero rotation.
-    end_sites : (joint, (x, y, z)) for every end site, metres in that joint's frame.
-    channels : per joint the names of its channels in file order, in BVH spelling
-        ("Xposition", "Zrotation", ...); empty where a joint has none.
+    names : tuple of str
+        Joint names, in file order; parents come before children.
+    parents : array (joints,)
+        Index of the parent, -1 for the root.
+    offsets : array (joints, 3)
+        Metres, from the parent in the parent's frame at zero rotation.
+    end_sites : tuple of (int, (float, float, float))
+        Joint, and x, y, z in metres in that joint's frame, of every end site.
+    channels : tuple of tuple of str
+        Per joint the names of its channels in file order, in BVH spelling ("Xposition",
+        "Zrotation", ...); empty where a joint has none.
     """
 
     names: tuple[str, ...]
@@ -56,17 +60,23 @@ class Clip:
 
     Attributes
     ----------
-    skeleton : see :class:`Skeleton`.
-    fps : frames per second.
-    local_rotations : array (frames, joints, 4), unit quaternions w, x, y, z, relative to the
-        parent.
-    root_positions : array (frames, 3), metres, world frame, y up.
-    joint_positions : array (frames, joints, 3) or None; where a file moves joints below the root,
-        the translation of each joint in its parent's frame, metres, in place of ``offsets``
-        (the root's row repeats ``root_positions``).
-    format : "bvh", "amc", "deepmimic", "amass" or "c3d".
-    unit : metres per length unit of the file.
-    notes : sentences about what the reader found odd and how it dealt with it.
+    skeleton : Skeleton
+        Joints of the file.
+    fps : float
+        Frames per second.
+    local_rotations : array (frames, joints, 4)
+        Unit quaternions w, x, y, z, relative to the parent.
+    root_positions : array (frames, 3)
+        Metres, world frame, y up.
+    joint_positions : array (frames, joints, 3) or None
+        Where a file moves joints below the root: the translation of each joint in its parent's
+        frame, metres, in place of ``offsets`` (the root's row repeats ``root_positions``).
+    format : str
+        "bvh", "amc", "deepmimic", "amass" or "c3d".
+    unit : float
+        Metres per length unit of the file.
+    notes : tuple of str
+        Sentences about what is unusual in the file and what the reader did about it.
     """
 
     skeleton: Skeleton
@@ -143,7 +153,15 @@ class Motion:
 
 @dataclass(frozen=True, order=True)
 class Segment:
-    """A half-open interval of frames, [start, end), of one capture."""
+    """A half-open interval of frames, [start, end), of one capture.
+
+    Attributes
+    ----------
+    start : int
+        First frame.
+    end : int
+        Last frame + 1.
+    """
 
     start: int
     end: int
@@ -159,10 +177,14 @@ class MotionSymbols:
 
     Attributes
     ----------
-    n_states : array (symbols,), int64.
-    self_loops : array (symbols, max states), probability; 0 in the padding.
-    means : array (symbols, max states, dimensions), feature units; 0 in the padding.
-    covars : array (symbols, max states, dimensions), variances; 1 in the padding.
+    n_states : array (symbols,)
+        Number of states.
+    self_loops : array (symbols, max states)
+        Probabilities; 0 in the padding.
+    means : array (symbols, max states, dimensions)
+        Feature units; 0 in the padding.
+    covars : array (symbols, max states, dimensions)
+        Variances; 1 in the padding.
     """
 
     n_states: IntArray
@@ -178,50 +200,36 @@ class MotionSymbols:
     def to_hmmlearn(self, symbol: int, *, exit_state: bool = True) -> GaussianHMM:
         """Translate a symbol to a ``hmmlearn.hmm.GaussianHMM`` of equal score.
 
-        Parameters
-        ----------
-        symbol : int
-            Number of the symbol.
-        exit_state : bool, optional
-            Whether the model gets a further state, absorbing and without frames, for a symbol that
-            was left. Then ``score`` is exactly that of ``motiondb.symbols.hmm``. A model without it
-            can be fitted and sampled by hmmlearn; see :mod:`motiondb.hmmlearn_models`.
-
-        Raises
-        ------
-        MotionDBError
-            If there is no such symbol.
+        With ``exit_state`` it has one further state, see :mod:`motiondb.hmmlearn_models`; a model
+        without it can be fitted and sampled by hmmlearn. MotionDBError if there is no such symbol.
         """
-        if not 0 <= symbol < self.n_symbols:
-            raise MotionDBError(
-                f"symbol: expected a number from 0 to {self.n_symbols - 1}, found {symbol}. "
-                "`motiondb symbols` lists the symbols."
-            )
+        hmmlearn_models.check_symbol(symbol, self.n_symbols)
         n = int(self.n_states[symbol])
         parts = (part[symbol, :n] for part in (self.self_loops, self.means, self.covars))
         return hmmlearn_models.to_hmmlearn(*parts, exit_state=exit_state)
 
     @classmethod
     def from_hmmlearn(cls, models: Sequence[GaussianHMM]) -> MotionSymbols:
-        """Symbols from left-to-right models of hmmlearn, one a symbol.
+        """Symbols from left-to-right models of hmmlearn with diagonal covariances, one a symbol.
 
-        Parameters
-        ----------
-        models : sequence of hmmlearn.hmm.GaussianHMM
-            Models with diagonal covariances, with or without exit states. Where there is none, the
-            last self-loop is 1.
-
-        Raises
-        ------
-        MotionDBError
-            If a model is not left-to-right, or has other covariances.
+        Without an exit state the last self-loop is 1. MotionDBError for other models.
         """
         return cls(*hmmlearn_models.from_hmmlearn(models))
 
 
 @dataclass(frozen=True)
 class Caption:
-    """Words that a person wrote about a capture or a part of it (seconds; None: the whole)."""
+    """Words that a person wrote about a capture or a part of it.
+
+    Attributes
+    ----------
+    words : str
+        The text.
+    start : float or None
+        Start of the part, seconds; None: the start of the capture.
+    end : float or None
+        End of the part, seconds; None: the end of the capture.
+    """
 
     words: str
     start: float | None = None
@@ -234,10 +242,14 @@ class Event:
 
     Attributes
     ----------
-    frame : of the canonical motion, at 30 a second.
-    name : "foot_strike", "catch", "release", "contact", ... as people wrote it.
-    joint : the canonical joint that takes part, "" where nobody said.
-    other : what it has to do with ("ball", "ground", "opponent"), "" where nobody said.
+    frame : int
+        Frame of the canonical motion, 30 a second.
+    name : str
+        "foot_strike", "catch", "release", "contact", ... as people wrote it.
+    joint : str
+        The canonical joint that takes part, "" where it is not known.
+    other : str
+        What the joint touches ("ball", "ground", "opponent"), "" where it is not known.
     """
 
     frame: int
@@ -252,16 +264,34 @@ class CaptureInfo:
 
     Attributes
     ----------
-    capture_id : number in the store.
-    name : path below the added folder without its ending, such as ``16/16_01``.
-    sha256 : digest of the file's bytes (and of its skeleton file's), hexadecimal.
-    format : as in :class:`Clip`; ``kind`` is "captured" or "generated".
-    fps, n_frames, duration : of the file, after what a sheet said; seconds.
-    motion_frames : frames of the canonical motion.
-    leg_length : metres.
-    path : where the file stood when it was added.
-    tags : performer, licence and every further column of the sheet.
-    notes : what the reader found odd.
+    capture_id : int
+        Number in the store.
+    name : str
+        Path below the added folder without its ending, such as ``16/16_01``.
+    sha256 : str
+        Digest of the file's bytes (and of its skeleton file's), hexadecimal.
+    format : str
+        As in :class:`Clip`.
+    kind : str
+        "captured" or "generated".
+    fps : float
+        Frames per second of the file, or those that a sheet gives.
+    n_frames : int
+        Frames of the file.
+    duration : float
+        Seconds.
+    motion_frames : int
+        Frames of the canonical motion, 30 a second.
+    leg_length : float
+        The performer's, metres.
+    path : str
+        Path of the file when it was added.
+    run_id : int
+        Run that added it.
+    tags : dict
+        Performer, licence and every further column of the sheet.
+    notes : tuple of str
+        What is unusual in the file.
     """
 
     capture_id: int
@@ -282,7 +312,23 @@ class CaptureInfo:
 
 @dataclass(frozen=True)
 class Relation:
-    """How one capture repeats another: kind "same", "mirror" or "cut"; seconds in ``other``."""
+    """How one capture repeats another.
+
+    Attributes
+    ----------
+    capture : str
+        Name of the capture.
+    other : str
+        Name of the capture that it repeats.
+    kind : str
+        "same", "mirror" or "cut".
+    start : float
+        Start of the repeated part in ``other``, seconds.
+    end : float
+        End of the repeated part in ``other``, seconds.
+    distance : float
+        Mean distance between the poses of both (``motiondb.search.copies``).
+    """
 
     capture: str
     other: str
@@ -294,7 +340,25 @@ class Relation:
 
 @dataclass(frozen=True)
 class Run:
-    """What made a derived row: command, parameters, seed and version."""
+    """What made a derived row.
+
+    Attributes
+    ----------
+    run_id : int
+        Number of the run.
+    kind : str
+        Command.
+    parameters : dict
+        Everything that decided the result.
+    seed : int or None
+        Seed of the random generator.
+    version : str
+        Version of motiondb.
+    started : str
+        Time in UTC, ISO 8601.
+    finished : str or None
+        Time in UTC; None where the run was killed.
+    """
 
     run_id: int
     kind: str
@@ -307,10 +371,27 @@ class Run:
 
 @dataclass(frozen=True)
 class Match:
-    """One answer to a search: an interval of a capture, in seconds, and why it was found.
+    """One answer to a search: an interval of a capture.
 
-    ``score`` orders answers; ``probability`` that it shows what was asked, None where too little
-    was written about the captures to tell (:mod:`motiondb.search.certainty`).
+    Attributes
+    ----------
+    rank : int
+        1 for the best.
+    capture : str
+        Name of the capture.
+    start : float
+        Seconds.
+    end : float
+        Seconds.
+    score : float
+        Orders the answers, largest first.
+    words : tuple of str
+        Words of the question that the capture shows, or words of the interval.
+    reason : str
+        Why it was found.
+    probability : float or None
+        Probability that the interval shows what was asked; None where too little was written about
+        the captures to learn it (:mod:`motiondb.search.certainty`).
     """
 
     rank: int
@@ -325,19 +406,28 @@ class Match:
 
 @dataclass(frozen=True, eq=False)
 class SegmentTable:
-    """All segments of all captures with what the symbols say of them, a row a segment.
+    """All segments of all captures with their scores, one row per segment.
 
     Rows are ordered by capture, then start; the segments of a capture tile it.
 
     Attributes
     ----------
-    capture_ids, starts, ends : arrays (segments,), int64; frames of the canonical motion.
-    symbols : array (segments,), int64, the arg-max symbol (ties: lowest number).
-    log_likelihoods : array (segments,), of that symbol, nats per frame.
-    backgrounds : array (segments,), of the background model, nats per frame.
-    scores : array (segments, symbols), float32, log-likelihood under every symbol, nats per frame.
-    movement : array (segments, columns), float32, see ``search.movement``; no columns where none
-        was computed.
+    capture_ids : array (segments,)
+        Capture numbers.
+    starts : array (segments,)
+        First frames of the canonical motion, 30 a second.
+    ends : array (segments,)
+        Last frames + 1.
+    symbols : array (segments,)
+        The most probable symbol (ties: lowest number).
+    log_likelihoods : array (segments,)
+        Of that symbol, nats per frame.
+    backgrounds : array (segments,)
+        Of the background model, nats per frame.
+    scores : array (segments, symbols), float32
+        Log-likelihood under every symbol, nats per frame.
+    movement : array (segments, columns), float32
+        See ``search.movement``; no columns where none was computed.
     """
 
     capture_ids: IntArray
@@ -350,6 +440,7 @@ class SegmentTable:
     movement: Float32Array = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
 
     def __post_init__(self) -> None:
+        """Give segments without movement an array without columns."""
         if self.movement.size == 0:
             none = np.zeros((len(self.starts), 0), dtype=np.float32)
             object.__setattr__(self, "movement", none)
@@ -357,17 +448,26 @@ class SegmentTable:
 
 @dataclass(frozen=True, eq=False)
 class SymbolSpace:
-    """Where the symbols lie with respect to one another.
+    """Distances between the symbols, their coordinates and clusters.
 
     Attributes
     ----------
-    distances : array (symbols, symbols), nats per frame, symmetric, zero diagonal.
-    variances : array (symbols, symbols), variance of each distance's Monte-Carlo estimate.
-    coordinates : array (symbols, dimensions), from multidimensional scaling.
-    stress : array (tried dimensions,), normalised stress of 1, 2, ... dimensions.
-    clusters : array (symbols,), int64.
-    weights, means, covars : the Gaussian mixture: (clusters,), (clusters, dimensions),
-        (clusters, dimensions, dimensions).
+    distances : array (symbols, symbols)
+        Nats per frame, symmetric, zero diagonal.
+    variances : array (symbols, symbols)
+        Variance of each distance's Monte-Carlo estimate.
+    coordinates : array (symbols, dimensions)
+        From multidimensional scaling.
+    stress : array (tried dimensions,)
+        Normalised stress of 1, 2, ... dimensions.
+    clusters : array (symbols,)
+        Cluster of every symbol.
+    weights : array (clusters,)
+        Weights of the Gaussian mixture.
+    means : array (clusters, dimensions)
+        Means of the Gaussian mixture.
+    covars : array (clusters, dimensions, dimensions)
+        Covariances of the Gaussian mixture.
     """
 
     distances: FloatArray
@@ -386,12 +486,17 @@ class Association:
 
     Attributes
     ----------
-    words : the vocabulary (lemmas), sorted; column numbers of ``translation``.
-    counts : array (words,), in how many captions each word stands.
-    translation : array (symbols + 1, words), t(word | symbol); row 0 is NULL, row s + 1 symbol s.
-        Rows of symbols that were seen beside words sum to 1.
-    alignment : (l, m) -> array (m, l + 1), a(i | j, l, m), column 0 is NULL, rows sum to 1.
-    log_likelihoods : sum of log P(words | symbols) after every EM step of Model 1, then 2.
+    words : tuple of str
+        The vocabulary (lemmas), sorted; column numbers of ``translation``.
+    counts : array (words,)
+        Number of captions that hold each word.
+    translation : array (symbols + 1, words)
+        t(word | symbol); row 0 is NULL, row s + 1 symbol s. Rows of symbols that were seen beside
+        words sum to 1.
+    alignment : dict
+        (l, m) -> array (m, l + 1), a(i | j, l, m), column 0 is NULL, rows sum to 1.
+    log_likelihoods : array (steps,)
+        Sum of log P(words | symbols) after every EM step of Model 1, then 2.
     """
 
     words: tuple[str, ...]
@@ -402,12 +507,28 @@ class Association:
 
 
 @dataclass(frozen=True, eq=False)
-class Learning:
-    """Everything that ``learn`` derives from the catalogue; replaced as a whole.
+class StoredLearning:
+    """What ``learn`` derives, as the tables of the store hold it.
 
-    ``transition_counts`` : array (symbols + 1, symbols + 1), how often symbol column - 1 follows
-    symbol row - 1; row 0 is the begin of a capture, column 0 its end. ``parameters`` : further
-    arrays by name (feature means, projections, word maps), float64.
+    :mod:`motiondb.learning.parameter_arrays` turns it into typed records
+    (``motiondb.learning.learned.LearnedModel``) and back; nothing else reads ``parameters``.
+
+    Attributes
+    ----------
+    run_id : int
+        Run that made it.
+    symbols : MotionSymbols
+        Table ``symbol_state``.
+    segments : SegmentTable
+        Tables of segments.
+    space : SymbolSpace
+        Tables of the symbol space.
+    association : Association
+        Tables of words.
+    transition_counts : array (symbols + 1, symbols + 1)
+        Table ``transition_count``.
+    parameters : dict
+        Table ``parameter``: further arrays by name, float64.
     """
 
     run_id: int

@@ -43,11 +43,6 @@ class Session:
         Make the file where there is none (never when ``read_only``).
     wait : float
         Seconds to wait for another process that holds the file.
-
-    Attributes
-    ----------
-    store : motiondb.store.Store
-        The open store.
     """
 
     def __init__(

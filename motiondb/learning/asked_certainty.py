@@ -1,19 +1,20 @@
-"""How sure answers are, learned by asking what is known already, with performers left out.
+"""How sure answers are, learned from questions whose answers the captions give.
 
 The captures that people wrote about are asked as a user would ask, each time with the words of the
-performers in question left out of the word map (its sums are additive, so leaving out is taking
-off), and whether an answer is right is read off what was written:
+performers in question left out of the word map (its sums are additive, so leaving out is
+subtracting). Whether an answer is right follows from the captions:
 
-* by words: per fold of performers, every word that the others know is asked of the fold's captures;
-* by example: an interval that was written about is the example, all other performers' captures are
-  searched, each by its window that moves most alike; an answer is right where both were said to
-  show the same action, which is a word that is no direction, part of the body or manner
+* by words: performers are divided into folds; every word that the other folds know is asked of the
+  captures of one fold;
+* by example: a described interval is the example; the captures of all other performers are
+  searched, each by its window that moves most like the example. An answer is right where both
+  captions name the same action, that is, a word that is no direction, part of the body or manner
   (``vocabulary.MODIFIERS``).
 
-Only questions to which there is a right answer count here. From these
-:mod:`motiondb.search.certainty` learns the probability of an answer. Then everything that would be
-right is taken out, for an example from the word map too, and the same is asked again: that tells
-how good the best answer is where there is nothing to find.
+Here only questions to which there is a right answer count. From these
+:mod:`motiondb.search.certainty` learns the probability of an answer. Then every right answer is
+taken out, for an example from the word map too, and the same is asked again: that shows how good
+the best answer is where there is nothing to find.
 """
 
 from __future__ import annotations
@@ -35,12 +36,16 @@ from motiondb.words.word_map import WordMap, map_words
 from motiondb.words.word_moments import WordMoments, solve_word_map, word_moments
 
 N_FOLDS = 5
+"""Folds of performers. Chosen by hand; not tuned."""
 LEAST_SAID = 3
-"""Intervals of other performers in which a word is said that is asked."""
+"""Intervals of other performers that must hold a word for the word to be asked. Chosen by hand."""
 LOOKED_AT, LOOKED_BELOW = 10, 5
-"""Answers of a question that count: the best ones, and some evenly over the rest."""
+"""Answers of a question that count: the best ones, and some evenly over the rest. The first are
+those that a user sees. Chosen by hand; not tuned."""
 MOST_EXAMPLES, MOST_CAPTURES = 40, 150
+"""Bounds on the time that learning spends here. Chosen by hand; not tuned."""
 LEAST_ANSWERS = 30
+"""Answers below which no probability is fitted. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
@@ -61,15 +66,36 @@ class Certainties:
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """Intervals that people wrote about, a row each, and the captures that they lie in.
+    """Described intervals, one row each, and the captures that they lie in.
 
     Attributes
     ----------
-    vectors : array (rows, columns). presence : array (rows, words). names : of the words.
-    captures, starts, ends, groups : arrays (rows,); frames; who performs.
-    table : all segments. standardised : array (segments, columns).
-    ridge, calibration : of the word map. margin : frames that a window reaches past its segment.
-    n_posture_and_travel : how many of the last columns are posture and travel.
+    vectors : array (rows, columns)
+        Score vectors.
+    presence : array (rows, words)
+        Which words were written about each interval.
+    names : sequence of str
+        The words.
+    captures : array (rows,)
+        Capture numbers.
+    starts : array (rows,)
+        First frames, 30 a second.
+    ends : array (rows,)
+        Last frames + 1.
+    groups : array (rows,)
+        Number of the performer.
+    table : SegmentTable
+        All segments.
+    standardised : array (segments, columns)
+        Standardised scores and movement.
+    ridge : float
+        Ridge of the word map.
+    calibration : array (3,)
+        Calibration of the word map.
+    margin : int
+        Frames that a window reaches beyond its segment.
+    n_posture_and_travel : int
+        Number of the last columns that are posture and travel.
     """
 
     vectors: FloatArray
@@ -93,7 +119,7 @@ class Written:
 
     @cached_property
     def segments(self) -> dict[int, slice]:
-        """capture -> rows of the table."""
+        """Capture number -> rows of the table."""
         return capture_rows(self.table)
 
     @cached_property
@@ -102,7 +128,7 @@ class Written:
         return np.array([name not in MODIFIERS for name in self.names], dtype=bool)
 
     def without(self, rows: NDArray[np.bool_]) -> WordMap:
-        """The word map that never saw some rows."""
+        """The word map fitted without some rows."""
         if np.count_nonzero(~rows) < self.vectors.shape[1]:  # the smaller system
             return map_words(
                 self.vectors[~rows], self.presence[~rows], self.ridge, self.calibration
@@ -126,9 +152,10 @@ def fit_certainties(written: Written) -> Certainties:
 
 
 def words_certainty(written: Written) -> Certainty | None:
-    """Certainty of an action's log-odds in a capture.
+    """How sure an answer to words is: its cue is the log-odds of an action in a capture.
 
-    The threshold is of what the motion adds to the usual log-odds, so that rare words pass too.
+    The threshold is on the log-odds that the motion adds to the usual ones, so that rare words can
+    be found too. None where too little was written.
     """
     log_odds, right, present, absent = [], [], [], []
     folds = _folds(written.groups)
@@ -139,23 +166,24 @@ def words_certainty(written: Written) -> Certainty | None:
             continue
         words = written.without(inside)
         captures = np.unique(written.captures[inside])
-        heard = np.stack([_heard(written, words, int(c)) for c in captures])
+        odds = np.stack([_capture_log_odds(written, words, int(c)) for c in captures])
         shown = np.stack([written.presence[written.captures == c].any(axis=0) for c in captures])
-        usually = usual(words)
+        usual_odds = usual(words)
         for word in np.flatnonzero(known & shown.any(axis=0) & ~shown.all(axis=0)):
-            best = _looked_at(heard[:, word])
-            log_odds += heard[best, word].tolist()
+            best = _counting_answers(odds[:, word])
+            log_odds += odds[best, word].tolist()
             right += shown[best, word].tolist()
-            added = heard[:, word] - usually[word]
+            added = odds[:, word] - usual_odds[word]
             present.append(added.max())
             absent.append(added[~shown[:, word]].max())
     return _fit(np.array(log_odds)[:, None], right, present, absent)
 
 
 def example_certainty(written: Written) -> Certainty | None:
-    """Certainty of an answer's resemblance and of how clear the example's action is.
+    """How sure an answer to an example is.
 
-    The threshold is of the resemblance.
+    Its cues are the resemblance of the answer and how clear the example's action is; the threshold
+    is on the resemblance. None where too little was written.
     """
     cues, right, present, absent = [], [], [], []
     share = _shared(written)
@@ -164,12 +192,12 @@ def example_certainty(written: Written) -> Certainty | None:
     chosen = able[np.linspace(0, len(able) - 1, min(len(able), MOST_EXAMPLES)).astype(int)]
     for row in np.unique(chosen) if len(able) else ():
         same = written.groups == written.groups[row]
-        gallery = look_through(written, int(row), ~same, share[row])
+        gallery = find_windows(written, int(row), ~same, share[row])
         if not gallery.right.any():
             continue
         words = written.without(same)
         alike = gallery.alike(written, int(row), words)
-        best = _looked_at(alike)
+        best = _counting_answers(alike)
         clear = clearest(words, written.vectors[row], written.is_action)
         cues.append(np.column_stack([alike[best], np.full(len(best), clear)]))
         right += gallery.right[best].tolist()
@@ -182,13 +210,16 @@ def example_certainty(written: Written) -> Certainty | None:
 
 @dataclass(frozen=True, eq=False)
 class Gallery:
-    """What is found in every capture when an example is asked, by motion alone.
+    """The best window of every capture when an example is asked, by motion alone.
 
     Attributes
     ----------
-    vectors : array (captures, columns), of the window most like the example.
-    right : array (captures,), whether that window was said to show the example's action.
-    shows : array (captures,), whether any part of the capture was.
+    vectors : array (captures, columns)
+        Score vector of the window most like the example.
+    right : array (captures,)
+        Whether captions say that this window shows the example's action.
+    shows : array (captures,)
+        Whether captions say so of any part of the capture.
     """
 
     vectors: FloatArray
@@ -205,12 +236,21 @@ class Gallery:
         )
 
 
-def look_through(
+def find_windows(
     written: Written, row: int, allowed: NDArray[np.bool_], said: NDArray[np.bool_]
 ) -> Gallery:
     """Ask an example of the captures that hold the rows allowed, or evenly chosen ones of many.
 
-    allowed, said : arrays (rows,); which may be searched, which show the example's action.
+    Parameters
+    ----------
+    written : Written
+        The described intervals.
+    row : int
+        The example.
+    allowed : array (rows,)
+        Rows that may be searched.
+    said : array (rows,)
+        Rows that show the example's action.
     """
     captures = np.unique(written.captures[allowed])
     some = np.linspace(0, len(captures) - 1, min(len(captures), MOST_CAPTURES)).astype(int)
@@ -222,20 +262,36 @@ def look_through(
             written.vectors[row], written.standardised[rows], written.table.starts[rows],
             written.table.ends[rows], length,
         )  # fmt: skip
-        own = (written.captures == capture) & said
+        here = (written.captures == capture) & said
         meets = (written.starts < high) & (written.ends > low)
         vectors.append(window)
-        right.append(bool((own & meets).any()))
-        shows.append(bool(own.any()))
+        right.append(bool((here & meets).any()))
+        shows.append(bool(here.any()))
     return Gallery(np.array(vectors), np.array(right), np.array(shows))
 
 
 def best_window(
     vector: FloatArray, standardised: FloatArray, starts: IntArray, ends: IntArray, length: int
 ) -> tuple[FloatArray, int, int]:
-    """Vector, first frame and last frame + 1 of the window that moves most like a vector.
+    """The window of a capture that moves most like a vector.
 
-    standardised : array (segments, columns). starts, ends : arrays (segments,), frames.
+    Parameters
+    ----------
+    vector : array (columns,)
+        Score vector of the example.
+    standardised : array (segments, columns)
+        Standardised scores and movement of the capture.
+    starts : array (segments,)
+        First frames.
+    ends : array (segments,)
+        Last frames + 1.
+    length : int
+        Length of the window, frames.
+
+    Returns
+    -------
+    tuple
+        Score vector of the window, its first frame, and its last frame + 1.
     """
     low, high = by_motion.window_places(starts, ends, length)
     windows = score_vectors.interval_vectors(standardised, starts, ends, low, high)
@@ -249,10 +305,10 @@ def _fit(
     present: Sequence[float],
     absent: Sequence[float],
 ) -> Certainty | None:
-    """Certainty of answers; None where it cannot be learned.
+    """Fit probability and threshold.
 
-    It cannot where too few answers are known, all are right or wrong, or the first cue does not
-    separate them.
+    None where too few answers are known, all are right or all wrong, or the first cue does not
+    help.
     """
     truth = np.array(right, dtype=bool)
     if len(truth) < LEAST_ANSWERS or truth.all() or not truth.any():
@@ -264,7 +320,7 @@ def _fit(
 
 
 def _folds(groups: IntArray) -> IntArray:
-    """The fold of every row: groups whole, the largest dealt out first."""
+    """Fold of every row; no group is divided, and the largest is assigned first."""
     names, counts = np.unique(groups, return_counts=True)
     fold_of, sizes = {}, np.zeros(N_FOLDS)
     for g in np.lexsort([names, -counts]):
@@ -273,7 +329,7 @@ def _folds(groups: IntArray) -> IntArray:
     return np.array([fold_of[int(g)] for g in groups])
 
 
-def _heard(written: Written, words: WordMap, capture: int) -> FloatArray:
+def _capture_log_odds(written: Written, words: WordMap, capture: int) -> FloatArray:
     """Log-odds of every word as the only action asked of a capture: array (words,)."""
     rows = written.segments[capture]
     odds = by_words.motion_log_odds(
@@ -291,8 +347,8 @@ def _shared(written: Written) -> NDArray[np.bool_]:
     return shared
 
 
-def _looked_at(values: FloatArray) -> IntArray:
-    """Which answers count, best first."""
+def _counting_answers(values: FloatArray) -> IntArray:
+    """Numbers of the answers that count, best first."""
     order = np.argsort(-values, kind="stable")
     best, rest = order[:LOOKED_AT], order[LOOKED_AT:]
     some = np.linspace(0, len(rest) - 1, min(LOOKED_BELOW, len(rest))).astype(int)

@@ -16,7 +16,7 @@ from motiondb.learning.asked_certainty import Certainties
 from motiondb.learning.counting import Counts, Reference
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.learned import Counted, LearnedModel
-from motiondb.records import Association, FloatArray, Learning
+from motiondb.records import Association, FloatArray, StoredLearning
 from motiondb.search import certainty
 from motiondb.search.extents import ContextSpace
 from motiondb.search.score_vectors import ScoreSpace
@@ -36,9 +36,9 @@ LEMMA_NAME = "dictionary_forms"
 """Array of the lemmas that the dictionary gave."""
 
 
-def to_stored(model: LearnedModel) -> Learning:
+def to_stored(model: LearnedModel) -> StoredLearning:
     """What the store keeps of what was learned; :func:`from_stored` is the inverse."""
-    return Learning(
+    return StoredLearning(
         run_id=model.run_id,
         symbols=model.symbols,
         segments=model.segments,
@@ -49,7 +49,7 @@ def to_stored(model: LearnedModel) -> Learning:
     )
 
 
-def from_stored(stored: Learning) -> LearnedModel:
+def from_stored(stored: StoredLearning) -> LearnedModel:
     """What was learned, from what the store keeps."""
     arrays = stored.parameters
     lengths = Counter((int(length), int(m)) for m, length in arrays["length_counts"])

@@ -35,8 +35,10 @@ class Recognised:
     ----------
     features : array (frames, dimensions), float32
         Whitened features, 15 a second.
-    starts, ends : array (segments,)
-        Feature frames, half-open.
+    starts : array (segments,)
+        First feature frames.
+    ends : array (segments,)
+        Last feature frames + 1.
     symbols : array (segments,)
         Likeliest symbol of every segment.
     standardised : array (segments, symbols + columns)

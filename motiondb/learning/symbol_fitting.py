@@ -176,8 +176,10 @@ def describe_segments(
         Whitened features of the capture, 15 a second.
     features : array (frames, 130), float32
         Recognition features of the capture.
-    starts, ends : array (segments,)
-        Feature frames, half-open.
+    starts : array (segments,)
+        First feature frames.
+    ends : array (segments,)
+        Last feature frames + 1.
     """
     moving = movement.describe_movement(frames, starts, ends)
     return np.concatenate(

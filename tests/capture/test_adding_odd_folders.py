@@ -12,8 +12,8 @@ import pytest
 from odd_captures import AMC, ASF, BVH, DEEPMIMIC
 
 import motiondb
-from motiondb.database.cataloguing import AddReport
-from motiondb.database.reading import AddSettings, read_all
+from motiondb.database.catalogue.cataloguing import AddReport
+from motiondb.database.catalogue.file_reading import AddSettings, read_all
 from motiondb.errors import MotionDBError
 
 FAST = BVH.replace(" 90 0 ", " 90 0 ", 1)

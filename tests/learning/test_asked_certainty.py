@@ -84,11 +84,11 @@ def two_parts() -> asked_certainty.Written:
 def test_a_part_that_shows_the_action_leaves_with_its_capture() -> None:
     written = two_parts()
     others, kicks = written.groups == 1, written.presence[:, 0]
-    gallery = asked_certainty.look_through(written, 0, others, kicks)
+    gallery = asked_certainty.find_windows(written, 0, others, kicks)
     assert gallery.right.tolist() == [True]
     assert gallery.shows.tolist() == [True]  # though one of its parts only runs
     np.testing.assert_allclose(gallery.vectors, [[1.0, 0.0]])
-    running = asked_certainty.look_through(written, 0, others, written.presence[:, 1])
+    running = asked_certainty.find_windows(written, 0, others, written.presence[:, 1])
     assert running.right.tolist() == [False]  # the window most alike kicks
     assert running.shows.tolist() == [True]
 

@@ -20,9 +20,9 @@ from motiondb.learning.parameter_arrays import from_stored, to_arrays, to_stored
 from motiondb.records import (
     Association,
     Caption,
-    Learning,
     MotionSymbols,
     SegmentTable,
+    StoredLearning,
     SymbolSpace,
 )
 from motiondb.search.score_vectors import fit_score_space
@@ -35,7 +35,7 @@ TEXTS = ("walk, sit down", "run", "walk fast", "jump and run", "the person", "si
 Captions = dict[int, tuple[Caption, ...]]
 
 
-def recount(database: store.Store) -> Learning:
+def recount(database: store.Store) -> StoredLearning:
     """What was learned with everything counted from nothing, as it is stored."""
     return to_stored(updating.recount(database))
 
@@ -188,7 +188,7 @@ def test_the_word_map_of_moments_is_the_fitted_one() -> None:
         np.testing.assert_allclose(getattr(solved, name), value, atol=1e-3, err_msg=name)
 
 
-def learned_arrays(learning: Learning) -> dict[str, Any]:
+def learned_arrays(learning: StoredLearning) -> dict[str, Any]:
     """All that was learned, by name, but the run."""
     known = learning.association
     arrays: dict[str, Any] = {"words": known.words, "counts": known.counts, "t": known.translation}
@@ -198,7 +198,7 @@ def learned_arrays(learning: Learning) -> dict[str, Any]:
     return arrays | {"transitions": learning.transition_counts} | learning.parameters
 
 
-def without_segments(learning: Learning) -> dict[str, Any]:
+def without_segments(learning: StoredLearning) -> dict[str, Any]:
     """Capture numbers are never used again, so segments of one added twice have other numbers."""
     return {k: v for k, v in learned_arrays(learning).items() if "SegmentTable" not in k}
 

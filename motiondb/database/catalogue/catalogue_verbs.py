@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from motiondb import capture, store
 from motiondb.capture.event_sheet import read_event_sheet
 from motiondb.capture.sheet import read_sheet
-from motiondb.database.catalogue import cataloguing, importing
+from motiondb.database.catalogue import added_sheets, cataloguing, importing
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.database.catalogue.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
@@ -74,7 +74,7 @@ class CatalogueVerbs:
         MotionDBError
             When there is nothing to add, or a sheet cannot be read.
         """
-        sheets = cataloguing.Sheets(
+        sheets = added_sheets.Sheets(
             read_sheet(words) if words is not None else None,
             read_event_sheet(events) if events is not None else None,
         )

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import capture, store
 from motiondb.capture.event_sheet import EventSheet
 from motiondb.capture.sheet import Sheet, SheetEntry, capture_name
+from motiondb.database.catalogue.added_sheets import (
+    Sheets,
+    captions_within,
+    events_left,
+    sheet_notes,
+    words_left,
+)
 from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
@@ -54,31 +61,6 @@ class AddReport:
     counted: int = 0
     new_words: tuple[str, ...] = ()
     events: int = 0
-
-
-@dataclass(frozen=True)
-class Sheets:
-    """What people wrote about the captures to add.
-
-    Attributes
-    ----------
-    words : Sheet or None
-        Words and tags.
-    events : EventSheet or None
-        Instants.
-    """
-
-    words: Sheet | None = None
-    events: EventSheet | None = None
-
-    def unknown(self, names: Iterable[str]) -> list[str]:
-        """A sentence for every entry whose file is not among the captures."""
-        return [
-            sentence
-            for sheet in (self.words, self.events)
-            if sheet is not None
-            for sentence in sheet.unknown(names)
-        ]
 
 
 def add_captures(
@@ -129,8 +111,13 @@ def add_captures(
             readings.append(reading)
             tell("reading captures", done, len(jobs))
     problems += [r.problem for r in readings if r.problem]
-    with store.transaction(opened):
-        report = _save(opened, _Batch(folder, sheets, settings), readings, problems, tell)
+    with store.reading(opened):  # where nothing is new, nothing is written
+        chosen = _sort_readings(opened, readings)
+        report = _report_known(opened, sheets, chosen, problems)
+    if chosen.new:
+        with store.transaction(opened):  # others may have added meanwhile
+            chosen = _sort_readings(opened, readings)
+            report = _save(opened, _Batch(folder, sheets, settings), chosen, problems, tell)
     return replace(report, notes=(*capture.not_read(folder), *report.notes))
 
 
@@ -160,52 +147,56 @@ class _Batch:
 def _save(
     opened: store.Store,
     batch: _Batch,
-    readings: Sequence[Reading],
-    problems: list[str],
+    chosen: _Chosen,
+    problems: Sequence[str],
     tell: Progress,
 ) -> AddReport:
     """Save what is new; inside a transaction."""
     sheets = batch.sheets
-    new, known = _sort_readings(opened, readings, problems)
-    notes = _sheet_notes(sheets)
-    notes += _words_left(opened, sheets.words, known) + _events_left(opened, sheets.events, known)
-    if not new:
-        return AddReport((), tuple(known), tuple(problems), (), tuple(notes), 0.0)
+    known = _report_known(opened, sheets, chosen, problems)
+    if not chosen.new:
+        return known
+    notes, faults = list(known.notes), list(known.problems)
     seconds, n_events = 0.0, 0
     run_id = store.start_run(opened, "add", batch.parameters)
     with updating.counted(opened, run_id) as change:
-        for done, reading in enumerate(new, start=1):
+        for done, reading in enumerate(chosen.new, start=1):
             info, captions = _info(reading, _entry(sheets.words, reading.name), run_id, notes)
             assert reading.motion is not None
             assert reading.source is not None
             info = store.save_capture(opened, info, reading.motion, reading.source, captions)
-            n_events += _save_events(opened, sheets.events, info, problems)
+            n_events += _save_events(opened, sheets.events, info, faults)
             change.added.append(info.capture_id)
             seconds += info.duration
-            tell("saving captures", done, len(new))
+            tell("saving captures", done, len(chosen.new))
     tell("looking for copies", 0, 1)
-    added = tuple(reading.name for reading in new)
+    added = tuple(reading.name for reading in chosen.new)
     relations = find_relations(opened, set(added))
     store.save_relations(opened, relations)
     store.finish_run(opened, run_id)
     tell("looking for copies", 1, 1)
     return AddReport(
-        added, tuple(known), tuple(problems), tuple(relations), tuple(notes), seconds,
+        added, chosen.known, tuple(faults), tuple(relations), tuple(notes), seconds,
         len(change.counted), change.new_words, n_events,
     )  # fmt: skip
 
 
-def _sort_readings(
-    opened: store.Store, readings: Sequence[Reading], problems: list[str]
-) -> tuple[list[Reading], list[tuple[str, str]]]:
-    """Readings to save, and (name, name in the database) of those known by their content.
+@dataclass(frozen=True, eq=False)
+class _Chosen:
+    """What of the readings is new, what is known by its content, and what can not be saved."""
 
-    Names that another capture has become problems.
-    """
+    new: tuple[Reading, ...]
+    known: tuple[tuple[str, str], ...]
+    problems: tuple[str, ...]
+
+
+def _sort_readings(opened: store.Store, readings: Sequence[Reading]) -> _Chosen:
+    """Divide the readings by what is in the database now."""
     digests = store.load_digests(opened)
     names = {info.name for info in store.load_captures(opened)}
     new: list[Reading] = []
     known: list[tuple[str, str]] = []
+    problems: list[str] = []
     for reading in readings:
         if reading.source is None:
             continue
@@ -220,7 +211,17 @@ def _sort_readings(
         else:
             digests[reading.source.sha256] = reading.name
             new.append(reading)
-    return new, known
+    return _Chosen(tuple(new), tuple(known), tuple(problems))
+
+
+def _report_known(
+    opened: store.Store, sheets: Sheets, chosen: _Chosen, problems: Sequence[str]
+) -> AddReport:
+    """The report of an ``add`` that saves nothing."""
+    notes = sheet_notes(sheets)
+    notes += words_left(opened, sheets.words, chosen.known)
+    notes += events_left(opened, sheets.events, chosen.known)
+    return AddReport((), chosen.known, (*problems, *chosen.problems), (), tuple(notes), 0.0)
 
 
 def _save_events(
@@ -231,57 +232,6 @@ def _save_events(
     if events:
         store.save_events(opened, info.capture_id, events)
     return len(events)
-
-
-def _sheet_notes(sheets: Sheets) -> list[str]:
-    notes = []
-    for sheet in (sheets.words, sheets.events):
-        if sheet is not None:
-            empty = f"{sheet.path}: holds a header and no rows"
-            notes += [*sheet.notes] if sheet.entries else [empty]
-    return notes
-
-
-def _events_left(
-    opened: store.Store, sheet: EventSheet | None, known: Sequence[tuple[str, str]]
-) -> list[str]:
-    """A note where a sheet has other events for captures that are there already."""
-    if sheet is None or not known:
-        return []
-    kept = store.load_events(opened)
-    numbers = {info.name: info.capture_id for info in store.load_captures(opened)}
-    count = sum(
-        {event for _, event in sheet.entries[name]} != set(kept.get(numbers.get(there, -1), ()))
-        for name, there in known
-        if name in sheet.entries
-    )
-    if not count:
-        return []
-    return [
-        f"{sheet.path}: has other events for {count} captures that were there already; they were "
-        f"left as they are (motiondb events import {sheet.path} replaces them)"
-    ]
-
-
-def _words_left(
-    opened: store.Store, sheet: Sheet | None, known: Sequence[tuple[str, str]]
-) -> list[str]:
-    """A note where a sheet has other words for captures that are there already."""
-    if sheet is None or not known:
-        return []
-    captions = store.load_captions(opened)
-    numbers = {info.name: info.capture_id for info in store.load_captures(opened)}
-    count = 0
-    for name, there in known:
-        entry = sheet.find(name)
-        old = captions.get(numbers.get(there, -1), ())
-        count += bool(entry and entry.captions and set(entry.captions) != set(old))
-    if not count:
-        return []
-    return [
-        f"{sheet.path}: has other words for {count} captures that were there already; they were "
-        f"left as they are (motiondb words import {sheet.path} replaces them)"
-    ]
 
 
 def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
@@ -363,22 +313,6 @@ def _info(
         notes=reading.notes,
     )
     return info, captions
-
-
-def captions_within(
-    name: str, captions: Sequence[Caption], duration: float, notes: list[str]
-) -> tuple[Caption, ...]:
-    """Captions that begin before a capture's end (seconds); a note for every other one."""
-    kept = []
-    for caption in captions:
-        if caption.start is not None and caption.start >= duration:
-            notes.append(
-                f"{name}: words {caption.words!r} start at {caption.start:g} s, after the "
-                f"capture's end at {duration:g} s, and were left out"
-            )
-            continue
-        kept.append(caption)
-    return tuple(kept)
 
 
 def check_name_free(opened: store.Store, name: str) -> None:

@@ -17,7 +17,6 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -74,7 +73,27 @@ class AddSettings:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A file read by a worker: everything to save, or why not."""
+    """A file that was read: everything to save, or why not.
+
+    Attributes
+    ----------
+    name : str
+        Name of the capture.
+    path : str
+        The file.
+    source : Source or None
+        The file's bytes and digest.
+    motion : Motion or None
+        The canonical motion.
+    fps : float
+        Frames per second of the file.
+    n_frames : int
+        Frames of the file.
+    notes : tuple of str
+        What is unusual in the file.
+    problem : str
+        Why the file cannot be saved; "" where it can.
+    """
 
     name: str
     path: str
@@ -90,10 +109,22 @@ _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 
 
 def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
-    """Yield readings in the order of the jobs; in other processes where there are more than a few.
+    """Read files, in other processes where there are more than a few.
 
     When a process dies, the files that it may have been reading are read again, each in a process
     of its own, so that only the one that kills it is lost.
+
+    Parameters
+    ----------
+    jobs : sequence
+        Name, file, entry of the sheet, folder and settings of each file.
+    n_jobs : int
+        Number of processes.
+
+    Yields
+    ------
+    Reading
+        In the order of the jobs.
     """
     if len(jobs) <= _FEW or n_jobs == 1:
         yield from (_read_one(*job) for job in jobs)
@@ -117,7 +148,7 @@ def _read_in_processes(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
 
     with _interrupts_wait():
         readings: Iterator[Reading] = Parallel(n_jobs=n_jobs, return_as="generator")(
-            delayed(_read_beside)(os.getpid(), str(Path.cwd()), *job) for job in jobs
+            delayed(_read_beside)(os.getpid(), str(Path.cwd()), job) for job in jobs
         )
     return readings
 
@@ -140,7 +171,7 @@ def _read_alone(job: _Job) -> Reading:
 
 @contextmanager
 def _interrupts_wait() -> Iterator[None]:
-    """Hold Ctrl-C back while processes start: they inherit that, and leave it to this one."""
+    """Block Ctrl-C while processes start: they inherit this, so that only this process gets it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -151,10 +182,10 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _read_beside(parent: int, folder: str, *job: Any) -> Reading:  # noqa: ANN401  arguments of a job
+def _read_beside(parent: int, folder: str, job: _Job) -> Reading:
     """Read in another process, which ends when its parent has been killed.
 
-    Processes are used again: ``folder`` is where relative paths begin now.
+    Processes are used again: ``folder`` is the working directory of this job.
     """
     os.chdir(folder)
     if not any(thread.name == _WATCH for thread in threading.enumerate()):

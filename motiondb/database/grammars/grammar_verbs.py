@@ -30,6 +30,7 @@ from motiondb.database.grammars.grammar_sequences import GrammarSequence, Materi
 from motiondb.database.grammars.grammar_words import Meaning, terminal_meanings
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import prefix
+from motiondb.grammar.cfg.context_free import Tree
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.terminals.labelling import Reader, Reading, make_reader, read_string
 from motiondb.records import CaptureInfo, Motion
@@ -209,6 +210,47 @@ class Grammars:
     def compare(self, name: str, seed: int = 0) -> tuple[grammar_comparing.ComparedGrammar, ...]:
         """The grammar beside a finite state machine, Sequitur and flat rules on its sentences."""
         return grammar_comparing.compare(self.load(name), seed)
+
+    def facts(self, sequence: GrammarSequence, seed: int = 0) -> dict[str, Any]:
+        """How a sequence came about, for JSON: string, tree, seams and sources.
+
+        Parameters
+        ----------
+        sequence : GrammarSequence
+            The sequence.
+        seed : int
+            The seed that the facts name.
+        """
+        return grammar_facts.sequence_facts(sequence, seed)
+
+    def write(self, sequence: GrammarSequence, path: str | Path, seed: int = 0) -> dict[str, Any]:
+        """Write a sequence, and beside it ``NAME.provenance.json`` with the origin of its frames.
+
+        Parameters
+        ----------
+        sequence : GrammarSequence
+            The sequence.
+        path : str or Path
+            The ending says the format: .bvh, .glb or .gltf.
+        seed : int
+            The seed that the facts name.
+
+        Returns
+        -------
+        dict
+            The facts, with the names of both files.
+
+        Raises
+        ------
+        MotionDBError
+            When the ending is another one, or a file cannot be written.
+        """
+        return grammar_facts.write_sequence(sequence, seed, Path(path))
+
+    @staticmethod
+    def format_tree(tree: Tree) -> str:
+        """A derivation tree on one line, every nonterminal with what it derives in brackets."""
+        return grammar_facts.format_tree(tree)
 
     def save(
         self,

@@ -18,6 +18,7 @@ from motiondb import pictures, store
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.learn import updating
+from motiondb.database.scenes.scene_clips import ShownAction, find_actions
 from motiondb.database.scenes.scene_facts import action_captions, report_details
 from motiondb.database.scenes.scene_folder import (
     check_scene_folder,
@@ -38,6 +39,7 @@ from motiondb.database.scenes.scene_records import record_state, record_text, sc
 from motiondb.database.scenes.scene_reports import source_list
 from motiondb.errors import QueryError, suggestion
 from motiondb.pose import body
+from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
 
@@ -256,6 +258,17 @@ class Scenes:
         for player in players:
             if (capture := f"{name}/{player}") not in replaced:
                 check_name_free(database, capture)
+
+    def find_actions(self, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
+        """Parts of captures whose captions show the terminals of a grammar.
+
+        Parameters
+        ----------
+        grammar : MotionGrammar
+            A motion grammar.
+        """
+        with self._session.reading():
+            return find_actions(self._session, grammar)
 
     def names(self) -> list[str]:
         """Return the names of the kept scenes."""

@@ -116,7 +116,10 @@ def search_motion(
 def _how_sure(
     learned: Learned, query: by_motion.Query, found: Sequence[by_motion.Candidate]
 ) -> list[tuple[float, float]]:
-    """Resemblance and calibrated probability of every match; nothing where not learned."""
+    """Resemblance of every match, and the calibrated probability that it shows the same action.
+
+    Empty where the probability was not learned.
+    """
     sure = learned.example_certainty
     if sure is None:
         return []

@@ -13,9 +13,9 @@ from motiondb.errors import NotLearnedError
 from motiondb.records import (
     Association,
     FloatArray,
-    Learning,
     MotionSymbols,
     SegmentTable,
+    StoredLearning,
     SymbolSpace,
 )
 from motiondb.store.catalogue.runs import finish_run
@@ -45,7 +45,7 @@ class LearningSize:
     n_words: int
 
 
-def save_learning(store: Store, learning: Learning) -> None:
+def save_learning(store: Store, learning: StoredLearning) -> None:
     """Replace everything derived by ``learning`` and finish its run, in one transaction."""
     run_id, symbols, space = learning.run_id, learning.symbols, learning.space
     with transaction(store) as connection:
@@ -72,7 +72,7 @@ def save_learning(store: Store, learning: Learning) -> None:
         finish_run(store, run_id)
 
 
-def load_learning(store: Store, *, segments: bool = True, scores: bool = True) -> Learning:
+def load_learning(store: Store, *, segments: bool = True, scores: bool = True) -> StoredLearning:
     """Load everything that was learned.
 
     Parameters
@@ -94,7 +94,7 @@ def load_learning(store: Store, *, segments: bool = True, scores: bool = True) -
     none = SegmentTable(
         empty[0], empty[0], empty[0], empty[0], empty[1], empty[1], np.zeros((0, 0), np.float32)
     )
-    return Learning(
+    return StoredLearning(
         size.run_id,
         load_symbols(store),
         load_segments(store, scores=scores) if segments else none,
