@@ -211,7 +211,8 @@ def test_time_that_ends_any_try_counts(
     def attempt(*_: object) -> scene_making.MadeScene:
         broken, ended = tries[len(done)]
         done.append(broken)
-        report = replace(scene.report, rules=(rule,) * broken, collisions=(), paces=())
+        rules = (rule,) * broken
+        report = replace(scene.report, rules=rules, collisions=(), paces=(), impossible=())
         return replace(scene, report=report, cut_short=ended)
 
     clock = SimpleNamespace(monotonic=lambda: 100.0 * (len(done) >= late))
