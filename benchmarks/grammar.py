@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from grammar_tasks.number import number_rows
@@ -45,12 +46,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         jobs["Speed"] = f"{COMMAND} --task speed", lambda: speed(chosen.data)
     for part in PARTS if "truth" in chosen.task else ():
         command = "python benchmarks/grammar.py --task truth"
-        jobs[f"Known truth: {part}"] = command, lambda part=part: truth(part)
+        jobs[f"Known truth: {part}"] = command, partial(truth, part)
     if "number" in chosen.task:
         jobs[NUMBER] = "python benchmarks/grammar.py --task number", number_rows
     for style in chosen.style if "real" in chosen.task else ():
         command = f"{COMMAND} --task real --style {style}"
-        jobs[_title(style)] = command, lambda style=style: real(chosen.data, style)
+        jobs[_title(style)] = command, partial(real, chosen.data, style)
     if "pictures" in chosen.task:
         folder = chosen.output / "pictures"
         command = f"{COMMAND} --task pictures"

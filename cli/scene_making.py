@@ -1,4 +1,4 @@
-"""Commands scene make, update, report, list and remove: scenes from tactics diagrams."""
+"""scene make, update, report, list, remove: animated scenes from tactics diagrams."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def _finish(
     drawn: bool,
     tell: Callable[[str, float, float], None],
 ) -> None:
-    """Write the folder, and keep the scene where it has a name."""
+    """Write the folder, and keep the scene if it has a name."""
     base.scenes.write(scene, folder, tell, drawn, kept)
 
 
@@ -262,10 +262,7 @@ def remove(
 
 @contextmanager
 def scene_progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
-    """Show a progress bar with the error on standard error.
-
-    Call what it yields with the name of the step, the share that is done, and the error.
-    """
+    """Show progress on standard error: call with what is done, the fraction done, the error."""
     if not enabled:
         yield lambda _what, _share, _error: None
         return

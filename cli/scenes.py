@@ -1,4 +1,4 @@
-"""Commands scene grammar check, validate, suggest and draw: grammars and tactics diagrams."""
+"""scene: motion grammars and tactics diagrams; scenes themselves are in scene_making."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def check_grammar(file: GrammarFile, db: ClipsDb = None, json: Json = False) -> 
         for conflict in start.conflicts:
             typer.echo(f"    {conflict.describe(grammar.grammar)}")
         if start.empty:
-            typer.echo("    can derive no action at all; whoever is on court does something")
+            typer.echo("    can derive no action at all; every player on court needs at least one")
     typer.echo(f"can be empty: {', '.join(report.nullable) or 'nothing'}")
     typer.echo(f"useless: {', '.join(report.useless) or 'nothing'}")
     _print_clips(clips, [terminal.name for terminal in grammar.terminals])
@@ -149,7 +149,7 @@ def _tree_facts(tree: Tree) -> str | list[Any]:
 
 
 def _print_tree(tree: Tree) -> None:
-    """A symbol a line, deeper ones further in."""
+    """Print one symbol a line, indented by its depth."""
     waiting = [(tree, 0)]
     while waiting:
         node, depth = waiting.pop()
@@ -235,11 +235,11 @@ def draw(
 
 
 def _clips(path: Path | None, grammar: MotionGrammar) -> Mapping[str, Sequence[ShownAction]] | None:
-    """Clips of a database for every terminal; None if no database is named."""
+    """Return the clips of a database for every terminal, or None if no database is given."""
     if path is None:
         return None
     with database(path) as base:
-        return base.scenes.actions(grammar)
+        return base.scenes.find_actions(grammar)
 
 
 def _clip_facts(

@@ -79,6 +79,28 @@ def to_hmmlearn(
     return model
 
 
+def check_symbol(symbol: int, n_symbols: int) -> None:
+    """Refuse the number of a symbol that does not exist.
+
+    Parameters
+    ----------
+    symbol : int
+        The number.
+    n_symbols : int
+        Number of symbols.
+
+    Raises
+    ------
+    MotionDBError
+        If the number is out of range.
+    """
+    if not 0 <= symbol < n_symbols:
+        raise MotionDBError(
+            f"symbol: expected a number from 0 to {n_symbols - 1}, found {symbol}. "
+            "`motiondb symbols` lists the symbols."
+        )
+
+
 def from_hmmlearn(
     models: Sequence[GaussianHMM],
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray, FloatArray]:

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb import hmmlearn_models
-from motiondb.errors import MotionDBError
 
 if TYPE_CHECKING:
     from hmmlearn.hmm import GaussianHMM
@@ -201,43 +200,19 @@ class MotionSymbols:
     def to_hmmlearn(self, symbol: int, *, exit_state: bool = True) -> GaussianHMM:
         """Translate a symbol to a ``hmmlearn.hmm.GaussianHMM`` of equal score.
 
-        Parameters
-        ----------
-        symbol : int
-            Number of the symbol.
-        exit_state : bool, optional
-            Whether the model gets a further state, absorbing and without frames, for a symbol that
-            was left. Then ``score`` is exactly that of ``motiondb.symbols.hmm``. A model without it
-            can be fitted and sampled by hmmlearn; see :mod:`motiondb.hmmlearn_models`.
-
-        Raises
-        ------
-        MotionDBError
-            If there is no such symbol.
+        With ``exit_state`` it has one further state, see :mod:`motiondb.hmmlearn_models`; a model
+        without it can be fitted and sampled by hmmlearn. MotionDBError if there is no such symbol.
         """
-        if not 0 <= symbol < self.n_symbols:
-            raise MotionDBError(
-                f"symbol: expected a number from 0 to {self.n_symbols - 1}, found {symbol}. "
-                "`motiondb symbols` lists the symbols."
-            )
+        hmmlearn_models.check_symbol(symbol, self.n_symbols)
         n = int(self.n_states[symbol])
         parts = (part[symbol, :n] for part in (self.self_loops, self.means, self.covars))
         return hmmlearn_models.to_hmmlearn(*parts, exit_state=exit_state)
 
     @classmethod
     def from_hmmlearn(cls, models: Sequence[GaussianHMM]) -> MotionSymbols:
-        """Symbols from left-to-right models of hmmlearn, one a symbol.
+        """Symbols from left-to-right models of hmmlearn with diagonal covariances, one a symbol.
 
-        Parameters
-        ----------
-        models : sequence of hmmlearn.hmm.GaussianHMM
-            Models with diagonal covariances, with or without exit states. Where there is none, the
-            last self-loop is 1.
-
-        Raises
-        ------
-        MotionDBError
-            If a model is not left-to-right, or has other covariances.
+        Without an exit state the last self-loop is 1. MotionDBError for other models.
         """
         return cls(*hmmlearn_models.from_hmmlearn(models))
 

@@ -182,6 +182,60 @@ def test_memos_are_of_functions_without_a_database() -> None:
     assert found <= MEMOS.keys()
 
 
+CHANGING = {
+    "add", "append", "clear", "discard", "extend", "insert", "pop", "popitem", "remove", "reverse",
+    "setdefault", "sort", "update",
+}  # fmt: skip
+
+
+def changes_of_module_level_state(tree: ast.Module) -> list[str]:
+    """Statements inside functions that change what a module holds."""
+    held = {
+        name.id
+        for node in tree.body
+        if isinstance(node, ast.Assign | ast.AnnAssign)
+        for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+        for name in ast.walk(target)
+        if isinstance(name, ast.Name)
+    }
+    found = []
+    for function in ast.walk(tree):
+        if not isinstance(function, ast.FunctionDef):
+            continue
+        local = {arg.arg for arg in ast.walk(function) if isinstance(arg, ast.arg)}
+        local |= {
+            name.id
+            for name in ast.walk(function)
+            if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)
+        }
+        for node in ast.walk(function):
+            changed: ast.expr | None = None
+            if isinstance(node, ast.Global):
+                found.append(ast.unparse(node))
+            if isinstance(node, ast.Subscript | ast.Attribute) and not isinstance(
+                node.ctx, ast.Load
+            ):
+                changed = node.value
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+                changed = node.func.value if node.func.attr in CHANGING else None
+            if isinstance(changed, ast.Name) and changed.id in held - local:
+                found.append(ast.unparse(node))
+    return found
+
+
+@pytest.mark.parametrize("path", PURE_MODULES, ids=short)
+def test_pure_stages_keep_no_module_level_state(path: Path) -> None:
+    assert changes_of_module_level_state(ast.parse(path.read_text())) == []
+
+
+def test_changes_of_module_level_state_are_found() -> None:
+    text = "KEPT = {}\nTOLD: list = []\ndef f(x):\n    "
+    for line in ("KEPT[x] = 1", "TOLD.append(x)", "KEPT.update(x)", "global KEPT", "del KEPT[x]"):
+        assert changes_of_module_level_state(ast.parse(text + line)), line
+    for line in ("return KEPT[x]", "TOLD = []; TOLD.append(x)", "x.append(TOLD)"):
+        assert not changes_of_module_level_state(ast.parse(text + line)), line
+
+
 @pytest.mark.parametrize("path", MODULES, ids=short)
 def test_only_the_command_line_prints(path: Path) -> None:
     calls = [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Call)]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -51,9 +52,9 @@ def repeat_times(k: int = 20) -> list[tuple[int, float, float, float]]:
     return [
         (
             n,
-            seconds(lambda n=n: suffix_array(text[:n])),
-            seconds(lambda n=n: maximal_repeats(text[:n])),
-            seconds(lambda n=n: cover_repeats(text[:n])),
+            seconds(partial(suffix_array, text[:n])),
+            seconds(partial(maximal_repeats, text[:n])),
+            seconds(partial(cover_repeats, text[:n])),
         )
         for n in LENGTHS
     ]

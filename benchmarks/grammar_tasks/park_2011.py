@@ -179,8 +179,8 @@ def alternating_medoids(distances: FloatArray, k: int) -> tuple[IntArray, IntArr
             least = np.inf
             for c in members:
                 total = 0.0
-                for i in members:
-                    total += distances[i, c]
+                for other in members:
+                    total += distances[other, c]
                 if total < least:
                     least, medoids[g] = total, c
         if (before == medoids).all():

@@ -243,7 +243,7 @@ def sentence_begins(take: TrueTake, sentences: Sequence[Sequence[str]]) -> list[
 def true_strings(takes: Sequence[TrueTake]) -> Strings:
     """Each label a terminal."""
     labels = [take.labels for take in takes]
-    own = {label: (label,) for label in label_names(takes)}
+    own: dict[str, tuple[str, ...]] = {label: (label,) for label in label_names(takes)}
     return "true labels", labels, [take.cuts[:-1] for take in takes], own
 
 

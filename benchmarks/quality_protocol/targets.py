@@ -110,12 +110,12 @@ def targets(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
     ):  # fmt: skip
         cell = found[name].cell(column, f"motiondb, {row}")
         yield f"{column}, {row}: at least {least}", *reached(cell, least), name
-    for row in found["Order"].rows:
-        yield f"order, {row[0]}: at least 0.9", *reached(row[2], 0.9), "Order"
+    for cells in found["Order"].rows:
+        yield f"order, {cells[0]}: at least 0.9", *reached(cells[2], 0.9), "Order"
     name = "Analogy: word sequences never seen"
-    for row in found[name].rows[1::2]:
-        asked = f"{row[0]} words: at least twice as many usable as by the plain bigram"
-        yield asked, *reached(row[4], 2.0), name
+    for cells in found[name].rows[1::2]:
+        asked = f"{cells[0]} words: at least twice as many usable as by the plain bigram"
+        yield asked, *reached(cells[4], 2.0), name
     yield from _generation(found["Generation"])
 
 

@@ -120,11 +120,13 @@ def neighbour_answers(similarity: FloatArray, fold: Fold) -> Answers:
         found = np.zeros(y.shape)
         for k in np.unique(folds):
             rest = folds != k
-            found[~rest] = base.neighbours(inner[np.ix_(~rest, rest)], y[rest] * 1.0, n)
+            found[~rest] = base.neighbours(
+                inner[np.ix_(~rest, rest)], y[rest].astype(np.float64), n
+            )
         reached[n] = word_map.precision(found, y)
     n_best = max(reached, key=lambda n: reached[n])
     between = similarity[np.ix_(fold.gallery, fold.train)]
-    votes = base.neighbours(between, y * 1.0, n_best) + 1e-6 * y.mean(axis=0)
+    votes = base.neighbours(between, y.astype(np.float64), n_best) + 1e-6 * y.mean(axis=0)
     rows, idf = base.tf_idf(y)
     return Answers(votes, votes, _cosine(unit(base.neighbours(between, rows, n_best)), idf), votes)
 
@@ -152,7 +154,7 @@ def choose(
 
 
 def _ridge(x: FloatArray, y: NDArray[np.bool_], test: FloatArray, strength: float) -> FloatArray:
-    return base.ridge(x, y * 1.0, test, strength)
+    return base.ridge(x, y.astype(np.float64), test, strength)
 
 
 def _tf_idf_ridge(

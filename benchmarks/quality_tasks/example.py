@@ -178,12 +178,12 @@ def _hmm_scores(whitened: Sequence[Float32Array], question: Question, seed: int)
     for group in np.unique(question.groups):
         queries = np.flatnonzero((question.groups == group) & (labels != ""))
         for label in np.unique(labels[(question.groups != group) & (labels != "")]):
-            own = [whitened[n].astype(float) for n in np.flatnonzero(
+            own = [whitened[int(n)].astype(float) for n in np.flatnonzero(
                 (labels == label) & (question.groups != group))]  # fmt: skip
             model = GaussianHMM(5, n_iter=10, covars_prior=1.0, random_state=seed)
             model.fit(np.concatenate(own), [len(x) for x in own])
             for q in queries:
-                x = whitened[q].astype(float)
+                x = whitened[int(q)].astype(float)
                 scores[q, labels == label] = model.score(x) / len(x)
     return scores
 
@@ -281,7 +281,9 @@ def _times(
     meanings and features are there."""
     some = range(0, len(whitened), max(len(whitened) // 40, 1))
     fit_columns = seen.vectors.shape[1]
-    fit = word_map.WordMap(np.ones((fit_columns, 150)), *np.ones((3, 150)), np.ones(3))
+    fit = word_map.WordMap(
+        np.ones((fit_columns, 150)), np.ones(150), np.ones(150), np.ones(150), np.ones(3)
+    )
     rows, meanings = unit(pooled), meaning_rows(fit, seen.vectors, BEARING)
     base.warping_row(whitened[0], whitened[:1])
     actions: dict[str, Callable[[int], object]] = {

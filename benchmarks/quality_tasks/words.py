@@ -127,7 +127,7 @@ def _judge(
                 continue
             order = np.argsort(-answer.word_scores[:, word], kind="stable")
             queries[k, int(word)] = (fold.gallery[order], shown[order, word])
-        known = words[fold.train].any(axis=0)
+        known: NDArray[np.bool_] = np.asarray(words[fold.train].any(axis=0))
         for place, capture in enumerate(fold.gallery):
             rank[capture] = _caption_rank(answer, fold, place, known, asked[capture])
             right = np.flatnonzero(shown[place] & usable)

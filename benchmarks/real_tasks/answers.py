@@ -125,8 +125,14 @@ def ask_words(db: MotionDB, notes: dict[str, Notes], folder: Path) -> list[WordR
         blind = search_takes(learned, unseen, words, FIRST)
         there = sum(judge(Match(0, name, 0.0, 0.0, 0.0)).right == "yes" for name in said)
         picture = _draw(db, written.matches, folder / f"words-{slug(words)}.png", words)
-        judged = (tuple(map(judge, hits)) for hits in (written.matches, alone, blind))
-        results.append(WordResult(words, tuple(query.unknown), there, *judged, picture))
+        with_words, by_motion, by_unseen = (
+            tuple(map(judge, hits)) for hits in (written.matches, alone, blind)
+        )
+        results.append(
+            WordResult(
+                words, tuple(query.unknown), there, with_words, by_motion, by_unseen, picture
+            )
+        )
     return results
 
 

@@ -244,7 +244,7 @@ def _read_frame(
             return [], (
                 line,
                 f"expected numbers for {name}, found {bad!r}. "
-                "Mend the line, or pass --skip-bad-frames to leave the frame out.",
+                "Correct the line, or pass --skip-bad-frames to leave the frame out.",
             )
         row[name] = [value for value in values if value is not None]
     if len(row) != len(layout):

@@ -196,8 +196,8 @@ def _read_channels(state: _State, tokens: Tokens, place: int) -> int:
         )
     elif count != len(known):
         present = f"{len(known)} names" if count >= 0 else f"[{', '.join(map(quoted, words[:1]))}]"
-        said = f"{count} channel names" if count >= 0 else "a number of channels"
-        state.faults.append((line, f"expected {said}, found {present}."))
+        wanted = f"{count} channel names" if count >= 0 else "a number of channels"
+        state.faults.append((line, f"expected {wanted}, found {present}."))
     if not state.stack or state.nodes[state.stack[-1]].is_end:
         state.faults.append((line, "expected CHANNELS inside a joint, found it outside."))
     else:

@@ -120,11 +120,11 @@ def _fill(
     """
     filled, notes, lost = {}, [], {}
     for name, track in markers.items():
-        mended, longest = _interpolate(track, LONGEST_GAP * fps)
-        if np.isnan(mended).any():
-            lost[name] = (mended, longest / fps)
+        straight, longest = _interpolate(track, LONGEST_GAP * fps)
+        if np.isnan(straight).any():
+            lost[name] = (straight, longest / fps)
         else:
-            filled[name] = mended
+            filled[name] = straight
     if lost and (missing := missing_markers(set(filled))):
         needed = {name for name in lost if name in REQUIRED or any(name in m for m in missing)}
         if skip_bad:
@@ -169,13 +169,15 @@ def _interpolate(track: FloatArray, longest: float) -> tuple[FloatArray, int]:
     if seen.all() or not seen.any():
         return np.where(seen[:, None], track, np.nan), 0 if seen.all() else len(track)
     frames, known = np.arange(len(track)), np.flatnonzero(seen)
-    mended = np.stack([np.interp(frames, known, track[known, axis]) for axis in range(3)], axis=-1)
+    straight = np.stack(
+        [np.interp(frames, known, track[known, axis]) for axis in range(3)], axis=-1
+    )
     edges = np.flatnonzero(np.diff(np.concatenate([[1], seen.astype(int), [1]])))
     gaps = edges.reshape(-1, 2)
     for start, end in gaps.tolist():
         if end - start > longest:
-            mended[start:end] = np.nan
-    return mended, int(np.diff(gaps, axis=1).max())
+            straight[start:end] = np.nan
+    return straight, int(np.diff(gaps, axis=1).max())
 
 
 def _unit(name: str, path: object) -> float:

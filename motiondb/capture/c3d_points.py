@@ -21,8 +21,8 @@ from motiondb.errors import CaptureError
 from motiondb.records import FloatArray
 
 CPU_SECONDS = 5.0
-"""Processor time of the child for a file of 10 MB, in proportion for larger ones. ezc3d reads 10 MB
-in 0.2 s; a damaged file that makes it loop takes all of the time."""
+"""Processor time of the child for a file of 10 MB, in proportion for larger ones. ezc3d reads 13 MB
+in 0.4 s; a damaged file that makes it loop takes all of the time."""
 
 
 @dataclass(frozen=True, eq=False)

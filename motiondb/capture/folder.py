@@ -1,7 +1,7 @@
 """Which files of a folder are captures, which are not, and which skeleton belongs to an AMC.
 
-Nothing in a folder is skipped silently that a user may take for a capture: links to folders, files
-of other motion-capture programs and names that are no text are named by :func:`not_read`.
+What a user may take for a capture is not skipped silently: :func:`not_read` names links to folders
+and files of other motion-capture programs, and :func:`is_text` finds names that cannot be stored.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Every reader turns bytes into a :class:`Clip`; paths serve for messages only, so that a capture can
 be read again from the bytes that the store keeps. :func:`read_capture_bytes` is the boundary to
-data of strangers: whatever a reader raises beyond this project's errors becomes one of them here.
+untrusted data: any exception of a reader that is not an error of this project becomes one here.
 """
 
 from __future__ import annotations

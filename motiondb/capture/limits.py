@@ -1,7 +1,7 @@
 """Limits on what one file may cost, and the one place where unexpected errors are translated.
 
-A file that a stranger made can be large, slow to read, or provoke errors in the libraries that read
-it. The readers check sizes before they allocate; :func:`guarded` turns whatever is left into a
+A file from an unknown source can be large, slow to read, or provoke errors in the libraries that
+read it. The readers check sizes before they allocate; :func:`guarded` turns whatever is left into a
 :class:`CaptureError` that names the file, so that one odd file never stops an import.
 """
 
@@ -29,8 +29,8 @@ BYTES_PER_JOINT_FRAME = 100
 """Memory that a reader needs for one joint in one frame: a quaternion and a position in float64 (56
 bytes) and the temporary copies of them."""
 SLOW_FPS = 10.0
-"""Below this rate, resampling to 30 frames a second multiplies the frames; above, every real
-capture lies."""
+"""Below this rate, resampling to 30 frames a second multiplies the frames. Every real capture has a
+higher rate."""
 MAX_SLOW_FRAMES = 100_000
 """Canonical frames (55 minutes) that a capture below ``SLOW_FPS`` may fill."""
 
@@ -39,15 +39,16 @@ MAX_SLOW_FRAMES = 100_000
 class ReadLimits:
     """What reading one file may cost.
 
-    The longest of 540 real captures (CMU, Bandai-Namco) needs 20 MB and 1 s, so real captures stay
-    far below the defaults. Files that are large on disk may take more: see the attributes.
+    The slowest of 540 real captures (CMU, Bandai-Namco) takes 0.3 s to read, and a process that
+    reads all of them peaks at 130 MB, so real captures stay far below the defaults. Files that are
+    large on disk may take more: see the attributes.
 
     Attributes
     ----------
     seconds : float
         Time to read a file of 10 MB; larger files get more time in proportion.
     memory : int
-        Bytes that the clip may fill in memory: 22 joints for half an hour at 120 frames a second.
+        Bytes that the clip may fill in memory: 22 joints for 25 minutes at 120 frames a second.
         A file that holds at least one byte for each joint in each frame may fill more, because
         then its data are real; every real capture in text is such a file.
     file_bytes : int

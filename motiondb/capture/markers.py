@@ -51,10 +51,10 @@ radius of the marker, and the depth of the shoulder joint below the skin. Rounde
 not tuned."""
 _CHEST_SHARE, _SPINE_SHARE, _HEAD_SHARE = 0.55, 0.45, 0.4
 """Where joints without markers stand on the way from the pelvis to the neck (chest), to the chest
-(spine), and beyond the neck along the trunk (head): the proportions of the canonical body."""
+(spine), and beyond the neck along the trunk (head): close to the canonical body."""
 _FOREARM_SHARE, _COLLAR_SHARE = 0.9, 0.2
-"""Length of the forearm by the upper arm, and the collar's place from neck to shoulder: the
-proportions of the canonical body."""
+"""Length of the forearm by the upper arm, and the collar's place from neck to shoulder: close to
+the canonical body."""
 _TOE_AHEAD, _TOE_DOWN = 0.14, 0.06
 """Metres from the ankle to the toe joint on the canonical body."""
 
@@ -81,7 +81,7 @@ def joint_centres(markers: Markers) -> FloatArray:
     Parameters
     ----------
     markers : mapping of str to array (frames, 3)
-        Metres, y up; a set in which :func:`missing_markers` misses nothing.
+        Metres, y up; a set for which :func:`missing_markers` returns nothing.
 
     Returns
     -------

@@ -91,8 +91,8 @@ def count_values(block: bytes) -> tuple[IntArray, IntArray]:
     starts = characters > 32
     starts[1:] &= characters[:-1] <= 32
     ends = np.append(np.flatnonzero(characters == 10), len(characters) - 1)
-    totals = np.cumsum(starts, dtype=np.int64)
-    counts = np.diff(totals[ends], prepend=0) if len(characters) else np.zeros(0, np.int64)
+    totals = np.searchsorted(np.flatnonzero(starts), ends, side="right")
+    counts = np.diff(totals, prepend=0) if len(characters) else np.zeros(0, np.int64)
     lines = np.flatnonzero(counts)
     return lines, counts[lines]
 
@@ -235,6 +235,6 @@ def _read_row(
         value = number(token)
         if value is None:
             found = f"expected numbers, found {token[:20]!r} as value {place + 1}"
-            return None, f"{found}. Mend the line, or pass --skip-bad-frames to leave it out."
+            return None, f"{found}. Correct the line, or pass --skip-bad-frames to leave it out."
         values.append(value)
     return values, None

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageDraw import ImageDraw
 
-_FINE = 2
+_FINE = 2  # frames are drawn at so many times their size and then reduced
 _FRAME_SECONDS = 0.05
 """GIF counts in hundredths of a second; browsers play at most 50 frames a second."""
 _MAX_SECONDS = 60.0  # a longer GIF is many megabytes. By hand.

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _SIDE, _LEFT, _FOOT = 8.2, 0.75, 1.15
 """Inches: side of the large panel, margin left of a panel, margin below."""
-_MAX_LEGEND = 24
+_MAX_LEGEND = 24  # clusters in the legend; more would not fit below the panels
 _CROWD = 80
 """More symbols than this are labelled in smaller type."""
 

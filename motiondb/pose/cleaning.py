@@ -62,16 +62,16 @@ def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray
     good = np.flatnonzero(~bad)
     times = np.arange(len(points))
     flat = points.reshape(len(points), -1)
-    mended = flat.copy()
+    repaired = flat.copy()
     for column in range(flat.shape[1]):
-        mended[bad, column] = np.interp(times[bad], good, flat[good, column])
+        repaired[bad, column] = np.interp(times[bad], good, flat[good, column])
     lead = int(good[0])
     notes = []
     if lead:
         notes.append(f"the first {lead} frames leap; the first good frame is held in their place")
     if (count := int(bad.sum()) - lead) > 0:
         notes.append(f"{count} frames leap faster than {MAX_SPEED:g} m/s and were interpolated")
-    return mended.reshape(points.shape), tuple(notes)
+    return repaired.reshape(points.shape), tuple(notes)
 
 
 def implausible(points: FloatArray, fps: float, leg_length: float) -> str:

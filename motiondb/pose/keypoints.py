@@ -23,10 +23,10 @@ _Z_UP = 3.0
 within 18 degrees of z for most of the time, which no motion in a world with y up does."""
 _SPINE_SHARE, _HEAD_SHARE = 0.24, 0.4
 """Places of a missing spine joint (from pelvis to neck) and head (beyond the neck along the trunk):
-the proportions of the canonical body."""
+close to the canonical body."""
 _COLLAR_SHARE, _FOREARM_SHARE = 0.2, 0.9
-"""Places of the collar (from neck to shoulder) and of a missing wrist (forearm by upper arm): the
-proportions of the canonical body."""
+"""Places of the collar (from neck to shoulder) and of a missing wrist (forearm by upper arm):
+close to the canonical body."""
 _FOOT_AHEAD, _FOOT_DOWN = 0.33, 0.14
 """Place of a missing toe from the ankle, by the length of the shin: 0.14 m and 0.06 m of 0.42 m on
 the canonical body."""

@@ -26,7 +26,7 @@ DIAGONAL_TENSION = 4.0
 """Value of the source."""
 DIAGONAL_NULL = 0.08
 """p0, value of the source."""
-_GRAIN = 2.0**32
+_GRAIN = 2.0**32  # counts are multiples of its reciprocal, see the module
 
 
 @dataclass(frozen=True, eq=False)

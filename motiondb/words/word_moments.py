@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from motiondb.records import FloatArray
 from motiondb.words.word_map import WordMap, word_spreads
 
-_GRAIN = 2.0**16
+_GRAIN = 2.0**16  # vectors are rounded to multiples of its reciprocal, see the module
 
 
 @dataclass(frozen=True, eq=False)

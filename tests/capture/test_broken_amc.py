@@ -66,7 +66,7 @@ BROKEN_AMC = {
     "NaN": (
         AMC.replace("2\nroot 1 17", "2\nroot 1 nan"),
         "a.amc:7: expected numbers for root, found 'nan'. "
-        "Mend the line, or pass --skip-bad-frames to leave the frame out.",
+        "Correct the line, or pass --skip-bad-frames to leave the frame out.",
     ),
     "a bone that is lost": (
         AMC.replace("shin 4\n2\n", "2\n").replace("shin 4\n3\n", "3\n"),

@@ -33,7 +33,7 @@ Frame Time: 0.0333333
 SKIP = (
     "The file may be cut short: export it again, or pass --skip-bad-frames to leave this frame out."
 )
-MEND = "Mend the line, or pass --skip-bad-frames to leave it out."
+MEND = "Correct the line, or pass --skip-bad-frames to leave it out."
 FEW = (
     "The file may be cut short: export it again, or pass --skip-bad-frames to read the frames that "
     "are there."

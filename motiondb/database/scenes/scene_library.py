@@ -1,9 +1,9 @@
 """The clips of a motion grammar's terminals, from the captures of a database.
 
-Captions say which parts of captures show an action (:mod:`scene_clips`); events that were added
-with them, or else the motion, say where its instant lies and where it can be cut; the rest is
-:mod:`motiondb.scene.clips.clips`. A library takes a second or two, so the session keeps
-it until the database changes.
+Captions tell which parts of captures show an action (:mod:`.scene_clips`). Annotated events, or
+else the motion, tell when its event is and where it can be cut. The rest is done by
+:mod:`motiondb.scene.clips.clips`. Making a library takes a second or two, so the session keeps it
+until the database changes.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SceneClips:
-    """The clips of a grammar, and the motions of the captures that they come from, by name."""
+    """The clips of a grammar, and the motions of their captures by name."""
 
     library: ClipLibrary
     motions: Mapping[str, Motion]
@@ -43,11 +43,12 @@ _Events = Mapping[int, tuple[Event, ...]]
 def scene_clips(
     session: Session, grammar: MotionGrammar, settings: VariantSettings | None = None
 ) -> SceneClips:
-    """The clips of all terminals of a grammar.
+    """Return the clips of all terminals of a grammar.
 
     Raises
     ------
-    SceneError where a terminal has no clip: names it, its phrases, and what to do.
+    SceneError
+        A terminal has no clip. The message names it, its phrases, and what to do.
     """
     chosen = settings or VariantSettings()
     return session.kept(
@@ -93,13 +94,13 @@ def _make(
 
 
 def _evenly(parts: list[ShownAction], most: int) -> list[ShownAction]:
-    """At most ``most`` of the parts, evenly spaced: each gives a piece or more."""
+    """Return at most ``most`` of the parts, evenly spaced; each gives a piece or more."""
     chosen = np.linspace(0, len(parts) - 1, min(len(parts), max(most, 1))).round().astype(int)
     return [parts[k] for k in chosen]
 
 
 def _frames(part: ShownAction, motion: Motion, seen: dict[str, BodyFrames]) -> tuple[int, int]:
-    """The frames that show an action; ``seen`` keeps what captures with throws look like."""
+    """Return the frames that show an action; ``seen`` keeps analysed captures with throws."""
     start = 0 if part.start is None else round(part.start * MOTION_FPS)
     end = motion.n_frames if part.end is None else round(part.end * MOTION_FPS)
     end = min(end, motion.n_frames)
@@ -112,6 +113,7 @@ def _frames(part: ShownAction, motion: Motion, seen: dict[str, BodyFrames]) -> t
 
 
 def _check_terminals(grammar: MotionGrammar, found: set[str]) -> None:
+    """Refuse a grammar with terminals that no capture shows."""
     missing = [terminal for terminal in grammar.terminals if terminal.name not in found]
     if not missing:
         return

@@ -1,9 +1,13 @@
-"""Making a scene: clips from the database, sampling, polishing, and what the rules say of it.
+"""Making a scene: clips from the database, sampling, polishing, and the report.
 
-Sampling and polishing are pure; what is here brings captures to them, has an eye on the clock, and
-tries again, from other random numbers, where a rule is still broken after polishing, somebody
-touches somebody, or goes faster than people do. The best of all tries is kept: the fewest such
-faults, then the lowest error.
+Sampling and polishing are pure. This module gives captures to them, limits their time if asked to,
+and tries again with other random numbers if a rule is still broken after polishing, players touch
+or go faster than people do, or a motion is impossible. Of all tries the one with the fewest such
+faults is kept, then the one with the lowest error.
+
+Settings fix the number of steps of the sampling. So the same seed gives the same scene on any
+machine, unless a limit of time is given and ends the sampling; the scene then says when. Compiling
+does not count as time.
 """
 
 from __future__ import annotations
@@ -36,29 +40,39 @@ from motiondb.scene.sampling.warm_start import WARM, warm_start
 from motiondb.scene.services import services
 
 SceneProgress = Callable[[str, float, float], None]
-"""Told what is being done, the share of it that is done, and the error (NaN: not known)."""
+"""Called with what is being done, the fraction of it that is done, and the error (NaN if
+unknown)."""
 
 _MOST_CHAINS = 64
+"""Most Markov chains; more only take memory."""
 FASTEST = 8.0
-"""Metres a second: who is polished into going faster than that goes as nobody does on a court."""
+"""Speed of a pelvis, m/s, above which a scene is begun again: nobody is as fast on a court. Chosen
+by hand."""
 
 
 Start = tuple[Diagram, SceneState]
-"""An earlier scene."""
+"""The diagram and the state of an earlier scene."""
 
 
 @dataclass(frozen=True)
 class SceneSettings:
-    """How to make a scene.
+    """Settings of a scene.
 
     Attributes
     ----------
-    seed : the same seed gives the same scene, unless ``minutes`` cut the work short (as
-        ``MadeScene.cut_short`` says).
-    chains : Markov chains at different temperatures; 1 is a single chain.
-    minutes : sample for no longer than that.
-    tries : how often to begin anew where rules stay broken.
-    gaze : whether heads follow the ball.
+    seed : int
+        The same seed gives the same scene, unless ``minutes`` cut the sampling short (see
+        :attr:`MadeScene.cut_short`).
+    chains : int
+        Number of Markov chains at different temperatures; 1 is a single chain.
+    rounds : int
+        Most rounds of sampling in a try; each has a fixed number of steps.
+    minutes : float or None
+        Limit of time for sampling, without compiling; None for no limit.
+    tries : int
+        Most tries, if faults remain.
+    gaze : bool
+        Whether heads follow the ball.
     """
 
     seed: int = 0
@@ -86,7 +100,7 @@ class SceneSettings:
 
     @property
     def temperatures(self) -> tuple[float, ...]:
-        """One for each chain, from cold to hot: the sampler's own, or more in the same ratio.
+        """Temperatures from cold to hot: those of the sampler, or more in the same ratio.
 
         >>> SceneSettings(chains=1).temperatures
         (0.15,)
@@ -99,7 +113,7 @@ class SceneSettings:
 
 @dataclass(frozen=True, eq=False)
 class SceneText:
-    """A diagram and its grammar, read, with the texts that they were read from."""
+    """A diagram and its grammar, with the texts that they were read from."""
 
     diagram: Diagram
     grammar: MotionGrammar
@@ -109,14 +123,37 @@ class SceneText:
 
 @dataclass(frozen=True, eq=False)
 class MadeScene:
-    """A scene, and how it came about.
+    """A scene, and how it was made.
 
     Attributes
     ----------
-    table : the rules that bind it. report : how far each is kept.
-    error : -log P(Z) before polish. seconds : what took how long, by name.
-    tries : how often it was begun. cut_short : whether time ended the sampling, or kept it from
-        being begun again; then the seed alone does not fix the scene.
+    text : SceneText
+        The diagram and the grammar.
+    settings : SceneSettings
+        The settings.
+    clips : SceneClips
+        The clips.
+    state : SceneState
+        The sampled scene.
+    table : RuleTable
+        Its rules.
+    polished : PolishedScene
+        The polished scene.
+    report : SceneReport
+        The report.
+    trace : Trace
+        The course of the sampling.
+    error : float
+        -log P(Z) before polishing.
+    tries : int
+        Number of the try that was kept.
+    seconds : dict of str to float
+        Time taken by each part of the work.
+    cut_short : bool
+        Whether the limit of time ended the sampling, or prevented another try. The seed alone then
+        does not fix the scene.
+    cut_at : tuple[int, int, int]
+        The last try, its rounds that were done, and the rounds of a try.
     """
 
     text: SceneText
@@ -135,12 +172,12 @@ class MadeScene:
 
     @property
     def too_fast(self) -> tuple[str, ...]:
-        """The players who had to go faster than people do, so that the rules hold."""
+        """The players who had to go faster than people do for the rules to hold."""
         return tuple(pace.player for pace in self.report.paces if pace.after > FASTEST)
 
     @property
     def clean(self) -> bool:
-        """Whether every rule is kept, nobody touches anybody, and nobody goes too fast."""
+        """Whether rules hold, no players touch or go too fast, and no motion is impossible."""
         return self.report.clean and not self.too_fast
 
     @property
@@ -150,7 +187,13 @@ class MadeScene:
 
 
 def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
-    """A diagram by its file or name, with its grammar, which allows what is drawn (SceneError)."""
+    """Read a diagram by its file or name, with its grammar, which must allow it.
+
+    Raises
+    ------
+    SceneError
+        Either has a fault, or the grammar does not allow what is drawn.
+    """
     text, where = text_of(str(diagram), TACTICS)
     read = read_diagram(text, where)
     grammar_text, grammar_where = text_of(grammar_file(read, str(diagram)), GRAMMAR)
@@ -166,15 +209,25 @@ def make(
     progress: SceneProgress,
     start: Start | None = None,
 ) -> MadeScene:
-    """Sample a scene and polish it; again, from other random numbers, while rules are broken.
+    """Sample a scene and polish it; repeat with other random numbers while faults remain.
 
     Parameters
     ----------
-    start : the diagram and state of an earlier scene to go on from; None: begin from nothing.
+    text : SceneText
+        The diagram and the grammar.
+    clips : SceneClips
+        The clips.
+    settings : SceneSettings
+        Settings.
+    progress : SceneProgress
+        Called with the progress.
+    start : Start or None
+        The diagram and state of an earlier scene to continue from; None to begin anew.
 
     Raises
     ------
-    SceneError : the grammar has no string that does what the diagram asks of a player.
+    SceneError
+        The grammar has no string that does what the diagram asks of a player.
     """
     seeds = np.random.default_rng(settings.seed).spawn(settings.tries)
     sampler = _sampler(settings, start is not None)
@@ -250,7 +303,8 @@ def _attempt(
     seconds["sampling"] += time.monotonic() - began
     began = time.monotonic()
     progress("polishing", 0.0, trace.final)
-    table = Binder(text.diagram, text.grammar).bind(list(state.trees))
+    spans = [player.spans for player in state.players]
+    table = Binder(text.diagram, text.grammar).bind(list(state.trees), spans)
     polished = polish(state, clips.library, clips.motions, table, settings.gaze, start is not None)
     found = report_scene(state, clips.library, clips.motions, table, polished)
     seconds["polishing"] += time.monotonic() - began
@@ -261,6 +315,7 @@ def _attempt(
 
 
 def _badness(made: MadeScene) -> tuple[int, float]:
+    """Return the number of faults of a scene, and its error."""
     report = made.report
     wrong = len(report.broken) + len(report.collisions) + len(made.too_fast)
     return wrong + len(report.impossible), made.error

@@ -1,10 +1,11 @@
-"""What a scene's rules, characters and sources say: as text to read and as facts for programs.
+"""The report of a scene as text and as facts for JSON.
 
 Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
-directions and frames for synchronisation. The threshold of a position, a line or a direction is the
-rule's weight, the deviation that costs 1; that of a synchronisation two frames; a distance must be
-kept. Both are measured on the motions that came out (:mod:`motiondb.scene.report.scene_report`),
-in the frames that a rule looks at: one, or, throughout, those of its own actions and no others.
+directions and frames for synchronisations. The threshold of a position, a line or a direction is
+the weight of the rule, the deviation that costs 1; that of a synchronisation is two frames; a
+distance must be kept. All values are measured on the finished motions
+(:mod:`motiondb.scene.report.scene_report`), in the frames in which a rule is evaluated: one, or,
+for throughout, those of its own actions and no others.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ _Span = tuple[int | None, int | None]
 
 
 def report_facts(record: store.StoredScene) -> dict[str, Any]:
-    """Everything that is known of how well a scene keeps its rules, for JSON.
+    """Return everything that is known of a scene, for JSON.
 
-    Of every rule the frames [start, end) that it looked at, and how many of them, ``frames``;
-    null in scenes of earlier versions, which did not note them.
+    Every rule has the frames [``start``, ``end``) in which it was evaluated and their number
+    ``frames``. They are null in scenes of earlier versions, which did not record them.
     """
     rest = {key: value for key, value in record.report.items() if key != "rule_frames"}
     return {
@@ -47,7 +48,7 @@ def report_facts(record: store.StoredScene) -> dict[str, Any]:
 
 
 def _spans(record: store.StoredScene) -> list[tuple[store.SceneRule, _Span]]:
-    """The rules, each with the first frame that it looked at and the one behind the last."""
+    """Return the rules, each with its first evaluated frame and the one after the last."""
     unknown: list[_Span] = [(None, None)] * len(record.rules)
     found = record.report.get("rule_frames", unknown)
     return [(rule, (start, end)) for rule, (start, end) in zip(record.rules, found, strict=True)]
@@ -74,7 +75,7 @@ def _rule_facts(rule: store.SceneRule, span: _Span) -> dict[str, Any]:
 
 
 def report_text(record: store.StoredScene) -> str:
-    """The report as lines of text."""
+    """Return the report as lines of text."""
     facts = report_facts(record)
     lines = [
         f"{record.name}: {facts['characters']} characters, {facts['clips']} clips,"
@@ -97,7 +98,7 @@ def report_text(record: store.StoredScene) -> str:
 
 
 def cut_short_lines(record: store.StoredScene) -> list[str]:
-    """A line where time ended the sampling before it was done, else none."""
+    """Return a line if a limit of time ended the sampling, else no line."""
     if not record.report.get("cut_short", False):
         return []
     minutes = float(record.settings.get("minutes") or 0.0)
@@ -220,7 +221,7 @@ def _source_lines(record: store.StoredScene) -> list[str]:
 
 
 def source_list(found: Sequence[store.Provenance]) -> list[dict[str, Any]]:
-    """The captures that a scene's frames come from, each once, with licence and frames."""
+    """Return the captures that a scene's frames come from, each once, with licence and frames."""
     frames: dict[store.SourceCapture, int] = {}
     for one in found:
         for number, source in enumerate(one.sources):
@@ -239,7 +240,7 @@ def source_list(found: Sequence[store.Provenance]) -> list[dict[str, Any]]:
 
 
 def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
-    """Columns as wide as they need to be."""
+    """Return the lines of a table, with columns as wide as necessary."""
     widths = [max(len(cell) for cell in column) for column in zip(columns, *rows, strict=True)]
     return [
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()

@@ -44,6 +44,8 @@ from motiondb.scene.energy.rule_table import (
 from motiondb.scene.language.expressions import (
     DiagramRule,
     Item,
+    Spans,
+    assignments,
     auxiliary_rules,
     expressions,
     spans,
@@ -66,6 +68,8 @@ from motiondb.scene.language.semantic_rules import THROUGHOUT as THROUGHOUT_NAME
 from motiondb.scene.language.tactics import Diagram
 
 _MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
+_MOST_KEPT = 500
+"""Strings that a binder keeps; they take some megabytes. Chosen by hand."""
 _MATES = (("pass",), ("catch",))
 """Items whose other player is on the same team."""
 
@@ -116,8 +120,9 @@ class Binder:
 
     diagram: Diagram
     grammar: MotionGrammar
-    _strings: dict[tuple[int, Tree], _String] = field(default_factory=dict)
-    _kept: dict[tuple[int, int], tuple[Tree, _String]] = field(default_factory=dict)
+    _strings: dict[tuple[int, Tree, Spans | None], _String] = field(default_factory=dict)
+    _kept: dict[tuple[int, int, Spans | None], tuple[Tree, _String]] = field(default_factory=dict)
+    _assignments: dict[tuple[int, tuple[str, ...]], tuple[Spans, ...]] = field(default_factory=dict)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -147,8 +152,21 @@ class Binder:
         rules = auxiliary_rules(self.diagram, self.grammar)
         return tuple(tuple(r for r in rules if r.player == name) for name in self.names)
 
-    def bind(self, trees: Sequence[Tree]) -> RuleTable:
+    def assignments(self, player: int, actions: tuple[str, ...]) -> tuple[Spans, ...]:
+        """Return the ways to assign a player's actions to their items; see :mod:`.expressions`."""
+        key = player, actions
+        if key not in self._assignments:
+            if len(self._assignments) > _MOST_KEPT:
+                self._assignments.clear()
+            self._assignments[key] = assignments(actions, self.items[player])
+        return self._assignments[key]
+
+    def bind(
+        self, trees: Sequence[Tree], chosen: Sequence[Spans | None] | None = None
+    ) -> RuleTable:
         """Return the table of the players' trees, in the order of the diagram.
+
+        ``chosen`` are the actions of each player's items; None stands for the first that match.
 
         Raises
         ------
@@ -160,7 +178,8 @@ class Binder:
                 f"{self.diagram.name}: expected {len(self.names)} trees, one for each player,"
                 f" found {len(trees)}. Give the trees in the order of the players."
             )
-        strings = [self._string(number, tree) for number, tree in enumerate(trees)]
+        of = chosen or [None] * len(trees)
+        strings = [self._string(n, tree, of[n]) for n, tree in enumerate(trees)]
         rows, partners, contacts, used = [], list[int](), set[tuple[int, int, int, int]](), []
         for string in strings:
             for stretch, known in zip(string.stretches, string.rows, strict=True):
@@ -177,27 +196,29 @@ class Binder:
             sum(string.stray for string in strings),
         )
 
-    def _string(self, player: int, tree: Tree) -> _String:
+    def _string(self, player: int, tree: Tree, chosen: Spans | None) -> _String:
         """Return a player's rules; those of recently seen trees are kept.
 
         The same tree object is found without comparing whole trees. Chains in several threads may
         call this at the same time.
         """
-        kept, same = self._kept.get((player, id(tree)), (None, None))
+        kept, same = self._kept.get((player, id(tree), chosen), (None, None))
         if kept is tree and same is not None:
             return same
-        found = self._strings.get((player, tree)) or self._read_string(player, tree)
-        for known in (self._strings, self._kept):
-            if len(known) > 500:
-                known.clear()
-        self._strings[player, tree] = found
-        self._kept[player, id(tree)] = tree, found
+        found = self._strings.get((player, tree, chosen))
+        found = found or self._read_string(player, tree, chosen)
+        if len(self._strings) > _MOST_KEPT:
+            self._strings.clear()
+        if len(self._kept) > _MOST_KEPT:
+            self._kept.clear()
+        self._strings[player, tree, chosen] = found
+        self._kept[player, id(tree), chosen] = tree, found
         return found
 
-    def _read_string(self, player: int, tree: Tree) -> _String:
+    def _read_string(self, player: int, tree: Tree, chosen: Spans | None) -> _String:
         name, items = self.names[player], self.items[player]
         actions = tree.leaves()
-        parts = spans(actions, items)
+        parts = chosen or spans(actions, items)
         if not actions or parts is None:
             wanted = "".join(map(str, items)) or "at least one action"
             raise SceneError(

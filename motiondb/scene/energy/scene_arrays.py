@@ -24,6 +24,7 @@ from motiondb.scene.energy.rule_table import (
     RuleTable,
 )
 from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.language.expressions import Spans
 from motiondb.scene.language.semantic_rules import Weights
 
 EVERY = 3
@@ -185,13 +186,20 @@ def empty_scene(
     return scene
 
 
-def scene_state(scene: SceneArrays, trees: Sequence[Tree]) -> SceneState:
-    """Return the clips, origins and delays in the arrays, with the trees that they belong to."""
+def scene_state(
+    scene: SceneArrays, trees: Sequence[Tree], spans: Sequence[Spans | None] | None = None
+) -> SceneState:
+    """Return the clips, origins and delays in the arrays, with the trees that they belong to.
+
+    ``spans`` are the actions of each player's items, if they were chosen.
+    """
     players = []
     for number, tree in enumerate(trees):
         x, z, theta = scene.placed[number, 0, :3].tolist()
         entries = scene.entry[number, : scene.n_clips[number]].copy()
-        players.append(PlayerState(tree, entries, (x, z, theta), int(scene.begin[number, 0])))
+        chosen = spans[number] if spans else None
+        delay = int(scene.begin[number, 0])
+        players.append(PlayerState(tree, entries, (x, z, theta), delay, chosen))
     return SceneState(tuple(players))
 
 

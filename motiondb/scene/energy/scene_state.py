@@ -30,12 +30,15 @@ class PlayerState:
         x, z and heading (from +z towards +x) where the first clip begins.
     delay : int
         Frames, 0 or more, for which the player stands before the first clip.
+    spans : tuple of (int, int) or None
+        The actions of each item of the player's expression; None if none were chosen yet.
     """
 
     tree: Tree
     entries: IntArray
     origin: tuple[float, float, float]
     delay: int = 0
+    spans: tuple[tuple[int, int], ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)

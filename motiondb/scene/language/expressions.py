@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
 
@@ -178,7 +178,63 @@ def g_user(string: Sequence[str], expression: Sequence[Collection[str]]) -> int:
     return len(expression) - row[-1]
 
 
-def spans(string: Sequence[str], items: Sequence[Item]) -> tuple[tuple[int, int], ...] | None:
+Spans = tuple[tuple[int, int], ...]
+"""For every item of an expression its first action, and the one after its last."""
+
+MOST_ASSIGNMENTS = 48
+"""Most assignments of a string that are compared. Chosen by hand: strings of the measured scenes
+have up to a few dozen; evaluating one takes a fraction of a millisecond."""
+_MOST_LISTED = 2000
+"""Most assignments that are listed before they are thinned out. Chosen by hand."""
+
+
+def assignments(string: Sequence[str], items: Sequence[Item]) -> tuple[Spans, ...]:
+    """Return the ways to assign the actions of a string to items; () where g_user is not 0.
+
+    An item takes an action that matches, a repeated one also matching actions that follow directly.
+    No matching action directly before or after those of a repeated item is left over, unless it
+    belongs to another item. The first assignment is that of :func:`spans`. If there are more than
+    :data:`MOST_ASSIGNMENTS`, they are thinned out evenly.
+
+    Examples
+    --------
+    >>> walk = Item(("walk",), True)
+    >>> assignments("walk bow walk walk".split(), [walk, walk])
+    (((0, 1), (2, 4)), ((2, 3), (3, 4)))
+    """
+    first = spans(string, items)
+    if first is None:
+        return ()
+    listed = list(islice(_assigned(tuple(string), tuple(items), 0, False), _MOST_LISTED))
+    others = [one for one in listed if one != first]
+    if len(others) >= MOST_ASSIGNMENTS:
+        chosen = np.linspace(0, len(others) - 1, MOST_ASSIGNMENTS - 1).round().astype(int)
+        others = [others[k] for k in chosen]
+    return first, *others
+
+
+def _assigned(
+    string: tuple[str, ...], items: tuple[Item, ...], since: int, at_once: bool
+) -> Iterator[Spans]:
+    """Yield the assignments of items to actions from ``since`` on, or ``at_once`` from there."""
+    if not items:
+        if not at_once:
+            yield ()
+        return
+    item = items[0]
+    for start in range(since, since + 1 if at_once else len(string)):
+        left_over = start > since and item.repeated and string[start - 1] in item.actions
+        if start >= len(string) or string[start] not in item.actions or left_over:
+            continue
+        end = start + 1
+        while item.repeated and end < len(string) and string[end] in item.actions:
+            end += 1
+        for cut in range(start + 1, end + 1):
+            for rest in _assigned(string, items[1:], cut, cut < end):
+                yield ((start, cut), *rest)
+
+
+def spans(string: Sequence[str], items: Sequence[Item]) -> Spans | None:
     """Return which actions of a string belong to each item, or None where g_user is not 0.
 
     Each item takes the first action that matches. A repeated item also takes the matching actions

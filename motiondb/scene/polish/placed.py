@@ -37,8 +37,6 @@ class Placed:
         For each frame what was done to it.
     clips : array of int (frames,)
         The player's action that it belongs to; waiting belongs to the first or the last.
-    waits : array of bool (frames,)
-        Whether the player stands and waits.
     """
 
     player: str

@@ -21,6 +21,9 @@ for M = 0. With M > 0 the clips at the end are not those that were drawn, and th
 the paper, of the trees alone: the chain is then a good optimiser but not an exact sampler. Neither
 is the paper's.
 
+A string may fit its player's expression in several ways: which of its walks is which of the
+diagram's. Of these the one with the least error is taken (:meth:`Chain.assign`).
+
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 5, algorithm 1.
 """
@@ -37,12 +40,13 @@ from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.clips.ground import compose, inverse
 from motiondb.scene.energy.energy import token_errors
-from motiondb.scene.energy.rule_table import RuleTable
 from motiondb.scene.energy.scene_arrays import SceneArrays, scene_state
 from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.language.expressions import Spans
 from motiondb.scene.sampling.clip_choice import ClipGroups, smooth_string
 from motiondb.scene.sampling.metropolis import DRAWS, EVERYBODY, KINDS, Focus, Walk, walk
 from motiondb.scene.sampling.play import Play
+from motiondb.scene.sampling.structure import Structure, least_error
 from motiondb.scene.sampling.tree_growth import places
 from motiondb.scene.sampling.tree_shapes import TreeShape, exchanged, subtree_errors, tree_shape
 
@@ -82,8 +86,15 @@ class Chain:
         self.play, self.rng = play, rng
         self.trees = list(state.trees)
         self.shapes = [play.shape(player, tree) for player, tree in enumerate(self.trees)]
-        self.table = play.binder.bind(self.trees)
+        new = [player.spans is None for player in state.players]
+        self.spans: list[Spans | None] = [
+            player.spans or next(iter(play.binder.assignments(number, shape.actions)), None)
+            for number, (player, shape) in enumerate(zip(state.players, self.shapes, strict=True))
+        ]
+        self.table = play.binder.bind(self.trees, self.spans)
         self.scene = play.arrays(state, self.table)
+        for player in np.flatnonzero(new).tolist():
+            self.assign(player)
         self.jumps = Jumps(0, 0, 0, np.zeros((len(KINDS), 2), np.int64))
         self.best = math.inf
         self.best_state = state
@@ -97,7 +108,27 @@ class Chain:
     @property
     def state(self) -> SceneState:
         """The current scene."""
-        return scene_state(self.scene, self.trees)
+        return scene_state(self.scene, self.trees, self.spans)
+
+    def assign(self, player: int) -> bool:
+        """Assign a player's actions to their items with the least error; return if it changed.
+
+        It only lowers the error, so a chain that does it is no exact sampler. Most strings can be
+        assigned in one way only.
+        """
+        before = self.energy
+        if len(self.play.binder.assignments(player, self.shapes[player].actions)) < 2:
+            return False
+        best = least_error(self.play, self.state, self.trees, self.spans, player)
+        if self.play.energy(best.scene, best.table) >= before - 1e-9:
+            return False
+        self.scene, self.trees, self.table, self.spans = best
+        return True
+
+    def assign_all(self) -> None:
+        """Assign the actions of every player, one after another, with the least error."""
+        for player in range(len(self.trees)):
+            self.assign(player)
 
     def note_best(self) -> None:
         """Keep the current scene if it is the best so far."""
@@ -154,29 +185,28 @@ class Chain:
         if offer is None:
             self.jumps.refused += 1
             return False
-        shape, scene, trees, table, log_ratio = offer
+        shape, new, log_ratio = offer
         focus = player, 0, self.play.most_actions, attention
-        self._walk(scene, steps, groups, temperature, shares, focus)
+        self._walk(new.scene, steps, groups, temperature, shares, focus)
         shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
-        after = self._subtree_errors(scene, shapes)
+        after = self._subtree_errors(new.scene, shapes)
         log_ratio += math.log(after[player][number] / sum(e.sum() for e in after))
         log_ratio -= math.log(errors[player][number] / sums[-1])
-        return self._taken(shapes, scene, trees, table, temperature, log_ratio)
+        return self._taken(shapes, new, temperature, log_ratio)
 
     def _taken(
         self,
         shapes: list[TreeShape],
-        scene: SceneArrays,
-        trees: list[Tree],
-        table: RuleTable,
+        new: Structure,
         temperature: float,
         log_ratio: float,
     ) -> bool:
         """Accept another structure or stay; return whether it was accepted."""
-        gain = (self.energy - self.play.energy(scene, table)) / temperature + log_ratio
+        gain = (self.energy - self.play.energy(new.scene, new.table)) / temperature + log_ratio
         if gain < 0.0 and self.rng.random() >= math.exp(gain):
             return False
-        self.shapes, self.scene, self.trees, self.table = shapes, scene, trees, table
+        self.shapes = shapes
+        self.scene, self.trees, self.table, self.spans = new
         self.jumps.taken += 1
         return True
 
@@ -205,13 +235,13 @@ class Chain:
         if offer is None or linked is None:
             self.jumps.refused += 1
             return False
-        scene, trees, table, clip_ratio = offer
+        new, clip_ratio = offer
         shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
         log_ratio = linked.log_ratio + clip_ratio + math.log(len(found))
         log_ratio -= math.log(len(places(self.play.chains, shapes, not growing)))
         near = max(span[0] - AROUND, 0), span[0] + len(actions) + AROUND
-        self._walk(scene, steps, groups, temperature, shares, (player, *near, attention))
-        return self._taken(shapes, scene, trees, table, temperature, log_ratio)
+        self._walk(new.scene, steps, groups, temperature, shares, (player, *near, attention))
+        return self._taken(shapes, new, temperature, log_ratio)
 
     def recast(
         self,
@@ -238,10 +268,10 @@ class Chain:
         if offer is None:
             self.jumps.refused += 1
             return False
-        scene, trees, table, log_ratio = offer
+        new, log_ratio = offer
         near = max(span[0] - AROUND, 0), span[1] + AROUND
-        self._walk(scene, steps, groups, temperature, shares, (player, *near, attention))
-        return self._taken(self.shapes, scene, trees, table, temperature, log_ratio)
+        self._walk(new.scene, steps, groups, temperature, shares, (player, *near, attention))
+        return self._taken(self.shapes, new, temperature, log_ratio)
 
     def _subtree_errors(self, scene: SceneArrays, shapes: Sequence[TreeShape]) -> list[FloatArray]:
         """Return E of all nodes of all players' trees."""
@@ -256,7 +286,7 @@ class Chain:
 
     def _offer(
         self, player: int, node: int, groups: ClipGroups, exact: bool
-    ) -> tuple[TreeShape, SceneArrays, list[Tree], RuleTable, float] | None:
+    ) -> tuple[TreeShape, Structure, float] | None:
         """Return a proposal with a node derived anew and log q(old) / q(new), or None."""
         play, shape = self.play, self.shapes[player]
         derivations = play.derivations[player]
@@ -274,8 +304,8 @@ class Chain:
         offer = self._respelled_scene(player, after, (first, last), new.actions, groups, exact)
         if offer is None:
             return None
-        scene, trees, table, clip_ratio = offer
-        return after, scene, trees, table, ratio + clip_ratio
+        new_structure, clip_ratio = offer
+        return after, new_structure, ratio + clip_ratio
 
     def _respelled_scene(
         self,
@@ -285,7 +315,7 @@ class Chain:
         actions: Sequence[str],
         groups: ClipGroups,
         exact: bool,
-    ) -> tuple[SceneArrays, list[Tree], RuleTable, float] | None:
+    ) -> tuple[Structure, float] | None:
         """Return the scene with other actions in ``span``, and the log ratio of their clips."""
         play, state = self.play, self.state
         entries, log_ratio = self._clips(player, span, actions, groups)
@@ -296,9 +326,11 @@ class Chain:
             return None
         players = (*state.players[:player], one, *state.players[player + 1 :])
         trees = [*self.trees[:player], tree, *self.trees[player + 1 :]]
-        table = play.binder.bind(trees)
-        scene = play.arrays(SceneState(players), table)
-        return scene, trees, table, log_ratio if exact else 0.0
+        spans = list(self.spans)
+        if not same:
+            spans[player] = play.binder.assignments(player, shape.actions)[0]
+        new = least_error(play, SceneState(players), trees, spans, player)
+        return new, log_ratio if exact else 0.0
 
     def _clips(
         self, player: int, span: tuple[int, int], actions: Sequence[str], groups: ClipGroups

@@ -270,6 +270,7 @@ def _block(ladder: _Ladder, settings: SamplerSettings, n: int) -> None:
         )
         chain.note_best()
         chain.walk(settings.steps, groups, temperature, sums)
+        chain.assign_all()
         chain.note_best()
 
 
@@ -315,6 +316,7 @@ def _cooled(
     for t in np.geomspace(settings.temperatures[0], 0.01, n):
         groups = tempered(play.groups, play.library, smooth, float(t))
         chain.walk(settings.cooling // n, groups, float(t), settings.sums)
+        chain.assign_all()
         chain.note_best()
     return chain
 
