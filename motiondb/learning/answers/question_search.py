@@ -1,4 +1,4 @@
-"""Questions in words: understood, looked for in every capture, answers taken apart and weighed."""
+"""Questions in words: looked for in every capture, answers decomposed and weighed."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from motiondb.learning.learned import Learned
 from motiondb.search import by_question, certainty, reasons
 from motiondb.search.by_question import QuestionHit
 from motiondb.search.by_words import WINDOW_MARGIN
-from motiondb.words.question.known import KnownQuestion, hold_to_known
-from motiondb.words.question.parse import parse
+from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.readings import Reading, readings
 from motiondb.words.question.tree import NotUsed
 
@@ -25,22 +24,6 @@ class Found:
     hit: QuestionHit
     why: tuple[reasons.WordReason, ...]
     probability: float | None
-
-
-def understand(learned: Learned, text: str) -> KnownQuestion:
-    """A question in the words that the database knows.
-
-    Raises
-    ------
-    QueryError
-        Where no word of it is known, or it cannot be read.
-    """
-    counts = {
-        word: int(count)
-        for word, count in zip(learned.association.words, learned.association.counts)
-        if count > 0
-    }
-    return hold_to_known(parse(text, learned.synonyms, learned.lemmas), counts)
 
 
 def find(

@@ -10,7 +10,7 @@ import numpy as np
 from motiondb.errors import QueryError
 from motiondb.learning.answers import question_search
 from motiondb.learning.learned import Learned
-from motiondb.learning.recognition import decode, recognise
+from motiondb.learning.recognition import decode, recognise, understand
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, Motion
 from motiondb.search import alignment, by_question, by_words, reasons
@@ -116,7 +116,7 @@ def search_words(
     allowed = [capture for capture in allowed if capture in learned.rows]
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
-    question = question_search.understand(learned, text)
+    question = understand(learned, text)
     if by_symbols:
         return _search_decoded(learned, question, allowed, limit)
     found, read, left_out = question_search.find(learned, question, allowed, limit, written)
