@@ -22,6 +22,9 @@ from motiondb.grammar import synthesis
 from motiondb.grammar.cfg import context_free
 from motiondb.records import CaptureInfo, Motion
 
+MAX_NAME = 200
+"""Letters of the name of a kept sequence, so that it can be the name of a file."""
+
 
 @dataclass(frozen=True, eq=False)
 class GrammarSequence:
@@ -84,7 +87,7 @@ class Material:
 
 
 def load_material(database: store.Store, name: str) -> Material:
-    """The grammar of a name with its takes (QueryError: no such grammar)."""
+    """Return the grammar of a name with its takes (QueryError: no such grammar)."""
     learned = store.load_grammar(database, name)
     return Material(database, learned, store.load_source_numbers(database, learned))
 
@@ -95,7 +98,7 @@ def play(
     rng: np.random.Generator,
     pinned: Mapping[int, int] | None = None,
 ) -> GrammarSequence:
-    """The motion of a derivation.
+    """Return the motion of a derivation.
 
     Parameters
     ----------
@@ -130,6 +133,7 @@ def keep(
     QueryError : a capture has this name.
     """
     database, learned = material.database, material.learned
+    _check_name(name)
     check_name_free(database, name)
     parameters = {"grammar": learned.name, "string": " ".join(sequence.string), **how}
     with store.transaction(database):
@@ -143,8 +147,17 @@ def keep(
     return info
 
 
+def _check_name(name: str) -> None:
+    if len(name) > MAX_NAME or not name.isprintable():
+        shown = name if len(name) <= MAX_NAME else f"{name[:MAX_NAME]}..."
+        raise QueryError(
+            f"{shown!r}: expected a name of at most {MAX_NAME} printable letters, found"
+            f" {len(name)}. Choose a shorter one."
+        )
+
+
 def load_sequence(database: store.Store, name: str) -> tuple[context_free.Tree, store.Derivation]:
-    """The derivation of a kept sequence.
+    """Return the derivation of a kept sequence.
 
     Raises
     ------

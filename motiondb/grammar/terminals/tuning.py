@@ -202,19 +202,9 @@ def tune(
         Number of steps.
     """
     settings = settings or TuningSettings()
-    starts, ends = grouping.cuts[:-1], grouping.cuts[1:]
-    n, n_groups = len(starts), len(grouping.medoids)
-    state = _State(
-        grouping.cuts.copy(),
-        grouping.labels.copy(),
-        grouping.medoids.copy(),
-        segment_distances(costs.values, starts, ends).astype(np.float32),
-        np.zeros(n),
-        np.zeros(n_groups),
-    )
-    _sum_distances(state, np.arange(n_groups))
-    state.errors[:] = [_group_error(state, costs.weight, k) for k in range(n_groups)]
-    total = float(state.errors.sum() + costs.price * (ends - starts)[grouping.medoids].sum())
+    n, lengths = len(grouping.labels), np.diff(grouping.cuts)
+    state = _begin(grouping, costs)
+    total = float(state.errors.sum() + costs.price * lengths[grouping.medoids].sum())
     total += float(costs.rest[grouping.cuts].sum())
     best, best_total = _Best(*(part.copy() for part in state[:3])), total
     step, steps, temperature = settings.largest_step, 0, settings.temperature * total / n
@@ -233,6 +223,23 @@ def tune(
                 break
             step //= 2
     return Grouping(*best), steps
+
+
+def _begin(grouping: Grouping, costs: Costs) -> _State:
+    """Compute what is kept of a grouping during the search."""
+    n_groups = len(grouping.medoids)
+    distances = segment_distances(costs.values, grouping.cuts[:-1], grouping.cuts[1:])
+    state = _State(
+        grouping.cuts.copy(),
+        grouping.labels.copy(),
+        grouping.medoids.copy(),
+        distances.astype(np.float32),
+        np.zeros(len(grouping.labels)),
+        np.zeros(n_groups),
+    )
+    _sum_distances(state, np.arange(n_groups))
+    state.errors[:] = [_group_error(state, costs.weight, k) for k in range(n_groups)]
+    return state
 
 
 def total_cost(grouping: Grouping, costs: Costs) -> float:

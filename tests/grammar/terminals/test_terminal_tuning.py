@@ -42,34 +42,19 @@ def best_medoid(grouping: tuning.Grouping, costs: tuning.Costs, k: int) -> float
 def test_the_incremental_cost_is_the_cost_from_nothing(seed: int, temperature: float) -> None:
     grouping, costs = made(seed)
     settings = tuning.TuningSettings(temperature=temperature, most_steps=1500)
-    state, errors, total = start(grouping, costs)
+    state, total = tuning._begin(grouping, costs), tuning.total_cost(grouping, costs)
     draws = np.random.default_rng(seed).random((1500, 4))
-    best = tuning.Grouping(*(part.copy() for part in state[:3]))
+    found = tuning._Best(*(part.copy() for part in state[:3]))
     chance = settings.temperature * total / len(grouping.labels)
-    total, best_total = tuning._steps(
-        state,
-        errors,
-        tuning._arrays(costs),
-        draws,
-        (4, chance, total, total),
-        tuning._parts(best),
-    )
+    pace = tuning._Pace(4, chance, total, total)
+    total, best_total = tuning._take_steps(state, costs, draws, pace, found)
+    best = tuning.Grouping(*found)
     now = tuning.Grouping(*state[:3])
     assert total == pytest.approx(tuning.total_cost(now, costs), rel=1e-6)
     assert best_total == pytest.approx(tuning.total_cost(best, costs), rel=1e-6)
     assert best_total < tuning.total_cost(grouping, costs)
     by_groups = sum(best_medoid(now, costs, k) for k in range(5)) + costs.rest[now.cuts].sum()
     assert total == pytest.approx(by_groups, rel=1e-6)
-
-
-def start(grouping: tuning.Grouping, costs: tuning.Costs):  # type: ignore[no-untyped-def]
-    cuts = grouping.cuts
-    distances = segment_distances(costs.values, cuts[:-1], cuts[1:]).astype(np.float32)
-    parts = (cuts.copy(), grouping.labels.copy(), grouping.medoids.copy())
-    state = (*parts, distances, np.zeros(len(grouping.labels)))
-    tuning._add_up(state, np.arange(5))
-    errors = np.array([tuning._group_error(state, costs.weight, k) for k in range(5)])
-    return state, errors, tuning.total_cost(grouping, costs)
 
 
 @pytest.mark.parametrize("temperature", [0.0, 0.1])
