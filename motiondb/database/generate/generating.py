@@ -138,8 +138,6 @@ def generate(session: Session, words: str, seed: int, method: str) -> Generated:
     ----------
     session : Session
         The open database.
-    not_used : tuple of NotUsed
-        What of the sentence the motion takes no account of.
     words : str
         The sentence.
     seed : int
