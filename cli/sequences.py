@@ -59,7 +59,7 @@ def generate(
         if save is not None:
             base.check_name_free(save)
         made = base.grammars.generate(name, seed, length)
-        facts = _hand_out(base, made, seed, output, save, png, {"length": length})
+        facts = _hand_out(base, made, seed, (output, png), save, {"length": length})
     if json:
         print_json(facts)
     else:
@@ -122,7 +122,7 @@ def edit(
                 "edited": sequence, "at": at, "wider": wider, "narrower": narrower,
                 "number": number, "choose": choose,
             }  # fmt: skip
-            facts = _hand_out(base, made, seed, output, save, None, how)
+            facts = _hand_out(base, made, seed, (output, None), save, how)
         else:
             facts = _offer(base, name, edited, seed, output)
     if json:
@@ -137,12 +137,12 @@ def _hand_out(
     base: MotionDB,
     made: GrammarSequence,
     seed: int,
-    output: Path | None,
+    paths: tuple[Path | None, Path | None],
     save: str | None,
-    png: Path | None,
     how: dict[str, object],
 ) -> dict[str, Any]:
-    """Write, draw and keep a sequence; return its facts."""
+    """Write and draw a sequence (paths of both, perhaps None), keep it; return its facts."""
+    output, png = paths
     facts = _written(made, seed, output)
     if png:
         base.grammars.draw_sequence(made, png)
