@@ -18,9 +18,11 @@ import json
 import statistics
 import sys
 import time
+from typing import Any
 
 import numpy as np
 
+from motiondb.records import Association
 from motiondb.words.association import Pair, fit_association
 from motiondb.words.explanation import log_probability
 
@@ -71,7 +73,7 @@ def _uniform_table(pairs: list[Pair]) -> dict:
     return table
 
 
-def largest_difference(pairs: list[Pair], association: object, model: object) -> float:
+def largest_difference(pairs: list[Pair], association: Association, model: Any) -> float:
     """Between the two t, over all pairs of symbol and word that stand together."""
     worst = 0.0
     for symbols, words in pairs:

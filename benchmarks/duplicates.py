@@ -113,7 +113,8 @@ def report(
     twins: set[tuple[int, int]],
 ) -> str:
     """The page: recall and precision by kind."""
-    made, hit, right, wrong = Counter(p.kind for p in planted), Counter(), Counter(), Counter()
+    made = Counter(p.kind for p in planted)
+    hit, right, wrong = Counter[str](), Counter[str](), Counter[str]()
     for number, plan in enumerate(planted, start=n_captures):
         mine = [c for c in found if c.query == number and c.take < n_captures]
         hit[plan.kind] += any(c.take == plan.original and c.kind == plan.kind for c in mine)

@@ -5,23 +5,25 @@
 
 DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` and ``number`` need the sample data only.
 Sections of tasks that are not run stay as they are on the page. What people saw in the pictures,
-and what falls short, is written in ``grammar_notes.md`` and goes under the section of its heading.
+and what falls short, is written in ``grammar_tasks/notes.md`` and goes under the section of its
+heading.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
-from grammar_number import number_rows
-from grammar_pictures import pictures
-from grammar_real import STYLES, real
-from grammar_speed import speed
-from grammar_tables import sections, write_sections
-from grammar_truth import PARTS, truth
+from grammar_tasks.number import number_rows
+from grammar_tasks.pictures import pictures
+from grammar_tasks.real_takes import STYLES, real
+from grammar_tasks.speed_table import speed
+from grammar_tasks.tables import sections, write_sections
+from grammar_tasks.truth import PARTS, truth
 
-NOTES = Path(__file__).with_name("grammar_notes.md")
+NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
 TASKS = ("speed", "truth", "number", "real", "pictures")
 NUMBER = "Known truth: the number of terminals"
 COMMAND = "python benchmarks/grammar.py --data DIR"
@@ -44,12 +46,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         jobs["Speed"] = f"{COMMAND} --task speed", lambda: speed(chosen.data)
     for part in PARTS if "truth" in chosen.task else ():
         command = "python benchmarks/grammar.py --task truth"
-        jobs[f"Known truth: {part}"] = command, lambda part=part: truth(part)
+        jobs[f"Known truth: {part}"] = command, partial(truth, part)
     if "number" in chosen.task:
         jobs[NUMBER] = "python benchmarks/grammar.py --task number", number_rows
     for style in chosen.style if "real" in chosen.task else ():
         command = f"{COMMAND} --task real --style {style}"
-        jobs[_title(style)] = command, lambda style=style: real(chosen.data, style)
+        jobs[_title(style)] = command, partial(real, chosen.data, style)
     if "pictures" in chosen.task:
         folder = chosen.output / "pictures"
         command = f"{COMMAND} --task pictures"

@@ -50,7 +50,7 @@ def make_workload(n_segments: int, n_symbols: int, n_states: int, n_dims: int) -
     )
     assignment = np.arange(n_segments) % n_symbols
     lengths = rng.integers(15, 46, n_segments)
-    parts = [hmm.sample(truth, s, rng, length=n)[0] for s, n in zip(assignment, lengths)]
+    parts = [hmm.sample(truth, int(s), rng, length=int(n))[0] for s, n in zip(assignment, lengths)]
     ends = np.cumsum(lengths)
     starts, frames = ends - lengths, np.concatenate(parts)
     first = hmm.initialise(frames, starts, ends, assignment, truth.n_states, np.full(n_dims, 0.01))

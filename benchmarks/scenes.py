@@ -33,13 +33,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scenes_baseline
-import scenes_page
 
 import motiondb
 from motiondb.database.scenes.scene_library import scene_clips
 from motiondb.database.scenes.scene_making import SceneSettings, SceneText, make, read_scene_text
+from motiondb.scene.sampling.play import make_play
 from motiondb.scene.sampling.tempering import SamplerSettings, sample
+from scene_tasks import page, paper_baseline
 
 DIAGRAMS = (
     "pass-and-shoot",
@@ -69,10 +69,10 @@ def main() -> None:
     asked = parser.parse_args()
     asked.out.mkdir(exist_ok=True)
     if asked.part == "page":
-        print(scenes_page.page(asked.out))
-        curves = scenes_page.load(asked.out, "tempering")
+        print(page.page(asked.out))
+        curves = page.load(asked.out, "tempering")
         if curves:
-            scenes_page.curves_picture(curves, asked.out / "scene_tempering.png")
+            page.curves_picture(curves, asked.out / "scene_tempering.png")
         return
     with motiondb.open(asked.db, read_only=True) as base:
         {"table": table, "baseline": baseline, "tempering": tempering, "update": update}[
@@ -139,7 +139,7 @@ def compiled(base: motiondb.MotionDB) -> None:
 def material(base: motiondb.MotionDB, diagram: str) -> tuple[SceneText, Any]:
     """A diagram and its clips."""
     text = read_scene_text(diagram)
-    return text, scene_clips(base, text.grammar)
+    return text, scene_clips(base.session, text.grammar)
 
 
 def baseline(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
@@ -149,7 +149,7 @@ def baseline(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
         for diagram in asked.diagrams:
             text, clips = material(base, diagram)
             rng = np.random.default_rng(seed)
-            found = scenes_baseline.run(text, clips.library, rng, asked.seconds)
+            found = paper_baseline.run(text, clips.library, rng, asked.seconds)
             save(
                 asked.out, f"baseline-{diagram}-{seed}", {"diagram": diagram, "seed": seed} | found
             )
@@ -180,6 +180,9 @@ def timed(
 
     The error is what is sought, with the prices of time and of actions.
     """
+    play = make_play(
+        text.diagram, text.grammar, clips.library, settings.most_actions, settings.prices
+    )
     began, curve, best = time.perf_counter(), [], np.inf
     for rng in np.random.default_rng(seed).spawn(1000):
 
@@ -189,7 +192,7 @@ def timed(
             curve.append((time.perf_counter() - began, best))
             return time.perf_counter() - began > seconds
 
-        _, trace = sample(None, clips.library, text.diagram, text.grammar, settings, rng, heard)
+        _, trace = sample(play, settings, rng, progress=heard)
         best = min(best, trace.cooled)
         curve.append((time.perf_counter() - began, best))
         if time.perf_counter() - began > seconds:

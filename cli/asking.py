@@ -1,4 +1,4 @@
-"""search, like, describe, generate: questions and answers."""
+"""Commands search, like, describe and generate."""
 
 from __future__ import annotations
 
@@ -29,15 +29,21 @@ from motiondb.cli.options import (
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.ask.answering import WordAnswer
-    from motiondb.database.ask.examples import ExampleAnswer
+    from motiondb.learning.answers.example_answers import ExampleAnswer
+    from motiondb.learning.answers.word_answers import WordAnswer
     from motiondb.records import Match, Motion
 
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
     app.command()(search)
     app.command()(like)
     app.command()(describe)
@@ -45,26 +51,32 @@ def register(app: typer.Typer) -> None:
 
 
 def search(
-    words: Annotated[str, typer.Argument(help='What to look for, such as "walk, turn left".')],
+    words: Annotated[str, typer.Argument(help='Actions to search for, such as "walk, turn left".')],
     where: Where = "",
     limit: Limit = 10,
     by_symbols: Annotated[
         bool,
-        typer.Option("--by-symbols", help="Decode to symbols and align these (the paper's way)."),
+        typer.Option(
+            "--by-symbols", help="Decode the words to symbols and align these (as in paper A)."
+        ),
     ] = False,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Say what every symbol adds to every word's score.")
+        bool, typer.Option("--explain", help="Show the contribution of every symbol to every word.")
     ] = False,
     png: Png = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Find the intervals that show what the words ask for, in their order.
+    """Search for intervals that show actions, given by words, in their order.
 
-    Every answer carries the probability that it shows them, learned with performers left out. Where
-    no answer is good enough, that is said, and the nearest are given.
+    The question may hold "then", "while", "or", "not", "without", "twice", "for ten seconds",
+    "slowly", parentheses, and "?" for any action. How it is understood is printed above the
+    answers; what the search does not use is named.
+
+    Every answer has a probability that it shows the actions, estimated with performers held out. If
+    no answer is good enough, a line says so, and the nearest ones follow.
     """
-    from motiondb.cli import explaining
+    from motiondb.cli import explaining, understanding
 
     if explain and by_symbols:
         from motiondb.errors import QueryError
@@ -76,15 +88,19 @@ def search(
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols)
         note_unlearned(base)
-        vocabulary = base.learned.association.words
+        vocabulary = base.vocabulary()
         if png and explain and answer.reasons:
             explaining.draw_reason(base, answer, png, words)
         elif png and answer.matches:
             _draw(base, answer.matches, png, words)
     note_unknown(answer.unknown)
     why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
-    decoded = {"decoding": asdict(answer.decoding)} if answer.decoding else {}
-    _print_answer(answer, json, reasons=True, why=why, more=decoded)
+    more = {"question": understanding.question_facts(answer.question, answer.not_used)}
+    if answer.decoding:
+        more["decoding"] = asdict(answer.decoding)
+    if not json:
+        understanding.print_question(answer.question, answer.not_used, "search")
+    _print_answer(answer, json, reasons=True, why=why, more=more)
     if explain and not json:
         explaining.print_reasons(answer, vocabulary)
 
@@ -99,8 +115,8 @@ def like(
         bool | None,
         typer.Option(
             "--meaning/--by-motion-alone",
-            help="Whether words that were learned judge too, so that other styles of an action "
-            "are alike.  [default: where there are words]",
+            help="Whether learned words are compared too, which also finds other styles of an "
+            "action.  [default: if there are words]",
             show_default=False,
         ),
     ] = None,
@@ -108,10 +124,10 @@ def like(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Find the intervals that move like an example.
+    """Search for intervals that move like an example.
 
-    Where people wrote about captures of two performers or more, every answer carries the
-    probability that it shows the same action, and it is said when none is good enough.
+    If captures of two or more performers have captions, every answer has a probability that it
+    shows the same action, and a line says if none is good enough.
     """
     with database(db) as base:
         answer = base.like(example, start, end, where, limit, meaning)
@@ -129,7 +145,7 @@ def _print_answer(
     why: Sequence[dict[str, Any]] = (),
     more: Mapping[str, Any] | None = None,
 ) -> None:
-    """The matches, and whether they are worth the name; in JSON one object."""
+    """Print the matches, and whether any is good enough; in JSON one object."""
     matches, found = answer.matches, answer.matches_anything
     if json:
         rows: list[dict[str, Any]] = [
@@ -189,7 +205,7 @@ def describe(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Say what words describe a motion, with times and probabilities."""
+    """Describe a motion by words, with times and probabilities."""
     with database(db) as base:
         answer = base.describe(example, start, end)
     if json:
@@ -218,33 +234,32 @@ def generate(
         str, typer.Option("--method", help="stitched, trajectory or montecarlo.")
     ] = "stitched",
     save: Annotated[
-        str | None, typer.Option("--save", help="Keep it as a capture, by this name.")
+        str | None, typer.Option("--save", help="Keep it as a capture of this name.")
     ] = None,
     png: Png = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Make a motion that shows what a sentence says; its sources go into a file beside it."""
-    from motiondb.database.generate import generated_files
+    """Generate a motion from a sentence; a file beside it names its sources."""
+    from motiondb.cli import understanding
 
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
         if save is not None:
             base.check_name_free(save)
         made = base.generate(words, seed, method)
-        facts = generated_files.write(made, words, seed, method, output)
+        facts = made.write(output)
         if save is not None:
             base.save_generated(save, words, made, seed)
             facts["capture"] = save
         if png:
-            from motiondb import pictures
-
-            timeline = pictures.Timeline("sources", generated_files.source_spans(made))
-            pictures.draw_strip(made.motion, png, title=words, timelines=[timeline])
+            made.draw(png)
     note_unknown(made.unknown)
     if json:
+        facts["question"] = understanding.question_facts(made.question, made.not_used)
         print_json(facts)
         return
+    understanding.print_question(made.question, made.not_used, "generation")
     typer.echo(f"{facts['seconds']:.2f} s of motion written to {output} ({method}, seed {seed})")
     typer.echo(f"symbols:    {' '.join(map(str, made.symbols))}")
     typer.echo(f"recognised: {' '.join(map(str, made.recognised))}")

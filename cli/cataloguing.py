@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     From,
     Json,
@@ -17,6 +18,7 @@ from motiondb.cli.options import (
     To,
     Where,
     database,
+    finite,
     note_drift,
     print_json,
     print_table,
@@ -29,38 +31,84 @@ Unit = Annotated[
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
     app.command()(add)
     app.command("list")(list_captures)
     app.command()(show)
     app.command()(export)
     app.command()(remove)
-    fetching = typer.Typer(help="Download captures from public databases.", no_args_is_help=True)
+    fetching = Commands(help="Download captures from public databases.", no_args_is_help=True)
     fetching.command("cmu")(fetch_cmu)
     app.add_typer(fetching, name="fetch")
 
 
 def add(
-    folder: Annotated[Path, typer.Argument(help="A folder of captures, or one file.")],
-    words: Annotated[Path | None, typer.Option("--words", help="A sheet (TSV or CSV).")] = None,
+    folder: Annotated[Path, typer.Argument(help="A folder with captures, or one capture file.")],
+    words: Annotated[
+        Path | None, typer.Option("--words", help="A sheet of captions and tags (TSV or CSV).")
+    ] = None,
     events: Annotated[
-        Path | None, typer.Option("--events", help="A sheet of instants (TSV or CSV).")
+        Path | None, typer.Option("--events", help="A sheet of events (TSV or CSV).")
     ] = None,
     unit: Unit = None,
-    fps: Annotated[float | None, typer.Option("--fps", help="Frame rate, over the files'.")] = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(
+            "--fps",
+            min=1.0,
+            max=100_000.0,
+            callback=finite,
+            help="Frames per second, in place of the rates in the files.",
+        ),
+    ] = None,
     joint_map: Annotated[
-        Path | None, typer.Option("--joint-map", help="Lines `role = joint` for other skeletons.")
+        Path | None,
+        typer.Option("--joint-map", help="A file of lines `role = joint` for unknown joint names."),
     ] = None,
     skip_bad_frames: Annotated[
-        bool, typer.Option("--skip-bad-frames", help="Leave bad frames out, keep the file.")
+        bool, typer.Option("--skip-bad-frames", help="Leave out frames that cannot be read.")
     ] = False,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that read files.")] = 2,
+    keep_implausible: Annotated[
+        bool, typer.Option("--keep-implausible", help="Keep motion faster than people can move.")
+    ] = False,
+    outside_skeletons: Annotated[
+        bool, typer.Option("--outside-skeletons", help="Let a sheet name ASF files elsewhere.")
+    ] = False,
+    time_limit: Annotated[
+        float,
+        typer.Option(
+            "--time-limit",
+            min=0.1,
+            max=1e6,
+            callback=finite,
+            help="Seconds to read a file of up to 10 MB; larger files get more in proportion.",
+        ),
+    ] = 60.0,
+    memory_limit: Annotated[
+        float,
+        typer.Option(
+            "--memory-limit",
+            min=0.01,
+            max=1e4,
+            callback=finite,
+            help="Gigabytes that the clip of a file may fill in memory.",
+        ),
+    ] = 0.4,
+    jobs: Annotated[
+        int, typer.Option("--jobs", min=1, max=1024, help="Processes that read files.")
+    ] = 2,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Add captures, with words and events of sheets; broken files are left out (exit 1)."""
-    from motiondb.capture import unit_from_name
-    from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
+    """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
+    from motiondb import AddSettings, read_joint_map
+    from motiondb.capture import ReadLimits, unit_from_name
 
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
@@ -68,6 +116,9 @@ def add(
         skip_bad_frames=skip_bad_frames,
         joint_map=read_joint_map(joint_map) if joint_map else {},
         jobs=jobs,
+        limits=ReadLimits(seconds=time_limit, memory=int(memory_limit * 1e9)),
+        keep_implausible=keep_implausible,
+        outside_skeletons=outside_skeletons,
     )
     with database(db, writing=True, create=True) as base, progress(not json) as tell:
         report = base.add(folder, words, settings, tell, events)
@@ -112,22 +163,22 @@ def _relation(relation: object) -> str:
 
 def list_captures(
     where: Where = "",
-    limit: Annotated[int | None, typer.Option("--limit", min=1, help="How many at most.")] = None,
+    limit: Annotated[
+        int | None, typer.Option("--limit", min=1, help="Largest number of captures.")
+    ] = None,
     duplicates: Annotated[
-        bool, typer.Option("--duplicates", help="Groups of same takes, cuts and mirror images.")
+        bool, typer.Option("--duplicates", help="List groups of copies, cuts and mirror images.")
     ] = False,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """List the captures of the database, or with --duplicates those that repeat one another."""
-    from motiondb import store
-
+    """List the captures, or with --duplicates the groups that repeat one another."""
     if duplicates:
         _list_duplicates(where, limit, db, json)
         return
     with database(db) as base:
         infos = base.captures(where)
-        captions = store.load_captions(base.store)
+        captions = base.all_captions()
     shown = infos[:limit]
     if json:
         words = {i.capture_id: [asdict(c) for c in captions.get(i.capture_id, ())] for i in shown}
@@ -170,45 +221,52 @@ def show(
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
     png: Png = None,
     gif: Annotated[
-        Path | None, typer.Option("--gif", help="Play it, in real time, in this file (.gif).")
+        Path | None, typer.Option("--gif", help="Animate it in this file (.gif).")
     ] = None,
     start: From = None,
     end: To = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Show one capture: what is known of it, its symbols, activities and words.
+    """Show one capture: its properties, symbols, activities and words.
 
-    --png draws it as a strip with timelines; --gif animates it, or the part --from to --to.
+    --png draws a strip of figures with timelines. --gif animates the capture, or the part from
+    --from to --to.
     """
-    from motiondb.database.ask.showing import animate_capture, describe_capture, draw_capture
-
     with database(db) as base:
-        facts = describe_capture(base, name)
+        facts = base.show(name)
         if png:
-            draw_capture(base, name, png)
+            base.draw(name, png)
         if gif:
-            animate_capture(base, name, gif, start, end)
+            base.animate(name, gif, start, end)
     pictures = {k: str(file) for k, file in (("png", png), ("gif", gif)) if file}
     if json:
         print_json(facts | pictures)
         return
     for key, value in facts.items():
-        if key == "segments" and value:
-            typer.echo("segments:     " + " ".join(
-                f"{s['symbol']}[{s['start']:.1f}-{s['end']:.1f}]" for s in value
-            ))  # fmt: skip
-        elif key == "activities":
-            for a in value:
-                typer.echo(f"{'activity:':13} {a['activity']}  {a['start']:.1f}-{a['end']:.1f} s  "
-                           f"{' '.join(a['words'])}".rstrip())  # fmt: skip
-        elif isinstance(value, list):
-            for item in value:
-                typer.echo(f"{key + ':':13} {item if isinstance(item, str) else _flat(item)}")
-        elif value not in ("", None, {}):
-            typer.echo(f"{key + ':':13} {_flat(value) if isinstance(value, dict) else value}")
+        for line in _lines(key, value):
+            typer.echo(line)
     for file in pictures.values():
         typer.echo(f"picture:      {file}")
+
+
+def _lines(key: str, value: Any) -> list[str]:  # noqa: ANN401  a fact may be of any type
+    """Lines of text for one fact of a capture."""
+    head = f"{key.replace('leg_length', 'leg length') + ':':13}"
+    if key == "segments" and value:
+        spans = (f"{s['symbol']}[{s['start']:.1f}-{s['end']:.1f}]" for s in value)
+        return [f"segments:     {' '.join(spans)}"]
+    if key == "activities":
+        return [
+            f"{'activity:':13} {a['activity']}  {a['start']:.1f}-{a['end']:.1f} s  "
+            f"{' '.join(a['words'])}".rstrip()
+            for a in value
+        ]
+    if isinstance(value, list):
+        return [f"{head} {item if isinstance(item, str) else _flat(item)}" for item in value]
+    if value in ("", None, {}):
+        return []
+    return [f"{head} {_flat(value) if isinstance(value, dict) else value}"]
 
 
 def _flat(value: dict[str, object]) -> str:
@@ -221,12 +279,12 @@ def export(
     start: From = None,
     end: To = None,
     canonical: Annotated[
-        bool, typer.Option("--canonical", help="On the canonical body at 30 frames a second.")
+        bool, typer.Option("--canonical", help="Write the canonical body at 30 frames a second.")
     ] = False,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Write a capture to a file; its own format gives back the very bytes that were added."""
+    """Write a capture to a file; in its own format the file is that which was added."""
     with database(db) as base:
         path = base.export(name, output, start, end, canonical)
     if json:
@@ -240,7 +298,7 @@ def remove(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Take captures out of the database, all of those named or none."""
+    """Remove captures from the database: all of those named, or none."""
     with database(db, writing=True) as base:
         gone = base.remove(names)
     if json:
@@ -250,17 +308,35 @@ def remove(
 
 
 def fetch_cmu(
-    subjects: Annotated[str, typer.Option("--subjects", help="Numbers, such as 14,16.")],
-    folder: Annotated[Path, typer.Option("--dir", help="Where the files go.")] = Path("cmu"),
-    yes: Annotated[bool, typer.Option("--yes", help="Accept the terms unasked.")] = False,
-    only_fetch: Annotated[bool, typer.Option("--only-fetch", help="Do not add them.")] = False,
-    base_url: Annotated[str | None, typer.Option("--base-url", help="Another site.")] = None,
+    subjects: Annotated[
+        str, typer.Option("--subjects", help="Numbers of subjects, such as 14,16.")
+    ],
+    folder: Annotated[Path, typer.Option("--dir", help="The folder for the files.")] = Path("cmu"),
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Accept the terms without a question.")
+    ] = False,
+    only_fetch: Annotated[
+        bool, typer.Option("--only-fetch", help="Do not add the files to the database.")
+    ] = False,
+    base_url: Annotated[
+        str | None, typer.Option("--base-url", help="Address of another site with the same files.")
+    ] = None,
+    deadline: Annotated[
+        float,
+        typer.Option(
+            "--deadline",
+            min=1.0,
+            max=1e6,
+            callback=finite,
+            help="Seconds for the whole download.",
+        ),
+    ] = 21_600.0,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Download captures and words of the CMU Graphics Lab database, and add them."""
-    from motiondb.fetch.cmu import CMU_TERMS, CMU_URL
-    from motiondb.fetch.cmu import fetch_cmu as fetch
+    """Download captures and captions of the CMU Graphics Lab database, and add them."""
+    from motiondb.fetch import CMU_TERMS, CMU_URL, FetchSettings, Limits
+    from motiondb.fetch import fetch_cmu as fetch
 
     typer.echo(CMU_TERMS, err=True)
     if not yes and not typer.confirm("Do you accept these terms?", err=True):
@@ -268,7 +344,8 @@ def fetch_cmu(
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]
     with progress(not json) as tell:
         report = fetch(
-            wanted, folder, base_url=base_url or CMU_URL, accept_terms=True,
+            wanted, folder, FetchSettings(base_url or CMU_URL, limits=Limits(seconds=deadline)),
+            accept_terms=True,
             on_progress=lambda p: tell("fetching", p.number, p.n_files),
         )  # fmt: skip
     if json:

@@ -1,4 +1,4 @@
-"""events: instants of captures, such as foot strikes, catches and releases."""
+"""Commands events, events show and events import: foot strikes, catches, releases and others."""
 
 from __future__ import annotations
 
@@ -9,13 +9,19 @@ from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, database, print_json, print_table
+from motiondb.cli.options import DEFAULT_DB, Commands, Db, Json, database, print_json, print_table
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
-    group = typer.Typer(
-        help="Instants of captures: feet that strike, balls that are caught and released.",
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
+    group = Commands(
+        help="Events of captures: foot strikes, catches and releases of a ball.",
         invoke_without_command=True,
     )
     group.callback()(events)
@@ -25,13 +31,11 @@ def register(app: typer.Typer) -> None:
 
 
 def events(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """List which instants the database knows, how often, and in how many captures."""
+    """List the kinds of events with their number, and the number of captures."""
     if context.invoked_subcommand is not None:
         return
-    from motiondb import store
-
     with database(db) as base:
-        known = store.load_events(base.store)
+        known = base.all_events()
     counts = Counter(event.name for of_one in known.values() for event in of_one)
     captures = Counter(name for of_one in known.values() for name in {e.name for e in of_one})
     rows = [
@@ -52,7 +56,7 @@ def show_events(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """List the instants of one capture."""
+    """List the events of one capture."""
     from motiondb.records import MOTION_FPS
 
     with database(db) as base:
@@ -71,11 +75,11 @@ def show_events(
 
 
 def import_events(
-    sheet: Annotated[Path, typer.Argument(help="A sheet of instants (TSV or CSV).")],
+    sheet: Annotated[Path, typer.Argument(help="A sheet of events (TSV or CSV).")],
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Replace the instants of the captures that a sheet names; unknown rows are listed (exit 1)."""
+    """Replace the events of the captures of a sheet; rows without a capture are listed (exit 1)."""
     with database(db, writing=True) as base:
         report = base.import_events(sheet)
     if json:

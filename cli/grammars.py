@@ -1,4 +1,4 @@
-"""grammar learn, list, show, compare, remove: the syntax of long takes."""
+"""Commands grammar learn, list, show, compare and remove."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     GrammarName,
     Json,
@@ -27,10 +28,16 @@ if TYPE_CHECKING:
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
     from motiondb.cli import parsing, sequences
 
-    group = typer.Typer(
+    group = Commands(
         help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
         no_args_is_help=True,
     )
@@ -46,7 +53,8 @@ def register(app: typer.Typer) -> None:
 
 def learn(
     captures: Annotated[
-        list[str], typer.Argument(metavar="CAPTURE...", help="Captures, long ones best.")
+        list[str],
+        typer.Argument(metavar="CAPTURE...", help="Names of captures; long takes are best."),
     ],
     terminals: Annotated[
         str | None,
@@ -56,30 +64,31 @@ def learn(
         ),
     ] = None,
     name: Annotated[
-        str | None, typer.Option("--name", help="The grammar's name; default: the first capture's.")
+        str | None,
+        typer.Option("--name", help="Name of the grammar.  [default: the first capture's]"),
     ] = None,
     from_symbols: Annotated[
-        bool, typer.Option("--from-symbols", help="Take the learned motion symbols as terminals.")
+        bool, typer.Option("--from-symbols", help="Use the learned motion symbols as terminals.")
     ] = False,
     sentences: Annotated[
         str,
         typer.Option(
             "--sentences",
-            help="auto: found; captures: each is one; captions: begin where timed words do.",
+            help="auto: searched for; captures: one each; captions: begin where captions begin.",
         ),
     ] = "auto",
     shortest: Annotated[
-        int, typer.Option("--shortest", min=1, help="Terminals of a sentence that is found, least.")
+        int, typer.Option("--shortest", min=1, help="Least number of terminals of a sentence.")
     ] = 3,
     longest: Annotated[
-        int, typer.Option("--longest", min=1, help="Terminals of a sentence that is found, most.")
+        int, typer.Option("--longest", min=1, help="Largest number of terminals of a sentence.")
     ] = 20,
     seed: Seed = 0,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """Learn a grammar from captures: segments, terminals, sentences, rules."""
-    from motiondb.database.grammars.grammar_learning import GrammarSettings
+    from motiondb import GrammarSettings
     from motiondb.errors import QueryError
 
     if from_symbols and terminals is not None:
@@ -119,7 +128,13 @@ def _number(terminals: str | None) -> int | ByDuration | None:
 
 
 def summary(size: store.GrammarSize) -> str:
-    """Describe a grammar in one line."""
+    """Describe a grammar in one line.
+
+    Parameters
+    ----------
+    size : GrammarSize
+        Numbers of its parts.
+    """
     return (
         f"{size.name}: {_counted(size.captures, 'capture')} ({size.seconds:.0f} s), "
         f"{_counted(size.segments, 'segment')} of {_counted(size.terminals, 'terminal')}, "
@@ -189,7 +204,9 @@ def show(
     png: Annotated[
         Path | None,
         typer.Option(
-            "--png", callback=picture_name, help="Draw the sentences' trees into this file."
+            "--png",
+            callback=picture_name,
+            help="Draw the trees of the sentences into this file (.png).",
         ),
     ] = None,
     strings: Annotated[
@@ -197,13 +214,13 @@ def show(
         typer.Option(
             "--strings",
             callback=picture_name,
-            help="Draw terminals and captures as strings into this file.",
+            help="Draw terminals, and captures as strings, into this file (.png).",
         ),
     ] = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Show a grammar: its rules, its terminals with their words, the bits of its description."""
+    """Show a grammar: rules, terminals with their words, and description length in bits."""
     with database(db) as base:
         facts = base.grammars.show(name)
         size = base.grammars.size(name)
@@ -264,7 +281,7 @@ def compare(name: GrammarName, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json =
 
 
 def remove(name: GrammarName, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Take a grammar out; sequences that it generated stay as captures, but cannot be edited."""
+    """Remove a grammar; sequences that it generated stay as captures, but cannot be edited."""
     with database(db, writing=True) as base:
         lost = base.grammars.remove(name)
     if json:

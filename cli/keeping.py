@@ -1,25 +1,43 @@
-"""check, info, compact: keeping the database sound."""
+"""Commands check, rescue, info and compact: maintenance of the database."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, database, note_drift, print_json
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    Json,
+    database,
+    note_drift,
+    print_json,
+    seconds_to_wait,
+)
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
     app.command()(check)
+    app.command()(rescue)
     app.command()(info)
     app.command()(compact)
 
 
 def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Look for faults in the database; exit 1 if there are any."""
-    with database(db) as base:
-        faults = base.check()
+    """Check the database for faults; exit 1 if there are any."""
+    from motiondb import check_file
+
+    faults = check_file(db, wait=seconds_to_wait())
     if json:
         print_json({"faults": faults})
     elif not faults:
@@ -30,36 +48,43 @@ def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
         raise typer.Exit(1)
 
 
-def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Say what is in the database and how it came about."""
-    from motiondb import store
+def rescue(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="FILE", help="The damaged database; else --db.")
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="The new database, a new file.")
+    ] = Path("rescued.duckdb"),
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Save every readable capture of a damaged database into a new file; exit 1 if any is lost."""
+    import motiondb
 
+    report = motiondb.rescue(file or db, output, wait=seconds_to_wait())
+    if json:
+        print_json(asdict(report))
+    else:
+        count = len(report.captures)
+        typer.echo(f"{count} capture{'' if count == 1 else 's'} saved in {report.output}")
+        if report.was_learned:
+            typer.echo(f"Learn again: motiondb learn --db {report.output}")
+    for sentence in (*report.mended, *report.lost):
+        typer.echo(f"  {sentence}", err=True)
+    if report.lost:
+        raise typer.Exit(1)
+
+
+def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
+    """Show what the database contains and the commands that changed it."""
     with database(db) as base:
-        captures = base.captures()
-        facts = {
-            "database": str(db),
-            "bytes": db.stat().st_size,
-            "captures": len(captures),
-            "generated": sum(c.kind == "generated" for c in captures),
-            "seconds": round(sum(c.duration for c in captures), 2),
-            "performers": len({c.tags["performer"] for c in captures if "performer" in c.tags}),
-            "captures with words": len(store.load_captions(base.store)),
-            "copies": len(base.relations()),
-            "grammars": len(base.grammars.names()),
-            "learned": store.is_learned(base.store),
-        }
-        if facts["learned"]:
-            size = store.load_learning_size(base.store)
-            facts |= {"symbols": size.n_symbols, "clusters": size.n_clusters, "words": size.n_words}
-            facts["current"] = store.learning_is_current(base.store)
-            facts["not yet learned"] = len(base.unlearned())
-        runs = [asdict(run) for run in store.load_runs(base.store)]
+        facts, runs = base.info(), base.runs()
         drift = base.drift()
     if json:
         print_json(facts | {"drift": asdict(drift) if drift else None, "runs": runs})
         return
     for key, value in facts.items():
-        typer.echo(f"{key + ':':22} {value}")
+        typer.echo(f"{key.replace('_', ' ') + ':':22} {value}")
     for run in runs[-10:]:
         what = f"run {run['run_id']:<4} {run['kind']:10}"
         typer.echo(f"{what} {run['started']} motiondb {run['version']}")
@@ -69,10 +94,10 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
 
 
 def compact(db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Rewrite the database file without the space that removed rows left."""
-    from motiondb import store
+    """Rewrite the database file without the space of removed rows."""
+    import motiondb
 
-    before, after = store.compact(db)
+    before, after = motiondb.compact(db, wait=seconds_to_wait())
     if json:
         print_json({"before": before, "after": after})
     else:

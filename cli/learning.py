@@ -1,4 +1,4 @@
-"""learn and symbols: what the captures are made of."""
+"""Commands learn and symbols."""
 
 from __future__ import annotations
 
@@ -21,21 +21,30 @@ from motiondb.cli.options import (
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
     app.command()(learn)
     app.command()(symbols)
 
 
 def learn(
     n_symbols: Annotated[
-        int | None, typer.Option("--symbols", min=1, help="Number of symbols; default: the data's.")
+        int | None,
+        typer.Option(
+            "--symbols", min=1, help="Number of symbols.  [default: chosen from the data]"
+        ),
     ] = None,
     seed: Seed = 0,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Learn motion symbols, their space, and their words from everything in the database."""
-    from motiondb.database.learn.learning import LearnSettings
+    """Learn motion symbols, their space and their words from all captures of the database."""
+    from motiondb import LearnSettings
 
     with database(db, writing=True) as base, progress(not json) as tell:
         settings = LearnSettings(n_symbols=n_symbols, seed=seed)
@@ -69,12 +78,10 @@ def learn(
 
 def symbols(png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
     """List the motion symbols with their clusters and words; --png draws their space."""
-    from motiondb.database.ask.showing import draw_symbols, symbol_rows
-
     with database(db) as base:
-        rows = symbol_rows(base)
+        rows = base.symbol_rows()
         if png:
-            draw_symbols(base, png)
+            base.draw_symbols(png)
     if json:
         print_json(rows)
         return

@@ -1,4 +1,4 @@
-"""The Typer app, and the one place where an error becomes a sentence and an exit code."""
+"""The Typer app; errors become messages and exit codes here."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ from motiondb.cli import (
     scenes,
     words,
 )
+from motiondb.cli.options import Commands
 
-app = typer.Typer(
+app = Commands(
     name="motiondb",
     help="A motion-capture database that understands what is in it.",
     no_args_is_help=True,
@@ -41,7 +42,7 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     pass
@@ -83,7 +84,7 @@ def _run() -> int:
 
 
 def _run_command() -> None:
-    """Run the command; what goes wrong after Ctrl-C goes wrong because of it.
+    """Run the command; errors after Ctrl-C are treated as interrupts.
 
     DuckDB turns an interrupt into an error of its own, and Typer into the exit code 130.
     """
@@ -104,7 +105,7 @@ def _interrupt(number: int, _frame: object) -> NoReturn:
 
 
 def _end_lost_interrupt(lost: sys.UnraisableHookArgs) -> None:
-    """End at once where Ctrl-C meets a callback of a C library, which cannot hand it on.
+    """End at once if Ctrl-C interrupts a callback of a C library, which cannot pass it on.
 
     The database is safe: a process may stop at any moment.
     """
@@ -115,8 +116,8 @@ def _end_lost_interrupt(lost: sys.UnraisableHookArgs) -> None:
 
 
 def _end_interrupted() -> NoReturn:
-    """Say so and end at once: threads must not outlive what they compute with."""
-    store = sys.modules.get("motiondb.store.connection")  # not there: nothing was opened
+    """Print a message and end at once, so that threads do not outlive their data."""
+    store = sys.modules.get("motiondb.store.connection.handle")  # not there: nothing was opened
     if store is not None and store.Store.changes_saved:
         typer.echo("interrupted: what was saved by then stays, nothing is half saved", err=True)
     else:

@@ -1,34 +1,82 @@
-"""Options that several commands share, and how commands open the database and end."""
+"""Options shared by several commands; opening the database; printing."""
 
 from __future__ import annotations
 
 import json as jsonlib
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import wraps
+from inspect import Parameter, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import typer
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.learn.captures_drift import Drift
+    from motiondb.learning.drift import Drift
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 Db = Annotated[
     Path, typer.Option("--db", envvar="MOTIONDB", help="The database file.", show_default=True)
 ]
-Json = Annotated[bool, typer.Option("--json", help="Answer in JSON, for programs.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 Where = Annotated[
-    str, typer.Option("--where", help="Only captures like this, such as 'performer=14 and fps>60'.")
+    str,
+    typer.Option(
+        "--where", help="Only captures that match, such as 'performer in (14, 16) and not fps<60'."
+    ),
 ]
-Limit = Annotated[int, typer.Option("--limit", min=1, help="How many answers at most.")]
-GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]
-From = Annotated[float | None, typer.Option("--from", min=0.0, help="Start, seconds.")]
-To = Annotated[float | None, typer.Option("--to", min=0.0, help="End, seconds.")]
+Limit = Annotated[int, typer.Option("--limit", min=1, help="Largest number of answers.")]
+GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="Name of a grammar.")]
+MOST_SECONDS = 1e7
+"""Largest time that is accepted: some months, longer than any take."""
+
+
+def finite(value: float | None) -> float | None:
+    """Refuse what is no number: ranges of options let NaN pass.
+
+    Parameters
+    ----------
+    value : float, optional
+        Value of an option.
+
+    Raises
+    ------
+    typer.BadParameter
+        If the value is NaN or infinite.
+    """
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter(f"expected a finite number, found {value}.")
+    return value
+
+
+From = Annotated[
+    float | None,
+    typer.Option("--from", min=0.0, max=MOST_SECONDS, callback=finite, help="Start, in seconds."),
+]
+To = Annotated[
+    float | None,
+    typer.Option("--to", min=0.0, max=MOST_SECONDS, callback=finite, help="End, in seconds."),
+]
 
 
 def picture_name(path: Path | None) -> Path | None:
-    """Refuse a picture's name before anything else is done."""
+    """Refuse a name of a picture without the ending .png, before anything is computed.
+
+    Parameters
+    ----------
+    path : Path, optional
+        The file.
+
+    Raises
+    ------
+    QueryError
+        If the ending is not .png.
+    """
     if path is not None and path.suffix.lower() != ".png":
         from motiondb.errors import QueryError
 
@@ -44,22 +92,102 @@ Png = Annotated[
     typer.Option("--png", callback=picture_name, help="Draw a picture into this file (.png)."),
 ]
 Seed = Annotated[
-    int, typer.Option("--seed", min=0, max=2**63 - 1, help="The same seed gives the same result.")
+    int,
+    typer.Option(
+        "--seed", min=0, max=2**63 - 1, help="Random seed; the same seed gives the same result."
+    ),
 ]
 DEFAULT_DB = Path("motions.duckdb")
+DEFAULT_WAIT = 5.0
+"""Seconds that a command waits for the database. Chosen by hand: commands that hold it alone are
+mostly done sooner, and a user who waits longer wants to know for whom."""
+LONGEST_WAIT = 86_400.0
+"""Seconds: a day. A longer one is a mistake."""
+Wait = Annotated[
+    float,
+    typer.Option(
+        "--wait",
+        envvar="MOTIONDB_WAIT",
+        min=0.0,
+        max=LONGEST_WAIT,
+        help="Seconds to wait for a database that another process holds.",
+    ),
+]
+_WAIT: ContextVar[float] = ContextVar("seconds to wait", default=DEFAULT_WAIT)
+
+
+class Commands(typer.Typer):
+    """A Typer app in which every command that opens a database has the option ``--wait``."""
+
+    def command(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
+        """Register a function as a command."""
+        register = super().command(*args, **options)
+
+        def decorate(function: Function) -> Function:
+            register(_waiting(function) if "db" in signature(function).parameters else function)
+            return function
+
+        return decorate
+
+    def callback(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
+        """Register the function that a group runs before its commands, or alone."""
+        register = super().callback(*args, **options)
+
+        def decorate(function: Function) -> Function:
+            register(_waiting(function) if "db" in signature(function).parameters else function)
+            return function
+
+        return decorate
+
+
+def _waiting(function: Function) -> Function:
+    """A function with a further parameter ``wait``, which :func:`seconds_to_wait` tells."""
+
+    @wraps(function)
+    def command(*args: Any, wait: float = DEFAULT_WAIT, **values: Any) -> Any:
+        _WAIT.set(wait)
+        return function(*args, **values)
+
+    known = signature(function, eval_str=True)
+    last = Parameter("wait", Parameter.KEYWORD_ONLY, default=DEFAULT_WAIT, annotation=Wait)
+    described: Any = command
+    described.__signature__ = known.replace(parameters=[*known.parameters.values(), last])
+    described.__annotations__ = {**function.__annotations__, "wait": Wait}
+    return cast("Function", command)
+
+
+def seconds_to_wait() -> float:
+    """What the running command was told with --wait."""
+    return _WAIT.get()
 
 
 @contextmanager
 def database(path: Path, *, writing: bool = False, create: bool = False) -> Iterator[MotionDB]:
-    """The open database; only writing needs the file to itself, only adding makes a new one."""
+    """Open the database and close it at the end.
+
+    Parameters
+    ----------
+    path : Path
+        The database file.
+    writing : bool, optional
+        Whether the command changes the database; then no other process can open the file.
+    create : bool, optional
+        Whether to make a missing file.
+    """
     from motiondb.database import MotionDB
 
-    with MotionDB(path, read_only=not writing, create=create) as db:
+    with MotionDB(path, read_only=not writing, create=create, wait=seconds_to_wait()) as db:
         yield db
 
 
 def note_unlearned(db: MotionDB) -> None:
-    """Say on standard error how many captures the answers leave out."""
+    """Print on standard error how many captures the answers leave out.
+
+    Parameters
+    ----------
+    db : MotionDB
+        The database.
+    """
     count = len(db.unlearned())
     if count:
         what = "1 capture is" if count == 1 else f"{count} captures are"
@@ -67,7 +195,13 @@ def note_unlearned(db: MotionDB) -> None:
 
 
 def note_drift(found: Drift | None) -> None:
-    """Say whether learning again is worthwhile, where captures or words changed."""
+    """Print whether learning again is worthwhile after changes of captures or words.
+
+    Parameters
+    ----------
+    found : Drift, optional
+        What changed since the database learned.
+    """
     if found and found.relearn:
         typer.echo(f"Learning again is worthwhile (motiondb learn): {'; '.join(found.reasons)}.")
     elif found and found.words:
@@ -75,19 +209,41 @@ def note_drift(found: Drift | None) -> None:
 
 
 def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:
-    """Say on standard error which words of a question were left out, and what is near them."""
+    """Print on standard error the unknown words of a query with the most similar known ones.
+
+    Parameters
+    ----------
+    unknown : mapping of str to sequence of str
+        Known words that are similar to each unknown word.
+    """
     for word, near in unknown.items():
         hint = f"; the nearest known: {', '.join(near)}" if near else ""
         typer.echo(f"unknown word {word!r} left out{hint}", err=True)
 
 
-def print_json(value: Any) -> None:
-    """JSON on standard output, floats as they are."""
+def print_json(value: object) -> None:
+    """Print a value as JSON on standard output.
+
+    Parameters
+    ----------
+    value : object
+        What ``json`` can write; other objects are written as text.
+    """
     typer.echo(jsonlib.dumps(value, indent=2, ensure_ascii=False, default=str))
 
 
 def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
-    """A table as wide as it needs to be; plain where the output is no terminal."""
+    """Print a table; it is 160 columns wide if the output is not a terminal.
+
+    Parameters
+    ----------
+    title : str
+        Title, or "".
+    columns : list of str
+        Names of the columns.
+    rows : list of list of str
+        Cells of every row.
+    """
     from rich.console import Console
     from rich.table import Table
 
@@ -107,7 +263,18 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
 
 @contextmanager
 def progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
-    """A progress bar on standard error: call with what, how many done, how many there are."""
+    """Show progress bars on standard error.
+
+    Parameters
+    ----------
+    enabled : bool
+        Whether to show anything.
+
+    Yields
+    ------
+    callable
+        Call it with the name of the step, how much is done, and how much there is to do.
+    """
     if not enabled:
         yield lambda _what, _done, _total: None
         return

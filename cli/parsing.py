@@ -1,4 +1,4 @@
-"""grammar parse, suggest: captures and strings held against a grammar."""
+"""Commands grammar parse and suggest."""
 
 from __future__ import annotations
 
@@ -25,7 +25,13 @@ SHOWN = 10
 
 
 def register(group: typer.Typer) -> None:
-    """Put the commands into the group."""
+    """Add the commands to the group.
+
+    Parameters
+    ----------
+    group : typer.Typer
+        The group ``grammar``.
+    """
     group.command("parse")(parse)
     group.command("suggest")(suggest)
 
@@ -39,10 +45,10 @@ def parse(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Parse a capture: its sentences' trees, or where it fails and what was expected (exit 1).
+    """Parse a capture: trees of its sentences, or the fault and what was expected (exit 1).
 
-    Segments that are unlike anything the grammar was learned from are told with their distance
-    from the nearest terminal; a capture that is so most of the time ends with exit 1 too.
+    Segments that are unlike all motion from which the grammar was learned are listed with their
+    distance from the nearest terminal; if most of the capture is unlike, the exit code is 1 too.
     """
     with database(db) as base:
         found = base.grammars.parse(name, example)
@@ -100,7 +106,7 @@ def _say_parsed(found: ParsedMotion, example: str) -> None:
 
 
 def _say_unlike(found: ParsedMotion, name: str, example: str) -> None:
-    """Print the segments that are unlike anything learned, the farthest first."""
+    """Print the segments unlike anything learned, the farthest first, or that this is unknown."""
     if not found.stored and found.reach is None:
         typer.echo(
             f"note: the terminals of {name} have too few members to say what is unlike them",
@@ -142,7 +148,7 @@ def suggest(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Say which actions the grammar allows next, with their probabilities."""
+    """List the terminals that the grammar allows next, with their probabilities."""
     with database(db) as base:
         found = base.grammars.suggest(name, beginning)
         names = base.grammars.load(name).terminals.names

@@ -11,36 +11,68 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database, print_json, print_table
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    Json,
+    Png,
+    Seed,
+    database,
+    finite,
+    print_json,
+    print_table,
+)
 
 if TYPE_CHECKING:
     from motiondb.database.motion_db import MotionDB
     from motiondb.database.scenes.scene_verbs import Scene
+    from motiondb.store import StoredScene
 
 DiagramFile = Annotated[
     str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
 ]
-Folder = Annotated[Path, typer.Option("--out", "-o", help="The folder that the scene becomes.")]
-Minutes = Annotated[
-    float, typer.Option("--minutes", help="Sample for no longer than this; scenes take seconds.")
+Folder = Annotated[Path, typer.Option("--out", "-o", help="The folder to write.")]
+Rounds = Annotated[
+    int,
+    typer.Option(
+        "--rounds",
+        min=1,
+        max=1_000_000,
+        help="Rounds of sampling, at most; the seed then fixes the scene.",
+    ),
 ]
+Minutes = Annotated[
+    float | None,
+    typer.Option(
+        "--minutes", min=0.0001, max=10_000.0, callback=finite,
+        help="Cut sampling short after this time, and say so; else never.",
+    ),
+]  # fmt: skip
 Chains = Annotated[
-    int, typer.Option("--chains", help="Markov chains at different temperatures; 1 is a single.")
+    int,
+    typer.Option("--chains", help="Number of Markov chains, at different temperatures, 1 to 64."),
 ]
 Name = Annotated[
-    str, typer.Option("--name", help="Also keep it in the database, its motions as NAME/PLAYER.")
+    str,
+    typer.Option("--name", help="Also keep it in the database, with its motions as NAME/PLAYER."),
 ]
-Gaze = Annotated[bool, typer.Option("--gaze/--no-gaze", help="Heads follow the ball.")]
+Gaze = Annotated[bool, typer.Option("--gaze/--no-gaze", help="Whether heads follow the ball.")]
 Drawn = Annotated[
     bool, typer.Option("--pictures/--no-pictures", help="Draw paths.png, above.gif and scene.gif.")
 ]
 Place = Annotated[
-    str, typer.Argument(metavar="SCENE", help="The folder of a scene, or the name of a kept one.")
+    str, typer.Argument(metavar="SCENE", help="The folder of a scene, or the name of a kept scene.")
 ]
 
 
 def register(group: typer.Typer) -> None:
-    """Put the commands into the group ``scene``."""
+    """Add the commands to the group.
+
+    Parameters
+    ----------
+    group : typer.Typer
+        The group ``scene``.
+    """
     for command in (make, update, report):
         group.command(command.__name__)(command)
     group.command("list")(list_scenes)
@@ -51,7 +83,8 @@ def make(
     file: DiagramFile,
     out: Folder,
     seed: Seed = 0,
-    minutes: Minutes = 1.0,
+    rounds: Rounds = 70,
+    minutes: Minutes = None,
     chains: Chains = 4,
     name: Name = "",
     gaze: Gaze = True,
@@ -59,11 +92,11 @@ def make(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Make an animated scene of a tactics diagram, with every rule's error in the report."""
+    """Make an animated scene from a tactics diagram, with a report of every rule's error."""
     from motiondb.database.scenes.scene_files import read_tactics
     from motiondb.database.scenes.scene_verbs import SceneSettings, check_folder
 
-    settings = SceneSettings(seed=seed, chains=chains, minutes=minutes, gaze=gaze)
+    settings = SceneSettings(seed=seed, chains=chains, rounds=rounds, minutes=minutes, gaze=gaze)
     check_folder(out)
     began = time.monotonic()
     with database(db, writing=bool(name)) as base, scene_progress(not json) as tell:
@@ -72,21 +105,23 @@ def make(
         scene = base.scenes.make(file, settings, tell, name)
         _finish(base, scene, out, bool(name), drawn, tell)
     _print(scene, out, time.monotonic() - began, json)
+    _refuse_impossible(scene.record)
 
 
 def update(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a scene.")],
     file: DiagramFile,
     seed: Annotated[
-        int | None, typer.Option("--seed", min=0, help="Another seed than the scene's.")
+        int | None,
+        typer.Option("--seed", min=0, max=2**63 - 1, help="A seed other than the scene's."),
     ] = None,
-    minutes: Minutes = 1.0,
+    minutes: Minutes = None,
     name: Name = "",
     drawn: Drawn = True,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Make the scene of a folder again for a changed diagram, beginning from what it is."""
+    """Make the scene of a folder again for a changed diagram, starting from the present scene."""
     from dataclasses import replace
 
     from motiondb.database.scenes.scene_files import read_tactics
@@ -104,6 +139,7 @@ def update(
         scene = base.scenes.update(earlier, file, settings, tell)
         _finish(base, scene, folder, bool(name), drawn, tell)
     _print(scene, folder, time.monotonic() - began, json)
+    _refuse_impossible(scene.record)
 
 
 def _finish(
@@ -114,12 +150,16 @@ def _finish(
     drawn: bool,
     tell: Callable[[str, float, float], None],
 ) -> None:
-    """Write the folder, and keep the scene where it has a name."""
+    """Write the folder, and keep the scene if it has a name."""
     base.scenes.write(scene, folder, tell, drawn, kept)
 
 
 def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
-    from motiondb.database.scenes.scene_reports import cut_short_lines, report_facts
+    from motiondb.database.scenes.scene_reports import (
+        cut_short_lines,
+        impossible_lines,
+        report_facts,
+    )
 
     facts = report_facts(scene.record)
     work = {what: round(took, 3) for what, took in scene.made.seconds.items()}
@@ -139,6 +179,8 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
         f"rules kept: {facts['rules'] - facts['broken']} of {facts['rules']};"
         f" collisions: {touching or 'none'}"
     )
+    for line in impossible_lines(scene.record.report):
+        typer.echo(line)
     if facts["too_fast"]:
         typer.echo(f"  faster than people go: {', '.join(facts['too_fast'])}")
     for rule in scene.broken:
@@ -149,8 +191,14 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
         )
 
 
+def _refuse_impossible(record: StoredScene) -> None:
+    """Exit with 1 if a scene has motion that people cannot do; its frames are in the output."""
+    if record.report.get("impossible"):
+        raise typer.Exit(1)
+
+
 def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Tell how well a scene keeps each rule, who touches whom, and where its motion comes from."""
+    """Report how well a scene keeps each rule, collisions, and the sources of its motion."""
     from motiondb.database.scenes.scene_folder import read_scene_folder
     from motiondb.database.scenes.scene_reports import report_facts, report_text
 
@@ -169,6 +217,7 @@ def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = Fals
         print_json(report_facts(record) | ({"picture": str(png)} if png else {}))
     else:
         typer.echo(report_text(record))
+    _refuse_impossible(record)
 
 
 def list_scenes(db: Db = DEFAULT_DB, json: Json = False) -> None:
@@ -202,7 +251,7 @@ def remove(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Take a kept scene out of the database, with its players' motions; folders stay."""
+    """Remove a kept scene and its players' motions from the database; folders stay."""
     with database(db, writing=True) as base:
         captures = base.scenes.remove(name)
     if json:
@@ -213,7 +262,7 @@ def remove(
 
 @contextmanager
 def scene_progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
-    """A bar on standard error with the error so far: call with what, the share done, the error."""
+    """Show progress on standard error: call with what is done, the fraction done, the error."""
     if not enabled:
         yield lambda _what, _share, _error: None
         return

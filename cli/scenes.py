@@ -1,4 +1,4 @@
-"""scene: motion grammars and tactics diagrams, before anything moves; see also scene_making."""
+"""scene: motion grammars and tactics diagrams; scenes themselves are in scene_making."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motiondb.cli import scene_making
-from motiondb.cli.options import Json, database, print_json, print_table
+from motiondb.cli.options import Commands, Json, database, print_json, print_table
 
 if TYPE_CHECKING:
     from motiondb.database.scenes.scene_clips import ShownAction
@@ -20,21 +20,25 @@ if TYPE_CHECKING:
 GrammarFile = Annotated[
     str, typer.Argument(metavar="GRAMMAR", help="A grammar file, or basketball or carrying.")
 ]
-Actions = Annotated[str, typer.Argument(help="Actions in their order, divided by spaces.")]
+Actions = Annotated[str, typer.Argument(help="Actions in their order, separated by spaces.")]
 StartSymbol = Annotated[
-    str, typer.Option("--start", help="The start symbol, such as S_D; else whichever fits.")
+    str, typer.Option("--start", help="The start symbol, such as S_D.  [default: any that fits]")
 ]
 ClipsDb = Annotated[
-    Path | None, typer.Option("--db", help="Also say which actions this database has clips for.")
+    Path | None, typer.Option("--db", help="Also list the clips of this database for every action.")
 ]
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
-    group = typer.Typer(
-        help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True
-    )
-    grammars = typer.Typer(help="Grammars of motion.", no_args_is_help=True)
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
+    group = Commands(help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True)
+    grammars = Commands(help="Grammars of motion.", no_args_is_help=True)
     grammars.command("check")(check_grammar)
     group.add_typer(grammars, name="grammar")
     group.command("validate")(validate)
@@ -45,7 +49,7 @@ def register(app: typer.Typer) -> None:
 
 
 def check_grammar(file: GrammarFile, db: ClipsDb = None, json: Json = False) -> None:
-    """Say whether a grammar is well-formed, LR(1), without useless symbols, and has clips."""
+    """Check a grammar: form, LR(1) conflicts, useless symbols, and clips in a database."""
     from motiondb.database.scenes.scene_files import read_grammar
     from motiondb.scene.services import services
 
@@ -68,7 +72,7 @@ def check_grammar(file: GrammarFile, db: ClipsDb = None, json: Json = False) -> 
         for conflict in start.conflicts:
             typer.echo(f"    {conflict.describe(grammar.grammar)}")
         if start.empty:
-            typer.echo("    can derive no action at all; whoever is on court does something")
+            typer.echo("    can derive no action at all; every player on court needs at least one")
     typer.echo(f"can be empty: {', '.join(report.nullable) or 'nothing'}")
     typer.echo(f"useless: {', '.join(report.useless) or 'nothing'}")
     _print_clips(clips, [terminal.name for terminal in grammar.terminals])
@@ -113,7 +117,7 @@ def validate(
     db: ClipsDb = None,
     json: Json = False,
 ) -> None:
-    """Show the tree of a string of actions, or where it fails and what was expected (exit 1)."""
+    """Show the tree of a string of actions, or the fault and what was expected (exit 1)."""
     from motiondb.database.scenes.scene_files import read_grammar
     from motiondb.scene.services import services
 
@@ -140,12 +144,12 @@ def validate(
         raise typer.Exit(1)
 
 
-def _tree_facts(tree: Tree) -> Any:
+def _tree_facts(tree: Tree) -> str | list[Any]:
     return tree.symbol if tree.is_leaf else [tree.symbol, [_tree_facts(c) for c in tree.children]]
 
 
 def _print_tree(tree: Tree) -> None:
-    """A symbol a line, deeper ones further in."""
+    """Print one symbol a line, indented by its depth."""
     waiting = [(tree, 0)]
     while waiting:
         node, depth = waiting.pop()
@@ -161,7 +165,7 @@ def suggest(
     db: ClipsDb = None,
     json: Json = False,
 ) -> None:
-    """Say which actions may come next, with the probabilities of the grammar's rules."""
+    """List the actions that may come next, with the probabilities of the grammar's rules."""
     from motiondb.database.scenes.scene_files import read_grammar
     from motiondb.scene.services import services
 
@@ -188,7 +192,7 @@ def draw(
     db: ClipsDb = None,
     json: Json = False,
 ) -> None:
-    """Draw a tactics diagram, and say what it asks of each player."""
+    """Draw a tactics diagram, and list the actions that it requires of each player."""
     from motiondb import pictures
     from motiondb.database.scenes.scene_files import grammar_of, read_tactics
     from motiondb.scene.language import expressions, possession
@@ -231,13 +235,11 @@ def draw(
 
 
 def _clips(path: Path | None, grammar: MotionGrammar) -> Mapping[str, Sequence[ShownAction]] | None:
-    """The clips of a database for every terminal; None where no database is named."""
+    """Return the clips of a database for every terminal, or None if no database is given."""
     if path is None:
         return None
-    from motiondb.database.scenes.scene_clips import find_actions
-
     with database(path) as base:
-        return find_actions(base, grammar)
+        return base.scenes.find_actions(grammar)
 
 
 def _clip_facts(

@@ -1,4 +1,4 @@
-"""grammar generate, edit: new sequences that a grammar allows."""
+"""Commands grammar generate and edit: new sequences that a grammar derives."""
 
 from __future__ import annotations
 
@@ -35,7 +35,13 @@ TreesPng = Annotated[
 
 
 def register(group: typer.Typer) -> None:
-    """Put the commands into the group."""
+    """Add the commands to the group.
+
+    Parameters
+    ----------
+    group : typer.Typer
+        The group ``grammar``.
+    """
     group.command("generate")(generate)
     group.command("edit")(edit)
 
@@ -46,14 +52,19 @@ def generate(
     seed: Seed = 0,
     length: Annotated[
         int | None,
-        typer.Option("--length", min=1, max=10_000, help="Terminals wished, the nearest possible."),
+        typer.Option(
+            "--length",
+            min=1,
+            max=10_000,
+            help="Number of terminals; the nearest possible one is taken.",
+        ),
     ] = None,
     save: Save = None,
     png: Png = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Make a new sequence that obeys the grammar; its sources go into a file beside it."""
+    """Generate a new sequence that the grammar derives; a file beside it names its sources."""
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
         if save is not None:
@@ -77,20 +88,26 @@ def edit(
         str,
         typer.Argument(metavar="SEQUENCE", help='A kept sequence\'s name, or terminals "a b c".'),
     ],
-    at: Annotated[int, typer.Option("--at", help="The position to edit, from 0.")],
+    at: Annotated[int, typer.Option("--at", min=0, help="Position to edit, from 0.")],
     wider: Annotated[
-        int, typer.Option("--wider", min=0, help="Grow the region to this many ancestors up.")
+        int,
+        typer.Option("--wider", min=0, help="Enlarge the region by this many levels of the tree."),
     ] = 0,
     narrower: Annotated[
-        int, typer.Option("--narrower", min=0, help="Then shrink it to this many levels down.")
+        int,
+        typer.Option("--narrower", min=0, help="Then reduce it by this many levels of the tree."),
     ] = 0,
-    number: Annotated[int, typer.Option("--number", min=1, help="Alternatives to offer.")] = 4,
+    number: Annotated[
+        int, typer.Option("--number", min=1, max=10_000, help="Number of alternatives.")
+    ] = 4,
     choose: Annotated[
         int | None, typer.Option("--choose", min=1, help="Take this alternative, from 1.")
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Write the chosen one; without --choose all of them."),
+        typer.Option(
+            "-o", "--output", help="File for the chosen alternative; without --choose one for each."
+        ),
     ] = None,
     save: Annotated[
         str | None, typer.Option("--save", help="Keep the chosen one as a capture, by this name.")
@@ -100,9 +117,9 @@ def edit(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Offer other ways through a region of a sequence; everything outside it stays.
+    """Offer alternatives for a region of a sequence; the rest does not change.
 
-    The same seed offers the same alternatives, so look first, then --choose one.
+    The same seed gives the same alternatives: list them first, then --choose one.
     """
     from motiondb.errors import QueryError
 
@@ -143,7 +160,7 @@ def _hand_out(
 ) -> dict[str, Any]:
     """Write and draw a sequence (paths of both, perhaps None), keep it; return its facts."""
     output, png = paths
-    facts = _written(made, seed, output)
+    facts = _written(base, made, seed, output)
     if png:
         base.grammars.draw_sequence(made, png)
     if save is not None:  # last, so that nothing is kept where a file cannot be written
@@ -179,7 +196,7 @@ def _offer(
         file = None
         if output:
             file = output.with_name(f"{output.stem}-{number + 1}{output.suffix}")
-        rows.append(_written(made, seed, file) | known)
+        rows.append(_written(base, made, seed, file) | known)
     if rows and len(faults) == len(rows):
         raise faults[0]
     return {
@@ -190,13 +207,11 @@ def _offer(
     }
 
 
-def _written(made: GrammarSequence, seed: int, output: Path | None) -> dict[str, Any]:
-    """Return the facts of a sequence, and write it if a file is named."""
-    from motiondb.database.grammars import grammar_facts
-
-    if output is None:
-        return grammar_facts.sequence_facts(made, seed)
-    return grammar_facts.write_sequence(made, seed, output)
+def _written(
+    base: MotionDB, made: GrammarSequence, seed: int, output: Path | None
+) -> dict[str, Any]:
+    """The facts of what was made, written where a file is named."""
+    return base.grammars.write(made, output, seed) if output else base.grammars.facts(made, seed)
 
 
 def _say_offer(facts: dict[str, Any]) -> None:

@@ -1,15 +1,16 @@
-"""words: the vocabulary, and what people write about captures."""
+"""Commands words, words set, import, synonyms and suggest: vocabulary and captions."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     From,
     Json,
@@ -23,8 +24,16 @@ from motiondb.cli.options import (
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into the app."""
-    group = typer.Typer(help="The words known, and those of captures.", invoke_without_command=True)
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
+    group = Commands(
+        help="The vocabulary, and the captions of captures.", invoke_without_command=True
+    )
     group.callback()(words)
     group.command("set")(set_words)
     group.command("import")(import_words)
@@ -34,23 +43,11 @@ def register(app: typer.Typer) -> None:
 
 
 def words(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """List the words the database knows, with the symbols that speak for them."""
+    """List the words of the database with their most probable symbols."""
     if context.invoked_subcommand is not None:
         return
     with database(db) as base:
-        association = base.learned.association
-    t = association.translation[1:]
-    rows: list[dict[str, Any]] = []
-    for number in sorted(range(len(association.words)), key=lambda w: -association.counts[w]):
-        column = t[:, number]
-        best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > 0.01]
-        rows.append(
-            {
-                "word": association.words[number],
-                "count": int(association.counts[number]),
-                "symbols": [{"symbol": s, "probability": float(column[s])} for s in best],
-            }
-        )
+        rows = base.word_rows()
     if json:
         print_json(rows)
         return
@@ -67,14 +64,14 @@ def words(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> No
 
 def set_words(
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
-    text: Annotated[str, typer.Argument(metavar="WORDS", help="What it shows.")],
+    text: Annotated[str, typer.Argument(metavar="WORDS", help="Words that describe it.")],
     start: From = None,
     end: To = None,
-    keep: Annotated[bool, typer.Option("--keep", help="Keep the words that are there.")] = False,
+    keep: Annotated[bool, typer.Option("--keep", help="Keep the present captions.")] = False,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Write down what a capture, or a part of it, shows."""
+    """Set the caption of a capture or of a part of it."""
     with database(db, writing=True) as base:
         change = base.set_words(name, text, start, end, keep)
         captions = base.captions(name)
@@ -96,7 +93,7 @@ def import_words(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Replace words and tags of captures by those of a sheet; unknown rows are listed (exit 1)."""
+    """Replace captions and tags by those of a sheet; rows without a capture are listed (exit 1)."""
     with database(db, writing=True) as base:
         report = base.import_words(sheet)
         drift = base.drift()
@@ -121,7 +118,7 @@ def set_synonyms(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Keep a file of synonyms for words and questions."""
+    """Store a file of synonyms for captions and queries."""
     with database(db, writing=True) as base:
         table = base.set_synonyms(file)
     if json:
@@ -131,7 +128,7 @@ def set_synonyms(
 
 
 def suggest(limit: Limit = 10, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Say which captures to write words about next: those that stand for most of the others."""
+    """List the captures to caption next: those that resemble most of the others."""
     with database(db) as base:
         found = base.suggest_captions(limit)
     if json:

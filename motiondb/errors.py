@@ -1,4 +1,4 @@
-"""The errors that motiondb raises, all children of :class:`MotionDBError`.
+"""The errors that motiondb raises, all subclasses of :class:`MotionDBError`.
 
 A message reads ``where: expected X, found Y. What to do.`` The library raises; only ``cli/``
 prints.
@@ -11,7 +11,7 @@ from difflib import get_close_matches
 
 
 class MotionDBError(Exception):
-    """Anything that motiondb refuses, said in a sentence that the user can act on."""
+    """Base class of all errors; the message says what was expected, what was found, what to do."""
 
 
 class CaptureError(MotionDBError):
@@ -19,8 +19,10 @@ class CaptureError(MotionDBError):
 
     Parameters
     ----------
-    path : the file, as the user named it.
-    faults : every structural fault found, as (line or None, sentence); all are reported at once.
+    path : object
+        The file, as the user named it.
+    faults : iterable of (int or None, str), or str
+        Line and sentence of every structural fault; all are reported at once.
     """
 
     def __init__(self, path: object, faults: Iterable[tuple[int | None, str]] | str) -> None:
@@ -35,6 +37,10 @@ class SkeletonError(MotionDBError):
     """A skeleton whose joints cannot be matched with the canonical body."""
 
 
+class ImplausibleError(MotionDBError):
+    """A capture whose motion no person can do."""
+
+
 class SheetError(MotionDBError):
     """A sheet of words that cannot be read."""
 
@@ -44,7 +50,7 @@ class StoreError(MotionDBError):
 
 
 class NotLearnedError(MotionDBError):
-    """A question that needs ``learn`` to have run first."""
+    """A question that needs what ``learn`` derives, before ``learn`` has run."""
 
 
 class QueryError(MotionDBError):
@@ -56,12 +62,19 @@ class SceneError(MotionDBError):
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """Say which known names are near a wrong one, or nothing.
+    """Sentence that names the known names most similar to a wrong one, or "".
+
+    Parameters
+    ----------
+    name : str
+        The wrong name.
+    known : iterable of str
+        The known names.
 
     >>> suggestion("wlak", ["walk", "run"])
     ' Did you mean walk?'
     >>> suggestion("xyz", ["walk", "run"])
     ''
     """
-    near = get_close_matches(name, list(known), n=3, cutoff=0.6)
+    near = get_close_matches(name[:100], list(known), n=3, cutoff=0.6)
     return f" Did you mean {' or '.join(near)}?" if near else ""

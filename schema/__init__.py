@@ -1,0 +1,1 @@
+"""The tables of the database (``schema.sql``) and their migrations."""

@@ -14,8 +14,9 @@
 
 -- ── Housekeeping ─────────────────────────────────────────────────────────────────────────────
 
--- schema_version, created_by (motiondb's version), next_capture_id, motion_revision and
--- content_revision (random marks, new with every change of the motions or of anything learnt from).
+-- schema_version, created_by (motiondb's version), next_capture_id, revision (a number that every
+-- committed change raises), motion_revision and content_revision (random marks, new with every
+-- change of the motions, or of anything that can be learned from).
 CREATE TABLE meta (
     key VARCHAR PRIMARY KEY,
     value VARCHAR NOT NULL
@@ -139,7 +140,7 @@ CREATE TABLE frame_source (
 
 -- ── Derived: what `learn` makes, replaced as a whole ─────────────────────────────────────────
 
--- One row when learnt: the sizes of all that follows.
+-- One row where `learn` has run: the sizes of everything below.
 CREATE TABLE learning (
     run_id BIGINT NOT NULL REFERENCES run (run_id),
     content_revision VARCHAR NOT NULL,      -- of meta, when it was saved

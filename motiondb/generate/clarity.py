@@ -1,15 +1,15 @@
-"""How clearly a piece of motion shows what was asked for, and nothing else.
+"""Clarity: how well a segment of motion shows the requested words, and no others.
 
-Notation: p_r(w) the probability that segment r shows word w; A the words asked for. A segment that
-shows a kick and a handstand answers "kick" less well than one that shows a kick alone, so each word
-counts
+Notation: p_r(w) the probability that segment r shows word w; A the requested words. A segment that
+shows a kick and a handstand is a worse example of "kick" than one that shows a kick alone, so that
+the clarity of word w is
 
     c_r(w) = p_r(w) [prod_{v not in A} (1 - p_r(v))]^h,    w in A,
 
-the probability of the word while nothing is shown that was not asked for, words taken as
-independent. They are not: whoever sits on a stool shows "stool" too; so what was not asked for
-counts by a share h. A symbol is as clear as its segments: the geometric mean of what all of them
-show on average and what the clearest few show, for these are what generation takes.
+For h = 1 this is the probability that the word is shown and no other, if words are independent.
+They are not: a motion of sitting on a stool shows "stool" too. Hence the exponent h < 1. The
+clarity of a symbol is the geometric mean of two means over its segments: over all of them, and over
+the few clearest, which are those that generation uses.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ import numpy as np
 from motiondb.records import FloatArray, IntArray
 
 CLEAREST = 3
-"""Segments by which a symbol is judged to be able to show a word."""
+"""Number of clearest segments. Chosen by hand; not tuned."""
 UNASKED_SHARE = 0.5
-"""h: how much what was not asked for counts, beside what was."""
+"""h. Chosen by hand; not tuned."""
 
 
 def log_unasked(probabilities: FloatArray, asked: IntArray) -> FloatArray:
@@ -29,8 +29,10 @@ def log_unasked(probabilities: FloatArray, asked: IntArray) -> FloatArray:
 
     Parameters
     ----------
-    probabilities : array (segments, words), below 1.
-    asked : word numbers A.
+    probabilities : array (segments, words)
+        p, below 1.
+    asked : array (requested words,)
+        Word numbers A.
 
     >>> np.exp(log_unasked(np.array([[0.9, 0.5, 0.2]]), np.array([0]))).round(6)
     array([0.4])
@@ -47,14 +49,20 @@ def symbol_clarity(
     n_symbols: int,
     unasked_share: float = UNASKED_SHARE,
 ) -> FloatArray:
-    """How clearly every symbol shows the words asked for: array (symbols, len(asked)), 0 to 1.
+    """Clarity of the requested words in every symbol: array (symbols, requested words), 0 to 1.
 
     Parameters
     ----------
-    probabilities : array (segments, words), below 1.
-    asked : word numbers A, all different.
-    symbols : array (segments,), the symbol of every segment. One without segments shows nothing.
-    unasked_share : h, from 0 to 1.
+    probabilities : array (segments, words)
+        p, below 1.
+    asked : array (requested words,)
+        Word numbers A, all different.
+    symbols : array (segments,)
+        Symbol of every segment. The clarity of a symbol without segments is 0.
+    n_symbols : int
+        Number of symbols.
+    unasked_share : float, optional
+        h, from 0 to 1.
 
     >>> symbol_clarity(np.array([[0.8, 0.5], [0.2, 0.0]]), np.array([0]), np.array([0, 1]), 2, 1.0)
     array([[0.4],
@@ -64,6 +72,6 @@ def symbol_clarity(
     clear = clear * np.exp(unasked_share * log_unasked(probabilities, asked))[:, None]
     answer = np.zeros((n_symbols, len(asked)))
     for symbol in np.unique(symbols):
-        own = np.sort(clear[symbols == symbol], axis=0)
-        answer[symbol] = np.sqrt(own.mean(axis=0) * own[-CLEAREST:].mean(axis=0))
+        rising = np.sort(clear[symbols == symbol], axis=0)
+        answer[symbol] = np.sqrt(rising.mean(axis=0) * rising[-CLEAREST:].mean(axis=0))
     return answer

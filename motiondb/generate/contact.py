@@ -1,10 +1,11 @@
-"""Feet that stand where they stand: contacts found, held, and the legs bent to suit.
+"""Foot contacts: detection, and removal of foot sliding by inverse kinematics.
 
-A foot is in contact where its ankle or toe is low and slow. Within a contact the slower of the two
-is held at one place on the ground (the median over the contact); before and after, the correction
-fades out over ``FADE`` frames, so that nothing jumps. Two-bone inverse kinematics brings hip, knee
-and ankle to the corrected place, or as near as a knee that does not snap straight allows; the foot
-keeps its own turning in the world, and is lifted where ankle or toe would dig into the ground.
+A foot is in contact with the ground where its ankle or toe is low and slow. During a contact the
+slower of the two is held at one place on the ground, its median over the contact; before and after,
+the correction fades out over ``FADE`` frames, so that the motion stays continuous. Two-bone inverse
+kinematics moves the ankle to the corrected place, or as near to it as is possible without snapping
+the knee straight. The foot keeps its orientation in the world, and is lifted where ankle or toe
+would be below the ground.
 """
 
 from __future__ import annotations
@@ -19,20 +20,24 @@ from motiondb.pose.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 MAX_HEIGHT = 0.05
-"""Metres over the standing height below which a foot can be in contact."""
+"""Largest height of a foot in contact above its height in standing, metres. By hand."""
 MAX_SPEED = 0.45
-"""Metres a second below which it is."""
+"""Largest speed of a foot in contact, metres a second. By hand."""
 FADE = 6
+"""Frames (0.2 s) over which a correction fades in and out. By hand."""
 _I = body.INDEX
 FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"))
-"""Joints that tell contacts."""
+"""Joints by which contacts are detected."""
 
 
 def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
-    """Which foot is on the ground: array (frames, 2), left and right.
+    """Detect which foot is on the ground: array (frames, 2), left and right.
 
-    positions : array (frames, 21, 3), metres on the standard body, ground at y = 0; only those of
-        :data:`FEET` are looked at.
+    Parameters
+    ----------
+    positions : array (frames, 21, 3)
+        Joint positions on the standard body, metres, ground at y = 0. Only those of :data:`FEET`
+        are used.
     """
     contacts = np.zeros((len(positions), 2), dtype=bool)
     for foot, side in enumerate("lr"):
@@ -48,14 +53,26 @@ def _steady(contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def foot_slip(motion: Motion) -> float:
-    """Mean ground speed of feet in contact, metres a second (0 where there is no contact)."""
+    """Mean ground speed of feet in contact, metres a second; 0 without contacts.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    """
     speeds = contact_speeds(motion)
     there = speeds[np.isfinite(speeds)]
     return float(there.mean()) if len(there) else 0.0
 
 
 def contact_speeds(motion: Motion) -> FloatArray:
-    """Ground speed of feet in contact: array (frames, 2), metres a second; NaN where in none."""
+    """Ground speed of feet in contact: array (frames, 2), metres a second; NaN without contact.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    """
     positions, _ = retarget.motion_positions(motion, FEET)
     contacts = find_contacts(positions)
     speeds = np.full(contacts.shape, np.nan)
@@ -71,10 +88,21 @@ def lock_feet(
     free: NDArray[np.bool_] | None = None,
     contacts: NDArray[np.bool_] | None = None,
 ) -> Motion:
-    """The motion with its feet held while they are in contact; bone lengths stay as they are.
+    """Hold the feet in place while they are in contact; bone lengths do not change.
 
-    free : array (frames,), where feet are left alone; default nowhere.
-    contacts : array (frames, 2), more contacts than can be seen, of feet that an edit made slide.
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    free : array (frames,), optional
+        True where the feet are not changed.
+    contacts : array (frames, 2), optional
+        Further contacts beside the detected ones, such as those of feet that an edit made slide.
+
+    Returns
+    -------
+    Motion
+        The same motion with other rotations of hips, knees and ankles.
     """
     if motion.n_frames < 3:
         return motion
@@ -107,10 +135,11 @@ def lock_feet(
 def _without_knee_pop(
     hip: FloatArray, knee: FloatArray, ankle: FloatArray, moved: FloatArray
 ) -> FloatArray:
-    """Targets (frames, 3) of the ankle that straighten the leg no more suddenly than it moves.
+    """Targets (frames, 3) of the ankle that do not snap the knee straight.
 
-    Near full length a millimetre of reach moves the knee by centimetres. The knee's distance from
-    the line of hip and ankle may shrink by no more than the ankle is moved; else the foot gives.
+    When the leg is nearly straight, a millimetre of reach moves the knee by centimetres. So the
+    knee's distance from the line through hip and ankle may decrease by no more than the ankle is
+    moved; otherwise the target is moved towards the hip.
     """
     a, b = np.linalg.norm(knee - hip, axis=1), np.linalg.norm(ankle - knee, axis=1)
     line = rotation.normalize(ankle - hip)
@@ -124,7 +153,7 @@ def _without_knee_pop(
 
 
 def _corrections(ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_]) -> FloatArray:
-    """How far the ankle must move at every frame: array (frames, 3), metres."""
+    """Displacement of the ankle in every frame: array (frames, 3), metres."""
     n_frames = len(ankle)
     moved = np.zeros((n_frames, 3))
     fixed = np.zeros(n_frames, dtype=bool)
@@ -141,7 +170,7 @@ def _corrections(ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_])
 
 
 def _fade(moved: FloatArray, fixed: NDArray[np.bool_]) -> FloatArray:
-    """Corrections between fixed frames: from one to the next, or to nothing over FADE frames."""
+    """Corrections between fixed frames, blended from one to the next, or to 0 over FADE frames."""
     frames = np.arange(len(moved))
     known = np.flatnonzero(fixed)
     after = np.searchsorted(known, frames)
@@ -156,7 +185,7 @@ def _fade(moved: FloatArray, fixed: NDArray[np.bool_]) -> FloatArray:
 
 
 def _without_flicker(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Gaps of up to 2 frames closed, contacts of fewer than 4 frames dropped."""
+    """Close gaps of up to 2 frames and drop contacts of fewer than 4 frames (both by hand)."""
     steady = contact.copy()
     for start, end in runs(~contact):
         if end - start <= 2 and start > 0 and end < len(contact):

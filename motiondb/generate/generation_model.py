@@ -1,9 +1,9 @@
-"""Motion symbols in the space of generation: finer states over pose vectors and their differences.
+"""Motion symbols for generation: finer states over pose vectors and their differences.
 
-Recognition needs few broad states; a smooth trajectory needs at least eight states a second. Each
-state of a symbol is cut into ``SPLIT`` parts of equal length within every segment that the symbol
-won (after Viterbi alignment), and each part's mean, variance and duration are taken over these
-segments, in pose vectors (``pose.pose_vectors``) with first and second differences, at 30 frames a
+Recognition needs few broad states; a smooth trajectory needs at least eight states a second. After
+Viterbi alignment, each state of a symbol is divided into ``SPLIT`` parts of equal length within
+every segment of the symbol. Mean, variance and duration of each part are estimated over these
+segments, on pose vectors (``pose.pose_vectors``) with first and second differences, at 30 frames a
 second. The result is again a set of left-to-right HMMs.
 """
 
@@ -17,8 +17,9 @@ from motiondb.generate.trajectory import with_deltas
 from motiondb.records import FloatArray, IntArray, MotionSymbols
 
 SPLIT = 3
+"""Parts of a recognition state. Chosen by hand; not tuned."""
 VARIANCE_FLOOR = 1e-3
-"""Share of the overall variance below which no state's variance falls."""
+"""Least variance of a state, as a share of the overall variance. Chosen by hand."""
 
 
 def generation_symbols(
@@ -28,13 +29,17 @@ def generation_symbols(
 
     Parameters
     ----------
-    segments : per symbol the pose vectors (frames, D) of its segments, 30 a second.
-    states : per symbol and segment the recognition state of every frame, rising from 0.
-    n_states : states of a recognition symbol.
+    segments : sequence of sequence of array (frames, D)
+        Pose vectors of the segments of every symbol, 30 a second.
+    states : sequence of sequence of array (frames,)
+        Recognition state of every frame of these segments, rising from 0.
+    n_states : int
+        Number of states of a recognition symbol.
 
     Returns
     -------
-    MotionSymbols with SPLIT * n_states states over 3 D dimensions; symbols in the order given.
+    MotionSymbols
+        Symbols in the order given, with SPLIT * n_states states over 3 D dimensions.
     """
     n_fine = SPLIT * n_states
     everything = np.concatenate([with_deltas(v) for group in segments for v in group])
@@ -56,7 +61,14 @@ def generation_symbols(
 
 
 def fine_states(path: IntArray, n_states: int) -> IntArray:
-    """Every visit of a state cut into SPLIT equal parts; a state passed over stays empty.
+    """Divide every visit of a state into SPLIT equal parts; a skipped state has no frames.
+
+    Parameters
+    ----------
+    path : array (frames,)
+        Recognition state of every frame.
+    n_states : int
+        Number of recognition states.
 
     >>> fine_states(np.array([0, 0, 0, 1, 1, 1, 1]), 2)
     array([0, 1, 2, 3, 3, 4, 5])

@@ -1,9 +1,10 @@
 """Motion symbols in series: one left-to-right HMM for a whole sequence.
 
-Notation: symbol k has n_k states with self-loops a; its last state leaves with 1 - a. In the series
-that exit leads to the first state of symbol k + 1 with the same probability, so every row of the
-transition matrix sums to 1 (paper A sets it to 1 and would leave rows that sum to more). The very
-last state keeps the rest for itself in the matrix; its exit probability ends a sampled sequence.
+Notation: symbol k has n_k states with self-loops a; its last state is left with probability 1 - a.
+In the series this exit leads to the first state of symbol k + 1 with the same probability, so that
+every row of the transition matrix sums to 1. (Paper A sets it to 1, which gives rows of a larger
+sum.) In the matrix the last state of the series has a self-loop of 1; when sequences are sampled,
+they end with its exit probability.
 """
 
 from __future__ import annotations
@@ -21,10 +22,18 @@ class Series:
 
     Attributes
     ----------
-    startprob : array (N,). transmat : array (N, N), rows sum to 1.
-    self_loops : array (N,), probability to stay, also in the last state.
-    means, covars : arrays (N, dimensions).
-    positions : array (N,), which symbol of the sequence each state belongs to.
+    startprob : array (N,)
+        Initial probabilities.
+    transmat : array (N, N)
+        Transition probabilities; rows sum to 1.
+    self_loops : array (N,)
+        Probability to stay in a state, also for the last one.
+    means : array (N, dimensions)
+        Means.
+    covars : array (N, dimensions)
+        Variances.
+    positions : array (N,)
+        Position in the sequence of the symbol that each state belongs to.
     """
 
     startprob: FloatArray
@@ -36,7 +45,15 @@ class Series:
 
 
 def join_series(symbols: MotionSymbols, sequence: IntArray) -> Series:
-    """Put the HMMs of a symbol sequence (length >= 1) in series."""
+    """Put the HMMs of a symbol sequence in series.
+
+    Parameters
+    ----------
+    symbols : MotionSymbols
+        The motion symbols.
+    sequence : array (length,)
+        Numbers of the symbols, at least one.
+    """
     counts = symbols.n_states[sequence]
     picks = [(s, k) for s, n in zip(sequence, counts) for k in range(n)]
     rows, states = np.array(picks).T
@@ -58,9 +75,14 @@ def join_series(symbols: MotionSymbols, sequence: IntArray) -> Series:
 
 
 def expected_durations(series: Series) -> IntArray:
-    """Frames that each state lasts: array (N,), the rounded mean 1 / (1 - self-loop), at least 1.
+    """Number of frames of each state: array (N,), the rounded mean 1 / (1 - self-loop), at least 1.
 
-    Rounding errors are carried on, so that the total stays right.
+    Rounding errors are carried over to the next state, so that the total is right.
+
+    Parameters
+    ----------
+    series : Series
+        The joined HMM.
     """
     mean = 1.0 / np.maximum(1.0 - series.self_loops, 1e-3)
     ends = np.round(np.cumsum(mean)).astype(np.int64)
@@ -68,12 +90,30 @@ def expected_durations(series: Series) -> IntArray:
 
 
 def sample_states(series: Series, rng: np.random.Generator) -> IntArray:
-    """A Monte-Carlo walk through the states, from the first out of the last: array (frames,)."""
+    """Sample a path through the states, from the first out of the last: array (frames,).
+
+    Parameters
+    ----------
+    series : Series
+        The joined HMM.
+    rng : numpy.random.Generator
+        Source of randomness.
+    """
     durations = rng.geometric(np.maximum(1.0 - series.self_loops, 1e-3))
     return np.repeat(np.arange(len(durations)), durations)
 
 
 def sample_outputs(series: Series, states: IntArray, rng: np.random.Generator) -> FloatArray:
-    """Monte-Carlo outputs (frames, dimensions): every frame by itself, as paper A prints it."""
+    """Sample outputs (frames, dimensions), every frame independently, as in paper A.
+
+    Parameters
+    ----------
+    series : Series
+        The joined HMM.
+    states : array (frames,)
+        State of every frame.
+    rng : numpy.random.Generator
+        Source of randomness.
+    """
     noise = rng.normal(size=(len(states), series.means.shape[1]))
     return series.means[states] + np.sqrt(series.covars[states]) * noise

@@ -1,14 +1,14 @@
-"""Real segments that follow the trajectory: choice by dynamic programming, seams blended.
+"""Motion from recorded segments that follow a trajectory: selection and blending.
 
 Notation: position k of the symbol sequence has candidates i, real segments of that symbol, with
 
-    target cost  t_k(i)     how far the segment lies from the trajectory's part (and from the words)
+    target cost  t_k(i)     distance of the segment from its part of the trajectory (and the words)
     join cost    j(i, i')   |continuation of i - entry of i'|^2, between poses and velocities
 
-where the continuation of i is what its own capture does next, so that a segment and its true
-successor join at no cost. Viterbi finds the sequence of least total cost exactly. At a seam both
-clips run on for some frames and are cross-faded by a cubic; path values are blended linearly,
-rotations along the shortest arc.
+where the continuation of i is the pose that follows in its own capture, so that the join cost of a
+segment and its true successor is 0. Dynamic programming finds the sequence of least total cost. At
+a seam both segments are extended by some frames of their captures and cross-faded by a cubic
+weight; path values are interpolated linearly, rotations along the shortest arc.
 """
 
 from __future__ import annotations
@@ -23,16 +23,27 @@ from motiondb.pose import rotation
 from motiondb.records import FloatArray, IntArray
 
 BLEND_FRAMES = 10
+"""Frames (1/3 s) of a cross-fade. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Real segments for one position of the sequence.
+    """Recorded segments for one position of the sequence.
 
-    captures, starts, ends : arrays (n,), capture number and frames at 30 a second.
-    entries, continuations : arrays (n, values), pose and velocity where the segment begins, and
-        where its capture goes on after its end.
-    targets : array (n,), target costs.
+    Attributes
+    ----------
+    captures : array (n,)
+        Number of the capture.
+    starts : array (n,)
+        First frame, at 30 frames a second.
+    ends : array (n,)
+        One past the last frame.
+    entries : array (n, values)
+        Pose and velocity at the first frame.
+    continuations : array (n, values)
+        Pose and velocity that follow in the capture.
+    targets : array (n,)
+        Target costs.
     """
 
     captures: IntArray
@@ -44,7 +55,15 @@ class Candidates:
 
 
 def choose(candidates: Sequence[Candidates], join_weight: float = 1.0) -> list[int]:
-    """One candidate per position, least sum of target and join costs (ties: the first)."""
+    """One candidate for each position, with the least sum of target and join costs (ties: first).
+
+    Parameters
+    ----------
+    candidates : sequence of Candidates
+        Recorded segments of every position.
+    join_weight : float, optional
+        Weight of the join costs.
+    """
     total = candidates[0].targets
     back: list[IntArray] = []
     for before, after in pairwise(candidates):
@@ -59,7 +78,15 @@ def choose(candidates: Sequence[Candidates], join_weight: float = 1.0) -> list[i
 
 
 def join_costs(before: Candidates, after: Candidates) -> FloatArray:
-    """j(i, i') for all pairs: array (n before, n after)."""
+    """j(i, i') for all pairs: array (n before, n after).
+
+    Parameters
+    ----------
+    before : Candidates
+        Candidates of one position.
+    after : Candidates
+        Candidates of the next position.
+    """
     a, b = before.continuations, after.entries
     squares = np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1)[None] - 2.0 * (a @ b.T)
     follows = (before.captures[:, None] == after.captures) & (before.ends[:, None] == after.starts)
@@ -77,10 +104,20 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Stitched:
-    """The result: path (frames, 4), rotations (frames, 21, 4), and where each frame came from.
+    """A stitched motion and the source of every frame.
 
-    captures, frames : arrays (frames,), the source that weighs most; shares : its weight, 1 away
-    from seams.
+    Attributes
+    ----------
+    path : array (frames, 4)
+        Path values.
+    rotations : array (frames, 21, 4)
+        Heading-relative rotations, w, x, y, z.
+    captures : array (frames,)
+        Number of the capture of largest weight.
+    frames : array (frames,)
+        Frame of that capture.
+    shares : array (frames,)
+        Its weight, 1 outside of seams.
     """
 
     path: FloatArray
@@ -92,6 +129,11 @@ class Stitched:
 
 def merge_pieces(pieces: Sequence[Piece]) -> list[Piece]:
     """Join pieces that follow one another in the same capture.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+        Pieces in order.
 
     >>> [(p.start, p.end) for p in merge_pieces([Piece(1, 0, 5), Piece(1, 5, 9), Piece(2, 9, 12)])]
     [(0, 9), (9, 12)]
@@ -106,16 +148,19 @@ def merge_pieces(pieces: Sequence[Piece]) -> list[Piece]:
 
 
 def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatArray]]) -> Stitched:
-    """Put pieces one after another with cross-faded seams.
+    """Concatenate pieces with cross-faded seams.
 
     Parameters
     ----------
-    pieces : as chosen; consecutive ones of one capture are played through without a seam.
-    sources : capture -> (path values (frames, 4), heading-relative rotations (frames, 21, 4)).
+    pieces : sequence of Piece
+        Pieces in order; consecutive ones of one capture are joined without a seam.
+    sources : dict of int to (array (frames, 4), array (frames, 21, 4))
+        Path values and heading-relative rotations of each capture.
 
     Returns
     -------
-    Stitched, as many frames as all pieces together.
+    Stitched
+        As many frames as all pieces together.
     """
     merged = merge_pieces(pieces)
     result = _play(merged[0], sources, 0, 0)
@@ -131,7 +176,7 @@ def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatAr
 
 
 def _cross_fade(old: Stitched, new: Stitched) -> Stitched:
-    """From one stretch to another as long; a frame comes from the one that weighs more."""
+    """Cross-fade two stretches of equal length; a frame's source is the one of larger weight."""
     n_frames = len(old.path)
     share = (np.arange(n_frames) + 0.5) / max(n_frames, 1)
     share = share * share * (3.0 - 2.0 * share)
@@ -149,7 +194,7 @@ def _cross_fade(old: Stitched, new: Stitched) -> Stitched:
 def _play(
     piece: Piece, sources: dict[int, tuple[FloatArray, FloatArray]], before: int, after: int
 ) -> Stitched:
-    """A piece with frames added before and after; the capture's ends are held."""
+    """A piece with frames added before and after; beyond its capture end frames are repeated."""
     path, turned = sources[piece.capture]
     which = np.arange(piece.start - before, piece.end + after)
     inside = np.clip(which, 0, len(path) - 1)

@@ -1,12 +1,12 @@
-"""The smooth trajectory that a joined HMM most probably means.
+"""The most probable smooth trajectory of a joined HMM.
 
 Notation: c (frames, D) the static values sought; W stacks them with their time differences
 
     delta c_t = (c_{t+1} - c_{t-1}) / 2,    delta^2 c_t = c_{t+1} - 2 c_t + c_{t-1}
 
 (ends repeated); mu and U the means and variances of all three along the state sequence. The most
-probable c solves W' U^-1 W c = W' U^-1 mu, a banded system per dimension. Averages are too quiet;
-``widen`` brings each dimension's variance back toward what the states themselves vary.
+probable c solves W' U^-1 W c = W' U^-1 mu, a banded system for each dimension. Its variance is too
+small; ``widen`` raises the variance of each dimension towards that of the states.
 
 Source: Tokuda et al., Speech parameter generation algorithms for HMM-based speech synthesis (2000);
 Toda and Tokuda (2007) for the global variance.
@@ -20,7 +20,13 @@ from motiondb.records import FloatArray
 
 
 def with_deltas(values: FloatArray) -> FloatArray:
-    """Values (frames, D) beside their first and second differences: (frames, 3 D)."""
+    """Append first and second differences: array (frames, 3 D).
+
+    Parameters
+    ----------
+    values : array (frames, D)
+        Static values.
+    """
     padded = np.concatenate([values[:1], values, values[-1:]])
     delta = (padded[2:] - padded[:-2]) / 2.0
     delta2 = padded[2:] - 2.0 * padded[1:-1] + padded[:-2]
@@ -28,7 +34,15 @@ def with_deltas(values: FloatArray) -> FloatArray:
 
 
 def most_probable(means: FloatArray, covars: FloatArray) -> FloatArray:
-    """The trajectory c (frames, D) for means and variances (frames, 3 D) along the states."""
+    """Most probable trajectory c: array (frames, D).
+
+    Parameters
+    ----------
+    means : array (frames, 3 D)
+        Means along the states.
+    covars : array (frames, 3 D)
+        Variances along the states.
+    """
     from scipy.linalg import solveh_banded
 
     n_frames, n_dims = len(means), means.shape[1] // 3
@@ -63,12 +77,23 @@ def _normal_equations(mean: FloatArray, precision: FloatArray) -> tuple[FloatArr
 def widen(
     trajectory: FloatArray, means: FloatArray, covars: FloatArray, strength: float = 0.8
 ) -> FloatArray:
-    """Scale every dimension about its mean toward the variance that the states foresee.
+    """Scale every dimension about its mean towards the variance of the states.
 
-    means, covars : (frames, D) static parts along the states; strength 0 leaves it as it is.
+    The factor is between 1 and 1.6; this bound and the default strength were chosen by hand.
+
+    Parameters
+    ----------
+    trajectory : array (frames, D)
+        The trajectory.
+    means : array (frames, D)
+        Static means along the states.
+    covars : array (frames, D)
+        Static variances along the states.
+    strength : float, optional
+        0 leaves the trajectory unchanged, 1 reaches the variance of the states.
     """
     centre = trajectory.mean(axis=0)
     wanted = means.var(axis=0) + covars.mean(axis=0)
-    found = np.maximum(trajectory.var(axis=0), 1e-12)
-    factor = np.clip(np.sqrt(wanted / found), 1.0, 1.6)
+    variance = np.maximum(trajectory.var(axis=0), 1e-12)
+    factor = np.clip(np.sqrt(wanted / variance), 1.0, 1.6)
     return centre + (trajectory - centre) * (1.0 + strength * (factor - 1.0))

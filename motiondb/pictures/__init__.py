@@ -1,4 +1,4 @@
-"""Pictures of motions, symbols and answers: still ones as PNG, moving ones as GIF."""
+"""Pictures of motions, symbols and answers: PNG, and animations as GIF."""
 
 from motiondb.pictures.animation import draw_animation
 from motiondb.pictures.hits import draw_hits

@@ -1,8 +1,8 @@
-"""A motion as a moving picture: an animated GIF that any browser plays.
+"""Animation of a motion as a GIF.
 
-Drawn with Pillow alone, at twice the size and then reduced, because drawing hundreds of
-frames with matplotlib takes minutes. The camera stays beside the figure; a grid of metres on the
-ground passes under it and shows where it goes.
+Frames are drawn with Pillow at twice the size and then reduced, because matplotlib would take
+minutes for hundreds of frames. The camera moves with the figure; a metre grid on the ground shows
+how it travels.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageDraw import ImageDraw
 
-_FINE = 2
+_FINE = 2  # frames are drawn at so many times their size and then reduced
 _FRAME_SECONDS = 0.05
-"""GIF counts in hundredths of a second; browsers play no faster than 50 frames a second."""
-_MAX_SECONDS = 60.0
-_GRID_REACH = 6
+"""GIF counts in hundredths of a second; browsers play at most 50 frames a second."""
+_MAX_SECONDS = 60.0  # a longer GIF is many megabytes. By hand.
+_GRID_REACH = 6  # metres of the grid on every side of the figure
 
 
 def draw_animation(motion: Motion, path: str | Path, *, height: int = 320) -> Path:
@@ -41,13 +41,18 @@ def draw_animation(motion: Motion, path: str | Path, *, height: int = 320) -> Pa
 
     Parameters
     ----------
-    height : pixels; the width is the same, or more for a motion that lies down.
+    motion : Motion
+        The motion.
+    path : str or Path
+        The file, with the ending .gif.
+    height : int, optional
+        Height in pixels. The width is equal, or larger for a motion with the body lying down.
 
     Raises
     ------
     MotionDBError
-        for a motion without frames or of more than a minute, another ending than .gif, a height
-        below 64, or an unwritable path.
+        If the motion has no frames or lasts more than a minute, if the ending is not .gif, if the
+        height is below 64, or if the file cannot be written.
     """
     path = style.check_gif(path)
     images = animation_images(motion, height)
@@ -55,7 +60,15 @@ def draw_animation(motion: Motion, path: str | Path, *, height: int = 320) -> Pa
 
 
 def animation_images(motion: Motion, height: int = 320) -> list[Image]:
-    """The pictures of an animation, one for every twentieth of a second, in one palette."""
+    """Frames of an animation, 20 a second, with one palette.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    height : int, optional
+        Height in pixels.
+    """
     from PIL import Image as PilImage
 
     view = view_motion(motion)
@@ -121,7 +134,7 @@ def _draw_body(
 
 
 def _grid(spot: FloatArray) -> list[FloatArray]:
-    """Lines of the ground's metre grid near a spot (right, towards the camera), in the picture."""
+    """Lines of the metre grid on the ground near a place (right, towards the camera), projected."""
     offset = spot - np.round(spot)
     marks = np.arange(-_GRID_REACH, _GRID_REACH + 1)
     lines = []

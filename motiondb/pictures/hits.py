@@ -1,4 +1,4 @@
-"""Rows of stick figures side by side: the answers to a search, or motions to compare."""
+"""Rows of stick figures: the answers of a search, or motions to compare."""
 
 from __future__ import annotations
 
@@ -30,17 +30,26 @@ def draw_hits(
     query: tuple[str, Motion] | None = None,
     n_figures: int = 7,
 ) -> Path:
-    """Write a search's answer as PNG, a row a hit; return its path.
+    """Draw the answer of a search as PNG, one row a hit, and return its path.
 
     Parameters
     ----------
-    hits : every match with the motion of the whole capture that it lies in.
-    query : name and motion of an example, drawn above the hits.
+    hits : sequence of (Match, Motion)
+        Every match with the motion of its whole capture.
+    path : str or Path
+        The file, with the ending .png.
+    title : str, optional
+        Title of the picture.
+    query : tuple of (str, Motion), optional
+        Name and motion of the example, drawn above the hits.
+    n_figures : int, optional
+        Figures in a row.
 
     Raises
     ------
     MotionDBError
-        for no hits, an interval outside its capture, or an unwritable path.
+        If there are no hits, if an interval is outside its capture, or if the file cannot be
+        written.
     """
     return style.save_png(hits_figure(hits, title, query, n_figures), path)
 
@@ -51,7 +60,10 @@ def hits_figure(
     query: tuple[str, Motion] | None = None,
     n_figures: int = 7,
 ) -> Figure:
-    """The answer as a figure: axes a row, the example's first."""
+    """Draw the answer of a search as a figure; parameters as in :func:`draw_hits`.
+
+    The first axes are those of the example, if there is one.
+    """
     if not hits:
         raise MotionDBError("hits: expected at least 1 hit, found 0. Search for something else.")
     rows = [] if query is None else [(f"{query[0]}\nexample", query[1])]
@@ -66,7 +78,19 @@ def comparison_figure(
     n_figures: int = 7,
     starts: Sequence[float] = (),
 ) -> Figure:
-    """Labelled motions as a figure, axes a row, all at one scale; times count from ``starts``."""
+    """Draw labelled motions as a figure, one row each, all at one scale.
+
+    Parameters
+    ----------
+    rows : sequence of (str, Motion)
+        Label and motion of every row.
+    title : str, optional
+        Title of the picture.
+    n_figures : int, optional
+        Figures in a row.
+    starts : sequence of float, optional
+        Time of the first frame of every row, seconds.
+    """
     from matplotlib.figure import Figure as MplFigure
 
     if not rows:
@@ -99,7 +123,7 @@ def _draw_row(
     n_figures: int,
     start: float,
 ) -> None:
-    """One row; ``place`` is its lower edge and the page's height, inches, and its own, metres."""
+    """Draw a row; ``place``: lower edge and page height in inches, height of the row in metres."""
     low, height, metres_high = place
     inner = _WIDTH - _LEFT - _RIGHT
     axes = figure.add_axes(
@@ -126,7 +150,12 @@ def _draw_row(
 
 
 def hit_label(match: Match) -> str:
-    """Rank and capture, then times, score and words.
+    """Label of a hit: rank and capture, then times, score and words.
+
+    Parameters
+    ----------
+    match : Match
+        The hit.
 
     >>> print(hit_label(Match(1, "16/16_35", 0.5, 2.25, 0.8123, ("run", "jog"))))
     1  16/16_35
@@ -139,12 +168,19 @@ def hit_label(match: Match) -> str:
 
 
 def cut_motion(motion: Motion, match: Match) -> Motion:
-    """The frames of a capture's motion that a match covers; at least one.
+    """Cut the frames of a match out of the motion of its capture, at least one.
+
+    Parameters
+    ----------
+    motion : Motion
+        Motion of the whole capture.
+    match : Match
+        The hit.
 
     Raises
     ------
     MotionDBError
-        when the interval begins behind the end of the motion.
+        If the interval begins after the end of the motion.
     """
     start = max(0, round(match.start * MOTION_FPS))
     end = min(motion.n_frames, max(start + 1, round(match.end * MOTION_FPS)))

@@ -1,8 +1,8 @@
-"""Places for the labels of crowded points, so that type does not lie on type or on points.
+"""Placement of the labels of crowded points without overlaps.
 
-Labels are placed one after the other, those with the fewest neighbours first, each at the free one
-of a ring of places around its point, nearest ring first; where none is free, at the one that covers
-least. All lengths are in pixels.
+Labels are placed one after the other, those with the fewest neighbours first. Each is placed at the
+first free position on rings around its point, nearest ring first; if none is free, at the position
+of least overlap. All lengths are in pixels.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import numpy as np
 
 from motiondb.records import FloatArray
 
+# Radii of the rings, in units of the gap, and angles, the most readable first. Both by hand.
 _RINGS = (1.0, 1.8, 2.8, 4.0, 5.5, 7.5)
 _ANGLES = np.deg2rad([0, 90, 270, 180, 45, 315, 135, 225, 20, 340, 160, 200, 65, 295, 115, 245])
 
@@ -18,13 +19,20 @@ _ANGLES = np.deg2rad([0, 90, 270, 180, 45, 315, 135, 225, 20, 340, 160, 200, 65,
 def place_labels(
     points: FloatArray, sizes: FloatArray, gap: float, low: FloatArray, high: FloatArray
 ) -> FloatArray:
-    """Middles of labels: array (labels, 2), pixels.
+    """Centres of labels: array (labels, 2), pixels.
 
     Parameters
     ----------
-    points : array (labels, 2), what the labels belong to; the points' discs have radius ``gap``.
-    sizes : array (labels, 2), width and height of every label.
-    low, high : arrays (2,), corners of the picture; labels stay inside where they fit.
+    points : array (labels, 2)
+        The labelled points, drawn as discs of radius ``gap``.
+    sizes : array (labels, 2)
+        Width and height of every label.
+    gap : float
+        Radius of the discs, and least distance of a label.
+    low : array (2,)
+        Lower left corner of the picture; labels stay inside where possible.
+    high : array (2,)
+        Upper right corner of the picture.
     """
     crowd = np.sum(_distances(points) < 12.0 * gap, axis=1)
     discs = np.concatenate([points - gap, points + gap], axis=1)
@@ -42,7 +50,7 @@ def place_labels(
 
 
 def _places(point: FloatArray, size: FloatArray, gap: float) -> FloatArray:
-    """Middles of a label around its point, nearest ring first."""
+    """Possible centres of a label around its point, nearest ring first."""
     turns = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
     reach = 1.2 * gap + size / 2.0
     rings = [turns * (reach + (ring - 1.0) * 2.0 * gap) for ring in _RINGS]

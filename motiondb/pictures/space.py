@@ -1,9 +1,9 @@
-"""The symbol space: symbols as points, clusters as colours, shapes and ellipses of 1 and 2 sigma.
+"""Symbol space: symbols as points, clusters as colours, shapes and ellipses of 1 and 2 sigma.
 
 The first two dimensions are drawn large and labelled with words; where there is a third, two small
-panels show it against the first and the second, with numbers only. Panels have one scale both ways,
-so that distances on the page are distances in the space. Dimensions beyond the third are not drawn;
-in a space of one dimension the height of the ellipses means nothing.
+panels show it against the first and the second, labelled with numbers. Both axes of a panel have
+one scale, so that distances on the page are distances in the space. Dimensions beyond the third are
+not drawn; in a space of one dimension the height of the ellipses has no meaning.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIDE, _LEFT, _FOOT = 8.2, 0.75, 1.15
-"""Inches: the large panel, the room left of a panel and below."""
-_MAX_LEGEND = 24
+"""Inches: side of the large panel, margin left of a panel, margin below."""
+_MAX_LEGEND = 24  # clusters in the legend; more would not fit below the panels
 _CROWD = 80
 """More symbols than this are labelled in smaller type."""
 
@@ -33,16 +33,24 @@ _CROWD = 80
 def draw_symbol_space(
     space: SymbolSpace, labels: Sequence[str], path: str | Path, *, title: str = "Symbol space"
 ) -> Path:
-    """Write the symbol space as PNG; return its path.
+    """Draw the symbol space as PNG and return its path.
 
     Parameters
     ----------
-    labels : for every symbol its top word, or "".
+    space : SymbolSpace
+        Coordinates and clusters of the symbols.
+    labels : sequence of str
+        Most probable word of every symbol, or "".
+    path : str or Path
+        The file, with the ending .png.
+    title : str, optional
+        Title of the picture.
 
     Raises
     ------
     MotionDBError
-        for a space without symbols, labels of another number, or an unwritable path.
+        If there are no symbols, if there is not one label a symbol, or if the file cannot be
+        written.
     """
     return style.save_png(space_figure(space, labels, title), path)
 
@@ -50,7 +58,10 @@ def draw_symbol_space(
 def space_figure(
     space: SymbolSpace, labels: Sequence[str] = (), title: str = "Symbol space"
 ) -> Figure:
-    """The symbol space as a figure: the large panel first, then the small ones."""
+    """Draw the symbol space as a figure; parameters as in :func:`draw_symbol_space`.
+
+    The first axes are those of the large panel.
+    """
     from matplotlib.figure import Figure as MplFigure
 
     n_symbols, n_dimensions = space.coordinates.shape
@@ -121,28 +132,34 @@ def _draw_panel(
 
 
 def cluster_look(cluster: int) -> tuple[str, str]:
-    """Colour and shape of a cluster; the shape moves on where the colours begin again."""
+    """Colour and shape of a cluster; the shape changes where the colours repeat.
+
+    Parameters
+    ----------
+    cluster : int
+        Number of the cluster.
+    """
     n_colours = len(style.STRONG)
     shape = (cluster + cluster // n_colours) % len(style.MARKERS)
     return style.STRONG[cluster % n_colours], style.MARKERS[shape]
 
 
 def _columns(rows: FloatArray, pair: tuple[int, int]) -> FloatArray:
-    """Two columns of (rows, dimensions); a second dimension that is not there is 0."""
+    """Two columns of (rows, dimensions); a missing second dimension is 0."""
     if rows.shape[1] > pair[1]:
         return rows[:, list(pair)]
     return np.stack([rows[:, 0], np.zeros(len(rows))], axis=1)
 
 
 def _block(covar: FloatArray, pair: tuple[int, int]) -> FloatArray:
-    """The covariance of two dimensions: a marginal of the Gaussian."""
+    """Covariance of two dimensions: a marginal of the Gaussian."""
     if len(covar) > pair[1]:
         return covar[np.ix_(pair, pair)]
     return np.diag([covar[0, 0], covar[0, 0] / 16.0])
 
 
 def _frame(axes: Axes, points: FloatArray) -> None:
-    """A window round the points, one scale both ways, without more lines than needed."""
+    """Set the limits of the axes around points with one scale, and hide unneeded lines."""
     low, high = points.min(axis=0), points.max(axis=0)
     box = axes.get_window_extent()
     tall = box.height / box.width
@@ -155,7 +172,7 @@ def _frame(axes: Axes, points: FloatArray) -> None:
 
 
 def _draw_ellipses(axes: Axes, mean: FloatArray, covar: FloatArray, colour: str) -> None:
-    """The 1 and 2 sigma ellipses of a Gaussian in the plane."""
+    """Draw the 1 and 2 sigma ellipses of a Gaussian in the plane."""
     from matplotlib.patches import Ellipse
 
     variances, directions = np.linalg.eigh(covar)
@@ -180,7 +197,7 @@ def _draw_ellipses(axes: Axes, mean: FloatArray, covar: FloatArray, colour: str)
 def _write_labels(
     axes: Axes, points: FloatArray, texts: Sequence[str], size: float, radius: float
 ) -> None:
-    """Write every label beside its point, with a thin line where it stands off.
+    """Draw every label beside its point, with a thin line if it is far from it.
 
     ``size`` of the type and ``radius`` of the points are in typographic points.
     """

@@ -1,10 +1,10 @@
-"""Stick figures: a motion seen from a steady camera, and a figure of it drawn on axes.
+"""Stick figures: projection of a motion by a camera, and drawing of a figure on axes.
 
-The camera stands at an azimuth a (0: on +z, where a figure in rest pose looks) and 10 degrees above
-the horizon, far away (no perspective), so that proportions are true. With c = (sin a, 0, cos a)
+The camera has the azimuth a (0: on +z, which a figure in rest pose faces) and an elevation of 10
+degrees; the projection is parallel, so that proportions are true. With c = (sin a, 0, cos a)
 towards the camera and e the elevation, a point p is drawn at x = p . (cos a, 0, -sin a) and
-y = p_y cos e - (p . c) sin e. Every frame is seen from over its own spot on the ground: where the
-root goes is told by the place of the figure in the picture, not by the view.
+y = p_y cos e - (p . c) sin e. Every frame is projected relative to the place of the pelvis on the
+ground; the path of the root is shown by the place of the figure in the picture.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ELEVATION = np.deg2rad(10.0)
+"""e, radians. Chosen by hand."""
 HEAD_RADIUS = 0.105
-"""Metres."""
+"""Radius of the disc that is the head, metres."""
 
 _N_JOINTS = len(body.JOINTS)
 _END_PARENTS: IntArray = np.array([joint for joint, _ in body.END_SITES])
@@ -43,14 +44,16 @@ BONES: tuple[tuple[int, int], ...] = tuple(
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A motion as seen.
+    """A projected motion.
 
     Attributes
     ----------
-    points : array (frames, joints and end sites, 2), metres, right and up, origin on the ground
-        under the pelvis.
-    depths : array (frames, joints and end sites), metres towards the camera.
-    track : array (frames, 2), metres, the pelvis over the ground: right, towards the camera.
+    points : array (frames, joints and end sites, 2)
+        Right and up, metres; the origin is on the ground under the pelvis.
+    depths : array (frames, joints and end sites)
+        Distance towards the camera, metres.
+    track : array (frames, 2)
+        Place of the pelvis on the ground, right and towards the camera, metres.
     """
 
     points: FloatArray
@@ -64,23 +67,30 @@ class View:
 
     @property
     def width(self) -> float:
-        """Metres that a figure takes, from left to right: its 90th percentile over frames."""
+        """Width of a figure, metres: its 90th percentile over frames."""
         x = self.points[..., 0]
         return float(np.quantile(x.max(axis=1) - x.min(axis=1), 0.9)) + 0.1
 
     @property
     def top(self) -> float:
-        """Metres to the highest point of any frame."""
+        """Height of the highest point of any frame, metres."""
         return float(self.points[..., 1].max()) + HEAD_RADIUS
 
 
 def check_motion(motion: Motion, where: str = "picture") -> None:
-    """Refuse a motion without frames, or with values that cannot be drawn.
+    """Refuse a motion without frames or with values that are not finite.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    where : str, optional
+        Beginning of the message.
 
     Raises
     ------
     MotionDBError
-        saying so.
+        If the motion cannot be drawn.
     """
     if motion.n_frames == 0:
         raise MotionDBError(
@@ -94,7 +104,15 @@ def check_motion(motion: Motion, where: str = "picture") -> None:
 
 
 def view_motion(motion: Motion, azimuth: float | None = None) -> View:
-    """See a motion from an azimuth (radians), or from the three-quarter one that shows it best."""
+    """Project a motion.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    azimuth : float, optional
+        Azimuth of the camera, radians. None: that of :func:`best_azimuth`.
+    """
     check_motion(motion)
     places = world_points(motion)
     azimuth = best_azimuth(places) if azimuth is None else azimuth
@@ -112,7 +130,13 @@ def view_motion(motion: Motion, azimuth: float | None = None) -> View:
 
 
 def world_points(motion: Motion) -> FloatArray:
-    """Joints, then end sites, of every frame: array (frames, 26, 3), metres."""
+    """Positions of joints, then of end sites: array (frames, 26, 3), metres.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    """
     positions, rotations = kinematics.forward(
         body.PARENTS,
         body.OFFSETS,
@@ -125,10 +149,15 @@ def world_points(motion: Motion) -> FloatArray:
 
 
 def best_azimuth(places: FloatArray) -> float:
-    """The three-quarter view of world points (frames, 26, 3) that shows most motion, radians.
+    """Azimuth of the three-quarter view that shows most motion, radians.
 
-    Of 35 and 55 degrees to either side of where the body mostly faces, the one in which joints move
-    most across the picture with respect to the pelvis; from the left and front where two are equal.
+    Of the views 35 and 55 degrees to both sides of the mean heading, it is the one in which the
+    joints move most across the picture relative to the pelvis; of equal ones the first.
+
+    Parameters
+    ----------
+    places : array (frames, 26, 3)
+        World positions, metres.
     """
     across = places[:, body.INDEX["l_hip"]] - places[:, body.INDEX["r_hip"]]
     facing = np.arctan2((-across[:, 2]).sum(), across[:, 0].sum())
@@ -141,18 +170,44 @@ def best_azimuth(places: FloatArray) -> float:
 
 
 def bone_colour(child: int) -> str:
-    """Colour of the line that ends at a joint or end site, by side."""
+    """Colour of the line that ends at a joint or end site, by the side of the body.
+
+    Parameters
+    ----------
+    child : int
+        Number of the joint or end site.
+    """
     name = _NAMES[child]
     return {"l_": style.LEFT, "r_": style.RIGHT}.get(name[:2], style.TRUNK)
 
 
 def head_centre(points: FloatArray) -> FloatArray:
-    """Middle of the head: array (..., 26, 2) -> (..., 2)."""
+    """Centre of the head: array (..., 2).
+
+    Parameters
+    ----------
+    points : array (..., 26, 2)
+        Projected points.
+    """
     return (points[..., _HEAD, :] + points[..., _HEAD_END, :]) / 2.0
 
 
 def draw_figure(axes: Axes, view: View, frame: int, x: float, line_width: float = 2.2) -> None:
-    """Draw one frame on axes in metres, its spot on the ground at (x, 0), far limbs first."""
+    """Draw one frame on axes in metres, far limbs first.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    view : View
+        The projected motion.
+    frame : int
+        The frame.
+    x : float
+        Place of the figure on the ground, at (x, 0), metres.
+    line_width : float, optional
+        Width of the lines, typographic points.
+    """
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Circle, Ellipse
 

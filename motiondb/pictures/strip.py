@@ -1,7 +1,7 @@
-"""A capture on a page: stick figures over time, its symbols and words on timelines below.
+"""A capture on a page: stick figures over time, with timelines of symbols and words below.
 
-Every figure stands over its own time, so its place across the page is when, not where. Captures
-that would crowd one row are broken into rows of equal length, all at one scale.
+The horizontal axis is time: every figure is drawn above its own time, not at its place in the
+world. Long captures are divided into rows of equal duration, all at one scale.
 """
 
 from __future__ import annotations
@@ -28,12 +28,14 @@ _WIDTH, _LEFT, _RIGHT = 12.0, 0.75, 0.25
 _FIGURES, _LANE, _AXIS, _GAP, _TITLE = 1.55, 0.21, 0.34, 0.12, 0.45
 """Inches."""
 _SECONDS_PER_ROW = 12.0
+"""Seconds in a row, unless there would be too many rows. By hand."""
 _MAX_ROWS = 10
+"""Rows on a page. By hand."""
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """Rows of ``seconds`` each, every one with its part of the timelines."""
+    """Rows of ``seconds`` each, with their parts of the timelines."""
 
     seconds: float
     duration: float
@@ -43,7 +45,7 @@ class _Layout:
 
     @property
     def tops(self) -> tuple[float, ...]:
-        """Inches from the top of the page to each row, then to the page's foot."""
+        """Distance from the top of the page to each row, then to the end of the page, inches."""
         heights = [
             _FIGURES + _LANE * sum(map(n_lanes, timelines)) + _AXIS + _GAP
             for timelines in self.rows
@@ -62,7 +64,7 @@ class _Layout:
 
     @property
     def metres_wide(self) -> float:
-        """Metres across a row: one scale both ways."""
+        """Width of a row in metres at the scale of the figures."""
         return self.metres_high * self.inner / _FIGURES
 
 
@@ -75,19 +77,28 @@ def draw_strip(
     n_figures: int | None = None,
     seconds_per_row: float | None = None,
 ) -> Path:
-    """Write a strip of stick figures with timelines under it, as PNG; return its path.
+    """Draw a strip of stick figures with timelines below as PNG, and return its path.
 
     Parameters
     ----------
-    timelines : drawn from top to bottom; their spans in seconds of the motion.
-    n_figures : figures in a row; None: as many as stand side by side.
-    seconds_per_row : None: up to 12 s a row, more where that would give over 10 rows;
-        whole seconds where there are several rows.
+    motion : Motion
+        The motion.
+    path : str or Path
+        The file, with the ending .png.
+    title : str, optional
+        Title of the picture.
+    timelines : sequence of Timeline, optional
+        Drawn from top to bottom; intervals in seconds of the motion.
+    n_figures : int, optional
+        Figures in a row. None: as many as fit without overlap, from 3 to 24.
+    seconds_per_row : float, optional
+        Seconds in a row. None: 12 s, or more where that would give over 10 rows; whole seconds
+        where there are several rows.
 
     Raises
     ------
     MotionDBError
-        for a motion without frames, a number that is not positive, or an unwritable path.
+        If the motion has no frames, if a number is not positive, or if the file cannot be written.
     """
     return style.save_png(strip_figure(motion, title, timelines, n_figures, seconds_per_row), path)
 
@@ -99,7 +110,10 @@ def strip_figure(
     n_figures: int | None = None,
     seconds_per_row: float | None = None,
 ) -> Figure:
-    """The strip as a figure: per row the axes of the figures, then one for each timeline."""
+    """Draw the strip as a figure; parameters as in :func:`draw_strip`.
+
+    The axes of a row are those of the figures, then one for each timeline, then that of time.
+    """
     from matplotlib.figure import Figure as MplFigure
 
     view = view_motion(motion)
@@ -148,7 +162,7 @@ def _layout(
 
 
 def _draw_row(figure: Figure, view: View, layout: _Layout, row: int) -> None:
-    """One row: figures, timelines, scale of seconds."""
+    """Draw one row: figures, timelines, scale of seconds."""
     start = row * layout.seconds
     end = start + layout.seconds
     stop = min(end, layout.duration)
@@ -178,7 +192,7 @@ def _draw_row(figure: Figure, view: View, layout: _Layout, row: int) -> None:
 
 
 def _draw_ruler(axes: Axes, start: float, end: float, stop: float) -> None:
-    """A scale of seconds from ``start`` to ``stop`` on axes that reach to ``end``."""
+    """Draw a scale of seconds from ``start`` to ``stop`` on axes that end at ``end``."""
     from matplotlib.ticker import MaxNLocator
 
     axes.set_xlim(start, end)

@@ -1,9 +1,9 @@
-"""One look for all pictures: colours that colour-blind readers tell apart, type, and saving.
+"""Common style of all pictures: colours for colour-blind readers too, type, and saving.
 
-Left limbs are blue and right limbs vermilion (Okabe and Ito's pair), the trunk is dark grey.
-Symbols and words take muted tints (after Paul Tol) that dark type stays readable on; as there are
-more symbols than tints, the number written in each bar says which it is. Pictures are drawn on
-figures of their own, never through pyplot, and get their name only when they are complete.
+Left limbs are blue and right limbs vermilion (a pair of Okabe and Ito), the trunk is dark grey.
+Symbols and words have muted tints (after Paul Tol) on which dark type is readable. There are more
+symbols than tints, so that each bar also shows the symbol's number. Pictures are drawn on figures
+of their own, never through pyplot, and files are renamed to their final name when complete.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ TINTS: tuple[str, ...] = (
     "#EEAABB",
     "#C5C9D0",
 )
-"""Fills of bars; all light enough for dark type."""
+"""Fill colours of bars, light enough for dark type."""
 
 STRONG: tuple[str, ...] = (
     "#0072B2",
@@ -57,7 +57,7 @@ STRONG: tuple[str, ...] = (
 """Colours of points and outlines."""
 
 MARKERS = "osD^vPXph*"
-"""Shapes of points, so that clusters differ without colour too."""
+"""Shapes of points, so that clusters can be distinguished without colour."""
 
 _RC: Any = {
     "font.family": "sans-serif",
@@ -77,7 +77,7 @@ _RC: Any = {
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """The house's settings while a picture is made, and quiet about letters a font lacks."""
+    """Apply the settings of all pictures, and ignore warnings about glyphs that the font lacks."""
     from matplotlib import rc_context
 
     with rc_context(_RC), warnings.catch_warnings():
@@ -86,7 +86,12 @@ def drawing() -> Iterator[None]:
 
 
 def tint(key: int | str) -> str:
-    """The fill that belongs to a symbol number or a word, the same in every picture.
+    """Fill colour of a symbol number or a word, the same in every picture.
+
+    Parameters
+    ----------
+    key : int or str
+        Number of a symbol, or a word.
 
     >>> tint(0) == tint(12), tint(0) == tint(1), tint("walk") == tint("walk")
     (True, False, True)
@@ -96,12 +101,21 @@ def tint(key: int | str) -> str:
 
 
 def save_png(figure: Figure, path: str | Path) -> Path:
-    """Write a figure as PNG, whole or not at all; the same figure gives the same bytes.
+    """Write a figure as PNG, whole or not at all; equal figures give equal bytes.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure.
+    path : str or Path
+        The file.
 
     Raises
     ------
-    QueryError : another ending than .png.
-    MotionDBError : the folder is missing or cannot be written.
+    QueryError
+        If the ending is not .png.
+    MotionDBError
+        If the file cannot be written.
     """
     path = Path(path)
     if path.suffix.lower() != ".png":
@@ -115,12 +129,17 @@ def save_png(figure: Figure, path: str | Path) -> Path:
 
 
 def check_gif(path: str | Path) -> Path:
-    """The path of an animation.
+    """Return the path of an animation.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
 
     Raises
     ------
     MotionDBError
-        for another ending than .gif.
+        If the ending is not .gif.
     """
     path = Path(path)
     if path.suffix.lower() != ".gif":
@@ -132,7 +151,17 @@ def check_gif(path: str | Path) -> Path:
 
 
 def save_gif(images: Sequence[Image], path: Path, frame_seconds: float) -> Path:
-    """Write pictures as an animated GIF that goes round; return its path."""
+    """Write images as a GIF that repeats endlessly, and return its path.
+
+    Parameters
+    ----------
+    images : sequence of PIL.Image.Image
+        The frames.
+    path : Path
+        The file.
+    frame_seconds : float
+        Duration of a frame, in whole hundredths of a second.
+    """
     with whole_file(path) as draft:
         images[0].save(
             draft,
@@ -148,12 +177,17 @@ def save_gif(images: Sequence[Image], path: Path, frame_seconds: float) -> Path:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A name to write to, renamed to ``path`` when the block ends well, removed when not.
+    """Yield a temporary name that is renamed to ``path`` at the end, or removed after an error.
+
+    Parameters
+    ----------
+    path : Path
+        Final name of the file.
 
     Raises
     ------
     MotionDBError
-        when the file cannot be written.
+        If the file cannot be written.
     """
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

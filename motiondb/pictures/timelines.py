@@ -1,4 +1,4 @@
-"""Timelines: labelled spans of time as bars, in as many lanes as overlap asks for."""
+"""Timelines: labelled intervals of time as bars, in lanes where they overlap."""
 
 from __future__ import annotations
 
@@ -12,42 +12,62 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Span = tuple[float, float, str, int | str]
-"""(start, end, label, colour key), seconds; equal keys are drawn in equal colours."""
+"""(start, end, label, colour key), seconds; equal keys have equal colours."""
 
 
 @dataclass(frozen=True)
 class Timeline:
-    """A named row of spans, such as the symbols or the words of a capture."""
+    """A named row of intervals, such as the symbols or the words of a capture."""
 
     name: str
     spans: Sequence[Span]
 
 
 def lanes(spans: Sequence[Span]) -> tuple[int, ...]:
-    """The lane, from 0, of every span, so that no two in a lane overlap; earliest start first.
+    """Lane, from 0, of every interval, so that no two in a lane overlap.
+
+    Parameters
+    ----------
+    spans : sequence of Span
+        The intervals; they are assigned in the order of their start.
 
     >>> lanes([(0.0, 2.0, "a", 0), (1.0, 3.0, "b", 1), (2.0, 4.0, "c", 2)])
     (0, 1, 0)
     """
     free_from: list[float] = []
-    found = [0] * len(spans)
+    assigned = [0] * len(spans)
     for number in sorted(range(len(spans)), key=lambda n: spans[n][:2]):
         start, end = spans[number][:2]
         lane = next((k for k, t in enumerate(free_from) if t <= start + 1e-9), len(free_from))
         if lane == len(free_from):
             free_from.append(end)
         free_from[lane] = end
-        found[number] = lane
-    return tuple(found)
+        assigned[number] = lane
+    return tuple(assigned)
 
 
 def n_lanes(timeline: Timeline) -> int:
-    """Lanes of a timeline; an empty one keeps a lane."""
+    """Number of lanes of a timeline, at least 1.
+
+    Parameters
+    ----------
+    timeline : Timeline
+        The timeline.
+    """
     return max(lanes(timeline.spans), default=0) + 1
 
 
 def cut_timeline(timeline: Timeline, start: float, end: float) -> Timeline:
-    """What a timeline holds between two times.
+    """Part of a timeline between two times.
+
+    Parameters
+    ----------
+    timeline : Timeline
+        The timeline.
+    start : float
+        Start, seconds.
+    end : float
+        End, seconds.
 
     >>> cut_timeline(Timeline("words", [(0.0, 2.0, "a", 0), (2.0, 3.0, "b", 1)]), 1.5, 2.0).spans
     [(1.5, 2.0, 'a', 0)]
@@ -57,7 +77,16 @@ def cut_timeline(timeline: Timeline, start: float, end: float) -> Timeline:
 
 
 def fit_label(label: str, width: float, letter: float) -> str:
-    """A label shortened to a width, both in one unit, for letters of a mean width; empty if none.
+    """Shorten a label to a width; empty if it does not fit.
+
+    Parameters
+    ----------
+    label : str
+        The label.
+    width : float
+        Width of the bar.
+    letter : float
+        Mean width of a letter, in the same unit.
 
     >>> fit_label("cartwheel", 5.0, 1.0), fit_label("jump", 5.0, 1.0), fit_label("17", 1.5, 1.0)
     ('cart…', 'jump', '')
@@ -71,7 +100,21 @@ def fit_label(label: str, width: float, letter: float) -> str:
 def draw_timeline(
     axes: Axes, timeline: Timeline, start: float, end: float, seconds_per_inch: float
 ) -> None:
-    """Draw a timeline on axes that span two times, a lane of height 1 from the top down."""
+    """Draw a timeline on axes between two times; lanes have height 1, from the top down.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    timeline : Timeline
+        The timeline.
+    start : float
+        Left end of the axes, seconds.
+    end : float
+        Right end of the axes, seconds.
+    seconds_per_inch : float
+        Scale of the page.
+    """
     from matplotlib.patches import Rectangle
 
     letter = 0.075 * seconds_per_inch

@@ -1,9 +1,10 @@
 """Local alignment of symbol sequences with the symbols' distances as substitution costs.
 
 Notation: q the query's symbols, x a capture's, D their distances. A pair scores 1 - D[q, x] / scale
-(1 for the same symbol, negative beyond ``scale``), a gap costs ``gap``. The best local alignment
-(Smith and Waterman, 1981) ends where the running sum is largest; a segment lasts, so pairs are
-weighted by the query segment's share of the query's length and the score of a perfect match is 1.
+(1 for the same symbol, negative beyond ``scale``), a gap costs ``GAP``. Pairs are weighted by the
+query segment's share of the query's duration, so that the score of a perfect match is 1.
+
+Source: Smith and Waterman, Identification of common molecular subsequences, 1981.
 """
 
 from __future__ import annotations
@@ -14,10 +15,17 @@ from numba import njit
 from motiondb.records import FloatArray, IntArray
 
 GAP = 0.5
+"""Cost of a gap, where a match scores 1. Chosen by hand; not tuned."""
 
 
 def distance_scale(distances: FloatArray) -> float:
-    """The distance at which two symbols count as unrelated: the median over pairs."""
+    """Distance from which on two symbols count as unrelated: the median over pairs.
+
+    Parameters
+    ----------
+    distances : array (symbols, symbols)
+        Distances of the symbols, nats per frame.
+    """
     pairs = distances[np.triu_indices(len(distances), 1)]
     return max(float(np.median(pairs)), 1e-9) if len(pairs) else 1.0
 
@@ -29,20 +37,33 @@ def align(
 
     Parameters
     ----------
-    query, symbols : arrays (l,), (n,), symbol numbers.
-    weights : array (l,), share of each query segment, sum 1.
-    distances : array (symbols, symbols), nats per frame.
+    query : array (l,)
+        Symbols of the query.
+    symbols : array (n,)
+        Symbols of the capture.
+    weights : array (l,)
+        Share of each query segment in the query's duration; the sum is 1.
+    distances : array (symbols, symbols)
+        Distances of the symbols, nats per frame.
+    scale : float
+        Distance from which on two symbols count as unrelated.
 
     Returns
     -------
-    score (1: perfect), first and last + 1 aligned position of ``symbols``.
+    score : float
+        1 for a perfect match.
+    first : int
+        First aligned position of ``symbols``.
+    last : int
+        One past the last aligned position.
     """
     similarity = 1.0 - distances[np.ix_(query, symbols)] / scale
     return _smith_waterman(similarity * weights[:, None], weights * GAP)
 
 
 @njit(cache=True)
-def _smith_waterman(pairs, gaps):  # type: ignore[no-untyped-def]
+def _smith_waterman(pairs: FloatArray, gaps: FloatArray) -> tuple[float, int, int]:
+    """Best local alignment by scores of pairs (query, capture) and costs of gaps (query,)."""
     n_query, n_symbols = pairs.shape
     mean_gap = gaps.mean()
     score = np.zeros((n_query + 1, n_symbols + 1))

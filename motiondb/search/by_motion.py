@@ -1,25 +1,25 @@
-"""Which intervals move like an example.
+"""Search by example: intervals of captures that move like a query.
 
-Three looks, each finer and each at fewer places:
+Three comparisons, each more exact than the one before and applied to fewer intervals:
 
-1. symbols: the query's symbol sequence is aligned locally with every capture's, the symbols'
+1. symbols: the query's symbol sequence is aligned locally with every capture's, with the symbols'
    distances as substitution costs (:mod:`motiondb.search.alignment`);
 2. scores: the cosine between the query's score vector and that of windows of the query's length;
-3. poses: subsequence time warping on the whitened features of the best intervals, which also sets
-   the exact start and end (:mod:`motiondb.search.warping`).
+3. poses: subsequence time warping on the whitened features of the best intervals, which also
+   determines their start and end (:mod:`motiondb.search.warping`).
 
-The first two choose candidates by ``rough`` = (cosine + alignment) / 2, where the alignment counts
-as far as the window holds the aligned segments. Where words were learned, they tell which captures
-show the same action in another style: the best window of a capture takes its :func:`resemblance`
-in place of the cosine, and all windows of the capture are raised or lowered by as much. So words
-choose between captures, and motion alone within one. The answer's ``score`` is exactly
+The first two select candidates by ``rough`` = (cosine + alignment) / 2, where the alignment is
+multiplied by the share of the aligned segments that the window covers. Where words were learned,
+these recognise the same action in another style: in the best window of a capture the cosine is
+replaced by the resemblance (:mod:`motiondb.search.resemblance`), and the difference is added to all
+windows of the capture. So words choose between captures, and motion alone within one.
+The final score is
 
-    score = rough - WARP_WEIGHT * warp,    warp the mean feature distance of the third look;
+    score = rough - WARP_WEIGHT * warp,    warp the mean feature distance of the third comparison.
 
-only where the frames themselves all but agree (warp < ``NEAR``) do symbols and scores count less,
-rough' = 1 - (1 - rough) * warp / NEAR in place of rough: a stored interval finds itself with warp
-0 and the largest possible score, 1, though segments cut anew from it differ from those that it was
-part of.
+Where the frames nearly agree (warp < ``NEAR``), rough is replaced by
+1 - (1 - rough) * warp / NEAR. So a stored interval finds itself with warp 0 and score 1, the
+largest, although a new segmentation of it differs from the stored one.
 """
 
 from __future__ import annotations
@@ -31,35 +31,61 @@ import numpy as np
 
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.search import alignment, extents, warping
-from motiondb.search.score_vectors import interval_vectors, unit
+from motiondb.search.resemblance import resemblance
+from motiondb.search.score_vectors import interval_vectors
 from motiondb.words.word_map import WordMap
 
 WARP_WEIGHT = 0.5
+"""Weight of the warping distance. Chosen by hand; not tuned."""
 MOST_CELLS = 50_000_000
-"""Pairs of frames that the third look may compare, all candidates together."""
-MEANING_SHARE = 0.8
-"""How much of a resemblance is what is said to words, where words were learned."""
+"""Pairs of frames compared by the third comparison at most, over all candidates: bounds time."""
 NEAR = 0.2
-"""Whitened feature distance below which two intervals are one but for noise."""
+"""Whitened feature distance below which two intervals count as equal up to noise. By hand."""
 
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """An example: whitened features (frames, D) at 15 a second, its symbols, their shares of its
-    length, its vector (columns,), the word map where words shall judge likeness too, and how many
-    of the vector's last columns are posture and travel (``search.bearing``)."""
+    """An example.
+
+    Attributes
+    ----------
+    features : array (frames, D)
+        Whitened features, 15 a second.
+    symbols : array (l,)
+        Symbols of its segments.
+    weights : array (l,)
+        Share of each segment in the duration; the sum is 1.
+    vector : array (columns,)
+        Its vector, of length 1.
+    words : WordMap, optional
+        The word map. None: words take no part in the comparison.
+    n_posture_and_travel : int
+        Number of the vector's last columns that are posture and travel.
+    """
 
     features: Float32Array
     symbols: IntArray
     weights: FloatArray
     vector: FloatArray
     words: WordMap | None = None
-    n_bearing: int = 0
+    n_posture_and_travel: int = 0
 
 
 @dataclass(frozen=True, eq=False)
 class Take:
-    """A stored capture: segments (feature frames), symbols and standardised scores."""
+    """A stored capture.
+
+    Attributes
+    ----------
+    starts : array (segments,)
+        First feature frame of each segment.
+    ends : array (segments,)
+        One past the last feature frame of each segment.
+    symbols : array (segments,)
+        Symbols of the segments.
+    standardised : array (segments, columns)
+        Standardised scores and movement.
+    """
 
     starts: IntArray
     ends: IntArray
@@ -69,7 +95,23 @@ class Take:
 
 @dataclass(frozen=True)
 class Candidate:
-    """An interval of a capture (feature frames) before and after the exact look."""
+    """An interval of a capture, before or after time warping.
+
+    Attributes
+    ----------
+    capture : int
+        Number of the capture.
+    start : int
+        First feature frame.
+    end : int
+        One past the last feature frame.
+    rough : float
+        Score of symbols and vectors.
+    score : float
+        Final score; 0 before warping.
+    warp : float
+        Warping distance; infinite before warping.
+    """
 
     capture: int
     start: int
@@ -86,23 +128,39 @@ def find_candidates(
     n_candidates: int = 120,
     per_capture: int = 6,
 ) -> list[Candidate]:
-    """The most promising intervals of all captures, best first (ties: lowest capture number)."""
+    """Intervals of largest ``rough`` score, best first (ties: lowest capture number).
+
+    Parameters
+    ----------
+    query : Query
+        The example.
+    takes : mapping of int to Take
+        The captures to search.
+    distances : array (symbols, symbols)
+        Distances of the symbols, nats per frame.
+    n_candidates : int, optional
+        Number of intervals at most. Chosen by hand: it bounds the time of warping.
+    per_capture : int, optional
+        Number of intervals of one capture at most. Chosen by hand.
+    """
     scale = alignment.distance_scale(distances)
-    looks = {c: _look(query, take, distances, scale) for c, take in takes.items()}
-    gains = _meaning_gains(query, list(looks.values()))
-    found: list[Candidate] = []
-    for (capture, look), gain in zip(looks.items(), gains):
-        for w in _separate_peaks(look.rough, look.low, look.high, per_capture):
-            rough = float(look.rough[w] + 0.5 * gain)
-            found.append(Candidate(capture, int(look.low[w]), int(look.high[w]), rough))
-    found.sort(key=lambda c: (-c.rough, c.capture, c.start))
-    return found[:n_candidates]
+    scored = {c: _score_windows(query, take, distances, scale) for c, take in takes.items()}
+    gains = _meaning_gains(query, list(scored.values()))
+    candidates: list[Candidate] = []
+    for (capture, windows), gain in zip(scored.items(), gains):
+        for w in _separate_peaks(windows.rough, windows.low, windows.high, per_capture):
+            rough = float(windows.rough[w] + 0.5 * gain)
+            candidates.append(Candidate(capture, int(windows.low[w]), int(windows.high[w]), rough))
+    candidates.sort(key=lambda c: (-c.rough, c.capture, c.start))
+    return candidates[:n_candidates]
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
-    """Windows [low, high) of a capture, how alike they move, and of the best one its vector and
-    cosine: arrays (windows,), (columns,), a number."""
+class _Windows:
+    """Windows [low, high) of a capture with their scores; vector and cosine of the best one.
+
+    ``low``, ``high`` and ``rough`` are arrays (windows,), ``vector`` is an array (columns,).
+    """
 
     low: IntArray
     high: IntArray
@@ -111,7 +169,7 @@ class _Look:
     cosine: float
 
 
-def _look(query: Query, take: Take, distances: FloatArray, scale: float) -> _Look:
+def _score_windows(query: Query, take: Take, distances: FloatArray, scale: float) -> _Windows:
     aligned, first, last = alignment.align(
         query.symbols, query.weights, take.symbols, distances, scale
     )
@@ -125,25 +183,34 @@ def _look(query: Query, take: Take, distances: FloatArray, scale: float) -> _Loo
         overlap = shared / np.maximum(np.minimum(high - low, b - a), 1)
     rough = 0.5 * cosine + 0.5 * aligned * overlap
     best = int(np.argmax(rough))
-    return _Look(low, high, rough, vectors[best], float(cosine[best]))
+    return _Windows(low, high, rough, vectors[best], float(cosine[best]))
 
 
-def _meaning_gains(query: Query, looks: Sequence[_Look]) -> FloatArray:
-    """What words add to the likeness of the best window of every capture: array (captures,)."""
-    if query.words is None or not looks:
-        return np.zeros(len(looks))
-    vectors = np.stack([look.vector for look in looks])
-    alike = resemblance(query.vector, vectors, query.words, n_bearing=query.n_bearing)
-    return alike - np.array([look.cosine for look in looks])
+def _meaning_gains(query: Query, scored: Sequence[_Windows]) -> FloatArray:
+    """Resemblance less cosine of the best window of every capture: array (captures,)."""
+    if query.words is None or not scored:
+        return np.zeros(len(scored))
+    vectors = np.stack([windows.vector for windows in scored])
+    alike = resemblance(
+        query.vector, vectors, query.words, n_posture_and_travel=query.n_posture_and_travel
+    )
+    return alike - np.array([windows.cosine for windows in scored])
 
 
 def refine(
     query: Query, candidates: Sequence[Candidate], features: Mapping[int, Float32Array]
 ) -> list[Candidate]:
-    """Exact intervals and scores by subsequence warping, best first.
+    """Exact intervals and scores by subsequence time warping, best first.
 
-    features : capture -> whitened features (frames, D). Of a very long query only the first
-    candidates are looked at, so that the time stays bounded.
+    Parameters
+    ----------
+    query : Query
+        The example.
+    candidates : sequence of Candidate
+        Intervals, best first. For a very long query only the first ones are compared, so that the
+        time is bounded (``MOST_CELLS``).
+    features : mapping of int to array (frames, D)
+        Whitened features of the captures.
     """
     candidates = candidates[: max(8, MOST_CELLS // (3 * len(query.features) ** 2 + 1))]
     refined: list[Candidate] = []
@@ -162,7 +229,7 @@ def refine(
 
 
 def _scored(candidate: Candidate, start: int, end: int, warp: float) -> Candidate:
-    """The candidate at its exact place, with its score (see the module)."""
+    """The candidate with its exact interval and its final score (see the module)."""
     rough = 1.0 - (1.0 - candidate.rough) * min(1.0, warp / NEAR)
     score = rough - WARP_WEIGHT * warp
     return Candidate(candidate.capture, start, end, candidate.rough, score, warp)
@@ -171,33 +238,37 @@ def _scored(candidate: Candidate, start: int, end: int, warp: float) -> Candidat
 def _near_copies(
     query: Query, candidates: Sequence[Candidate], features: Mapping[int, Float32Array]
 ) -> list[Candidate]:
-    """Parts of the candidates' captures that all but agree with the query, wherever they are.
+    """Intervals of the candidates' captures that nearly agree with the query, wherever they start.
 
-    Windows begin at segments, so a short query out of a long capture can fall between them.
+    Windows begin at segments, so that a short query cut from a long capture can lie between them.
     """
     weakest = {candidate.capture: candidate for candidate in candidates}
-    found = []
+    copies = []
     for capture, candidate in weakest.items():
         distance, start, end = warping.best_part(query.features, features[capture])
         if distance < NEAR:
-            found.append(_scored(candidate, start, end, distance))
-    return found
+            copies.append(_scored(candidate, start, end, distance))
+    return copies
 
 
 def to_activities(
-    example: FloatArray, found: Sequence[Candidate], takes: Mapping[int, FloatArray]
+    example: FloatArray, answers: Sequence[Candidate], takes: Mapping[int, FloatArray]
 ) -> list[Candidate]:
-    """Answers with the interval in which the example's activity goes on, where there is one.
+    """Extend answers to the interval in which the activity of the example lasts.
 
     Parameters
     ----------
-    example : contexts (frames, axes) of the query, see :mod:`motiondb.search.extents`.
-    found : best first; the order stays. What all but agrees frame by frame keeps its interval.
-    takes : capture -> contexts, of the captures that are long enough to hold more than the answer.
+    example : array (frames, axes)
+        Contexts of the query, see :mod:`motiondb.search.extents`.
+    answers : sequence of Candidate
+        Answers, best first. The order is kept, and so is the interval of an answer that nearly
+        agrees with the query frame by frame.
+    takes : mapping of int to array (frames, axes)
+        Contexts of the captures that are long enough to hold more than the answer.
     """
     wholes = {capture: extents.extent(example, take) for capture, take in takes.items()}
     placed = []
-    for c in found:
+    for c in answers:
         if c.capture in wholes and c.warp >= NEAR:
             _, start, end = wholes[c.capture]
             shared = min(end, c.end) - max(start, c.start)
@@ -208,11 +279,16 @@ def to_activities(
 
 
 def window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArray, IntArray]:
-    """First and last + 1 frame of windows of a length that begin or end with segments.
+    """First frame, and one past the last, of windows that begin or end with segments.
 
     Parameters
     ----------
-    starts, ends : arrays (segments,), frames of one capture, which they tile.
+    starts : array (segments,)
+        First frame of each segment; the segments tile one capture.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    length : int
+        Length of the windows, frames.
 
     >>> [place.tolist() for place in window_places(np.array([0, 10]), np.array([10, 30]), 12)]
     [[0, 10, 18], [12, 22, 30]]
@@ -223,42 +299,15 @@ def window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArr
     return low, np.minimum(low + length, total)
 
 
-def resemblance(
-    vector: FloatArray, vectors: FloatArray, words: WordMap | None = None, *, n_bearing: int = 0
-) -> FloatArray:
-    """How alike intervals are to one: array (n,), 1 for the same.
-
-    The cosine of their vectors. With a word map (4 m + cosine) / 5, m the cosine between what the
-    two say to all words, and the other cosine without posture and travel: where a body is and how
-    far it gets differ with the place and the performer, and what of it matters to an action the
-    words have heard. Both cosines are sums over symbols and over columns of movement.
+def same_motion(chance: float, warp: float) -> float:
+    """Raise a probability where frames nearly agree, since equal motions show the same action.
 
     Parameters
     ----------
-    vector : array (columns,), of length 1. vectors : array (n, columns), rows of length 1.
-    n_bearing : how many of the last columns are posture and travel.
-    """
-    if words is None:
-        return np.asarray(vectors @ vector)
-    rows = meaning_rows(words, vectors, n_bearing)
-    return np.asarray(rows @ meaning_rows(words, vector, n_bearing))
-
-
-def meaning_rows(words: WordMap, vectors: FloatArray, n_bearing: int = 0) -> FloatArray:
-    """Rows whose products are the resemblances of :func:`resemblance`: (..., columns + words).
-
-    For many questions to the same intervals: what they say to all words and how they move, each
-    scaled to length 1, side by side.
-    """
-    said = unit(words.evidence(vectors))
-    moving = unit(vectors[..., : vectors.shape[-1] - n_bearing])
-    return np.concatenate(
-        [np.sqrt(MEANING_SHARE) * said, np.sqrt(1.0 - MEANING_SHARE) * moving], axis=-1
-    )
-
-
-def same_motion(chance: float, warp: float) -> float:
-    """A probability where frames all but agree: what is one motion shows one thing.
+    chance : float
+        The probability without regard to the frames.
+    warp : float
+        Warping distance of the interval.
 
     >>> same_motion(0.5, 0.0), same_motion(0.5, 0.1), same_motion(0.5, 0.8)
     (1.0, 0.75, 0.5)
@@ -267,7 +316,7 @@ def same_motion(chance: float, warp: float) -> float:
 
 
 def _separate_peaks(rough: FloatArray, low: IntArray, high: IntArray, n_peaks: int) -> list[int]:
-    """The best windows that overlap one another by less than half."""
+    """Numbers of the best windows that overlap one another by less than half."""
     chosen: list[int] = []
     for w in np.argsort(-rough, kind="stable"):
         shared = [min(high[w], high[c]) - max(low[w], low[c]) for c in chosen]
@@ -279,7 +328,7 @@ def _separate_peaks(rough: FloatArray, low: IntArray, high: IntArray, n_peaks: i
 
 
 def _without_overlaps(candidates: list[Candidate]) -> list[Candidate]:
-    """Drop an interval that shares more than half of itself with a better one."""
+    """Leave out intervals that share more than half of their frames with a better one."""
     kept: list[Candidate] = []
     for c in candidates:
         shared = [min(c.end, k.end) - max(c.start, k.start) for k in kept if k.capture == c.capture]
@@ -289,7 +338,7 @@ def _without_overlaps(candidates: list[Candidate]) -> list[Candidate]:
 
 
 def _whole(query: Float32Array, part: Float32Array) -> tuple[float, int, int]:
-    """Distance to a part too short to warp: both stretched linearly to the query's length."""
+    """Distance to a part too short for warping, stretched linearly to the query's length."""
     positions = np.linspace(0, len(part) - 1, len(query)).round().astype(np.int64)
     gap = np.linalg.norm(query - part[positions], axis=1) / np.sqrt(query.shape[1])
     return float(gap.mean()), 0, len(part)

@@ -1,16 +1,16 @@
-"""Which intervals show what the words ask for.
+"""Search by words: intervals of captures that show the actions of a query.
 
-Every capture is looked at through windows around its segments; the word map gives each window the
-log-odds of each asked word. An *action* is one or more words said of the same interval ("turn
-left"); its value at a window is the mean of its words' log-odds. Actions asked in order must be
-found in order: a dynamic program picks one segment for every action, each after the one before,
-with the largest total. Around its peak an action's interval grows over the neighbouring segments
-that say the same more than half as strongly as the peak does compared with the capture's floor.
+The word map gives the log-odds of each word in a window around each segment of a capture. An
+*action* is one or more words said of the same interval ("turn left"); its value in a window is the
+mean of its words' log-odds. Actions of a query must occur in its order: a dynamic program selects
+one segment for every action, each after the one before, with the largest total. The interval of an
+action is this segment, the peak, with its neighbours for as long as their value is at least half
+way between the capture's lower quartile and the peak.
 
-An action's log-odds in a capture are the mean of those of its interval and of the whole capture (a
-caption describes the whole; an interval must be right in itself); words that a person wrote about
-the capture count as evidence beside the motion. A capture's score is the probability that it shows
-all actions, the product of theirs: one that is clearly there does not stand in for one that is not.
+The log-odds of an action in a capture are the mean of those of its interval and of the whole
+capture, because captions describe whole captures. Words that a person wrote about the capture are
+evidence beside the motion. A capture's score is the probability that it shows all actions, the
+product of the actions' probabilities, so that a clear action does not compensate for a missing one.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from motiondb.search.score_vectors import interval_vectors
 from motiondb.words.word_map import WordMap
 
 WRITTEN = 4.0
-"""Log-odds that a word written about the interval adds (people rarely write what is not there)."""
+"""Log-odds added by a word written about the interval: captions are rarely wrong. By hand."""
 UNWRITTEN = -1.0
-"""Log-odds that a word missing from an existing description adds (descriptions are never whole)."""
+"""Log-odds added by a word missing from a caption: captions are rarely complete. By hand."""
 WINDOW_MARGIN = 22
-"""Frames (0.75 s) that a window reaches beyond its segment: one segment alone tells too little."""
+"""Frames (0.75 s) by which a window extends beyond its segment on both sides. By hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +39,14 @@ class TakeScores:
 
     Attributes
     ----------
-    starts, ends : arrays (segments,), frames of the motion.
-    windows : array (segments, words), log-odds in the window around each segment.
-    whole : array (words,), log-odds of the whole capture.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    windows : array (segments, words)
+        log-odds in the window around each segment.
+    whole : array (words,)
+        log-odds of the whole capture.
     """
 
     starts: IntArray
@@ -52,9 +57,20 @@ class TakeScores:
 
 @dataclass(frozen=True)
 class Hit:
-    """An answer within one capture: frames [start, end), log-odds, and an interval per action.
+    """An answer within one capture.
 
-    ``peaks`` holds, per action, a frame of the segment whose window speaks loudest for it.
+    Attributes
+    ----------
+    start : int
+        First frame.
+    end : int
+        One past the last frame.
+    log_odds : float
+        Log-odds that the capture shows all actions.
+    parts : tuple of (int, int)
+        Frames [start, end) of every action.
+    peaks : tuple of int
+        First frame of the segment of largest value for every action.
     """
 
     start: int
@@ -69,13 +85,25 @@ class Hit:
         return float(1.0 / (1.0 + np.exp(-self.log_odds)))
 
 
-def heard(
+def motion_log_odds(
     fit: WordMap, standardised: FloatArray, starts: IntArray, ends: IntArray, margin: int
 ) -> FloatArray:
-    """What the motion of a capture says: log-odds (segments + 1, words), the last row the whole.
+    """Log-odds of words in one capture, from its motion: array (segments + 1, words).
 
-    standardised : array (segments, symbols) of one capture. starts, ends : arrays (segments,).
-    margin : frames that the window of a segment reaches past it.
+    The last row is that of the whole capture.
+
+    Parameters
+    ----------
+    fit : WordMap
+        The word map.
+    standardised : array (segments, columns)
+        Standardised scores and movement of the capture.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    margin : int
+        Frames by which the window of a segment extends beyond it.
     """
     low = np.concatenate([starts - margin, [0]])
     high = np.concatenate([ends + margin, ends[-1:]])
@@ -89,9 +117,20 @@ def written_evidence(
     ends: IntArray,
     n_words: int,
 ) -> FloatArray:
-    """Log-odds (segments, words) that captions add.
+    """Log-odds added by captions: array (segments, words).
 
-    spans : (first frame, last frame, array (words,) of 0/1) for every described interval.
+    Parameters
+    ----------
+    n_segments : int
+        Number of segments of the capture.
+    spans : sequence of (int, int, array (words,))
+        First frame, one past the last frame, and words (0 or 1) of every described interval.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    n_words : int
+        Number of words of the vocabulary.
     """
     evidence = np.zeros((n_segments, n_words))
     if not spans:
@@ -108,14 +147,16 @@ def written_evidence(
 
 
 def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | None:
-    """The best interval of a capture for actions in order; None where frames are too few.
+    """Best interval of a capture for actions in order; None if there are too few frames.
 
     Parameters
     ----------
-    take : log-odds of the words in the capture. Where it has fewer segments than there are actions
-        (a short run with a turn is one segment), these are cut into equal parts.
-    actions : per action the numbers of its words; an empty action asks for anything in between.
-        At least one action has words.
+    take : TakeScores
+        Log-odds of the words in the capture. If it has fewer segments than there are actions, the
+        segments are divided into equal parts.
+    actions : sequence of sequence of int
+        Word numbers of each action; an empty action stands for any motion. At least one action has
+        words.
     """
     take = split_segments(take, len(actions))
     values = np.stack(
@@ -127,18 +168,24 @@ def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | Non
     peaks = ordered_peaks(values)
     if peaks is None:
         return None
-    parts = _intervals(values, peaks, [bool(words) for words in actions])
+    runs = [(peak, peak + 1) for peak in peaks]
+    parts = place_parts(values, runs, [bool(words) for words in actions])
     wholes = [float(take.whole[list(words)].mean()) for words in actions if words]
-    loudest = [a + int(np.argmax(values[k][a:b])) for k, (a, b) in enumerate(parts)]
-    inner = [float(values[k][loudest[k]]) for k in range(len(parts)) if actions[k]]
+    largest = [a + int(np.argmax(values[k][a:b])) for k, (a, b) in enumerate(parts)]
+    inner = [float(values[k][largest[k]]) for k in range(len(parts)) if actions[k]]
     log_odds = joint_log_odds([0.5 * i + 0.5 * w for i, w in zip(inner, wholes)])
     frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
-    peaks_at = tuple(int(take.starts[i]) for i in loudest)
+    peaks_at = tuple(int(take.starts[i]) for i in largest)
     return Hit(frames[0][0], frames[-1][1], log_odds, frames, peaks_at)
 
 
 def joint_log_odds(log_odds: Sequence[float]) -> float:
-    """Log-odds that several statements hold, independent ones, from the log-odds of each.
+    """Log-odds that several independent statements all hold.
+
+    Parameters
+    ----------
+    log_odds : sequence of float
+        Log-odds of each statement.
 
     >>> joint_log_odds([0.25])
     0.25
@@ -152,9 +199,16 @@ def joint_log_odds(log_odds: Sequence[float]) -> float:
 
 
 def split_segments(take: TakeScores, n_least: int) -> TakeScores:
-    """The capture with at least ``n_least`` segments, or as many as its frames allow.
+    """Divide segments so that there are at least ``n_least``, or as many as there are frames.
 
-    Segments are cut into equal parts that say the same.
+    Segments are divided into equal parts with the same log-odds.
+
+    Parameters
+    ----------
+    take : TakeScores
+        Log-odds of the words in one capture.
+    n_least : int
+        Least number of segments.
     """
     n_parts = -(-n_least // max(len(take.starts), 1))
     if n_parts < 2:
@@ -167,9 +221,17 @@ def split_segments(take: TakeScores, n_least: int) -> TakeScores:
 
 
 def ordered_peaks(values: FloatArray) -> list[int] | None:
-    """One segment per action, each after the one before, of largest total value.
+    """One segment for each action, each after the one before, of largest total value.
 
-    values : array (actions, segments). None where there are fewer segments than actions.
+    Parameters
+    ----------
+    values : array (actions, segments)
+        Value of every action in every segment.
+
+    Returns
+    -------
+    list of int or None
+        Segment of each action; None if there are fewer segments than actions.
 
     >>> ordered_peaks(np.array([[0., 5, 1], [9, 1, 2]]))
     [1, 2]
@@ -193,10 +255,21 @@ def ordered_peaks(values: FloatArray) -> list[int] | None:
 
 
 def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
-    """Segments [a, b) around a peak, within [low, high), at least half as strong as the peak.
+    """Segments [a, b) around a peak, within [low, high), of at least half its height.
 
-    Strength is measured from the capture's lower quartile; where a capture says the same
-    throughout (the peak stands less than one nat above it) the interval is everything allowed.
+    Height is measured from the capture's lower quartile. If the peak is less than one nat above it,
+    the values are nearly constant, and the interval is [low, high).
+
+    Parameters
+    ----------
+    values : array (segments,)
+        Value of an action in every segment.
+    peak : int
+        Segment of the peak.
+    low : int
+        First segment allowed.
+    high : int
+        One past the last segment allowed.
     """
     floor = lower_quartile(values)
     if values[peak] - floor < 1.0:
@@ -211,7 +284,12 @@ def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
 
 
 def lower_quartile(values: FloatArray) -> float:
-    """As ``np.quantile(values, 0.25)``, in a tenth of the time for the few segments of a capture.
+    """Lower quartile as ``np.quantile`` computes it, faster for short arrays.
+
+    Parameters
+    ----------
+    values : array (n,)
+        At least one value.
 
     >>> lower_quartile(np.array([4.0, 1, 3, 2]))
     1.75
@@ -223,19 +301,32 @@ def lower_quartile(values: FloatArray) -> float:
     return float(ordered[low] + (place - low) * (ordered[high] - ordered[low]))
 
 
-def _intervals(
-    values: FloatArray, peaks: Sequence[int], worded: Sequence[bool]
+def place_parts(
+    values: FloatArray, runs: Sequence[tuple[int, int]], worded: Sequence[bool]
 ) -> list[tuple[int, int]]:
-    """Segments [a, b) of every action: worded ones grow, the others fill the gaps between them."""
+    """Segments [a, b) of every part: those with words grow, empty ones fill the gaps.
+
+    Parameters
+    ----------
+    values : array (parts, segments)
+        Values of the parts.
+    runs : sequence of (int, int)
+        Segments [a, b) that every part covers at least, each behind the one before.
+    worded : sequence of bool
+        Whether a part asks for something; at least one does.
+    """
     n_actions, n_segments = values.shape
     parts = [(0, 0)] * n_actions
     asked = [k for k in range(n_actions) if worded[k]]
     end, last = 0, -1
     for place, k in enumerate(asked):
         following = asked[place + 1] if place + 1 < len(asked) else n_actions
-        limit = peaks[following] if following < n_actions else n_segments
+        limit = runs[following][0] if following < n_actions else n_segments
         low, high = end + (k - last - 1), limit - (following - k - 1)
-        parts[k] = grow(values[k], peaks[k], low, high)
+        first, behind = runs[k]
+        peak = first + int(np.argmax(values[k][first:behind]))
+        start, stop = grow(values[k], peak, low, high)
+        parts[k] = (min(start, first), max(stop, behind))
         _fill(parts, last + 1, k, end, parts[k][0])
         end, last = parts[k][1], k
     _fill(parts, last + 1, n_actions, end, n_segments)
@@ -243,7 +334,7 @@ def _intervals(
 
 
 def _fill(parts: list[tuple[int, int]], first: int, last: int, low: int, high: int) -> None:
-    """Give segments [low, high) to actions [first, last): one each, the rest to the last."""
+    """Assign segments [low, high) to actions [first, last): one each, the rest to the last."""
     for k in range(first, last):
         parts[k] = (low, high if k == last - 1 else low + 1)
         low += 1

@@ -1,14 +1,15 @@
-"""Copies of a motion: the same take in another file, a mirror image, a cut out of a longer take.
+"""Copies of a motion: the same take in another file, a mirror image, a part of a longer take.
 
-Notation: p_t the joint positions of frame t relative to the pelvis, turned to the heading, on the
-standard body. A query of n frames at offset o of a take differs by
+Notation: p_t the joint positions of frame t relative to the pelvis, in the frame of the heading, on
+the standard body. The distance of a query of n frames to a take at offset o is
 
     distance(o) = sqrt(mean over frames and joints of |p_t - p'_{o + t}|^2), metres.
 
-A few frames of the query, spread evenly, are compared with every frame of every take at once; the
-best offsets are then measured over all frames, also up to half a frame aside. A copy is nearer than
-``NEAR`` metres and much nearer than the motion itself is wide, so that two people standing still
-are no copies of one another.
+A few frames of the query, spread evenly, are compared with every frame of every take at once. At
+the best offsets, and up to half a frame beside them, the distance is computed over all frames. The
+distance of a copy is below ``NEAR`` metres and below a quarter of the motion's own variation, so
+that two people who stand still are not copies of one another. ``docs/duplicates.md`` measures how
+many planted copies are found with these values.
 """
 
 from __future__ import annotations
@@ -22,24 +23,39 @@ from motiondb.pose import body, features, retarget, rotation
 from motiondb.records import Float32Array, IntArray, Motion
 
 NEAR = 0.01
-"""Metres."""
+"""Largest distance of a copy, metres. By hand."""
 RELATIVE = 0.25
-"""Share of the motion's own spread about its mean pose."""
+"""Largest distance of a copy, as a share of the motion's spread about its mean pose. By hand."""
 KEY_FRAMES = 12
-FIRST_KEYS = [0, 5, 11]
+"""Frames of the query that are compared first. By hand; it changes the time only."""
+FIRST_KEYS = (0, 5, 11)
 """Key frames that are compared with every frame of every take."""
 LEAST_FRAMES = 20
+"""Least length of a query, frames (2/3 s): shorter ones agree by chance. By hand."""
 BLOCK = 32
-"""Queries that are compared with everything in one matrix product."""
+"""Queries that are compared with all takes in one matrix product: bounds memory."""
 SLACK = 2
-"""Frames by which two files of one take may differ in length."""
+"""Frames by which two files of one take may differ in length. By hand."""
 
 
 @dataclass(frozen=True)
 class Copy:
-    """``query`` is found in ``take`` from ``start`` to ``end``, frames of ``take``.
+    """A query that occurs in a take.
 
-    kind : "same", "cut" or "mirror". distance : metres.
+    Attributes
+    ----------
+    query : int
+        Number of the query.
+    take : int
+        Number of the take.
+    kind : str
+        "same", "cut" or "mirror".
+    start : int
+        First frame in the take.
+    end : int
+        One past the last frame in the take.
+    distance : float
+        Metres.
     """
 
     query: int
@@ -54,7 +70,12 @@ class Copy:
 class Library:
     """Poses of takes, one after another.
 
-    poses : array (frames, 63), float32, metres. bounds : array (takes + 1,).
+    Attributes
+    ----------
+    poses : array (frames, 63), float32
+        Joint positions relative to the pelvis and the heading, metres.
+    bounds : array (takes + 1,)
+        Where each take begins and ends in ``poses``.
     """
 
     poses: Float32Array
@@ -62,7 +83,13 @@ class Library:
 
 
 def copy_poses(motion: Motion) -> Float32Array:
-    """Joint positions relative to the pelvis and the heading: array (frames, 63), metres."""
+    """Joint positions relative to the pelvis and the heading: array (frames, 63), metres.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    """
     positions, world = retarget.motion_positions(motion)
     facing = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), -features.headings(world))
     local = rotation.rotate(facing[:, None], positions - positions[:, :1])
@@ -70,13 +97,25 @@ def copy_poses(motion: Motion) -> Float32Array:
 
 
 def mirror_poses(poses: Float32Array) -> Float32Array:
-    """The poses of the mirror image."""
+    """Poses of the mirror image: array (frames, 63), metres.
+
+    Parameters
+    ----------
+    poses : array (frames, 63)
+        As from :func:`copy_poses`.
+    """
     joints = poses.reshape(len(poses), -1, 3)[:, body.MIRROR]
     return (joints * np.array([-1.0, 1.0, 1.0], dtype=np.float32)).reshape(len(poses), -1)
 
 
 def build_library(poses: Sequence[Float32Array]) -> Library:
-    """Put takes side by side."""
+    """Concatenate the poses of takes.
+
+    Parameters
+    ----------
+    poses : sequence of array (frames, 63)
+        Poses of each take.
+    """
     bounds = np.concatenate([[0], np.cumsum([len(p) for p in poses])]).astype(np.int64)
     joined = np.concatenate(poses) if len(poses) else np.zeros((0, 63), dtype=np.float32)
     return Library(joined, bounds)
@@ -85,13 +124,18 @@ def build_library(poses: Sequence[Float32Array]) -> Library:
 def find_copies(
     library: Library, queries: Sequence[int], takes: Sequence[int] | None = None
 ) -> list[Copy]:
-    """Takes in which the queries are found again, nearest first per query.
+    """Takes that contain the queries, for each query the nearest first.
 
-    Of two takes of one length the later number is reported as a copy of the earlier.
+    Of two takes of equal length the one of larger number is reported as the copy.
 
     Parameters
     ----------
-    queries : take numbers to look for. takes : where to look (default: everywhere).
+    library : Library
+        Poses of all takes.
+    queries : sequence of int
+        Numbers of the takes to search for.
+    takes : sequence of int, optional
+        Numbers of the takes to search in; all by default.
     """
     places = list(range(len(library.bounds) - 1) if takes is None else takes)
     held = library if takes is None else build_library([_take(library, p) for p in places])
@@ -101,7 +145,7 @@ def find_copies(
     for block in range(0, len(long_enough), BLOCK):
         asked = [(q, mirrored) for q in long_enough[block : block + BLOCK] for mirrored in (0, 1)]
         shapes = [(mirror_poses if m else np.asarray)(_take(library, q)) for q, m in asked]
-        first = np.concatenate([shape[_keys(shape)[FIRST_KEYS]] for shape in shapes])
+        first = np.concatenate([shape[_keys(shape)[list(FIRST_KEYS)]] for shape in shapes])
         products = (first @ held.poses.T).reshape(len(shapes), len(FIRST_KEYS), -1)
         for (query, mirrored), shape, product in zip(asked, shapes, products):
             for place, offset, distance in _find(held, norms, shape, product):
@@ -136,8 +180,8 @@ def _find(
 def _distance(take: Float32Array, offset: int, poses: Float32Array) -> float:
     """Distance of poses to a take at an offset, or up to half a frame before or after it.
 
-    A cut seldom begins where a frame of the take lies; half a frame of a fast movement is more
-    than copies may differ by. Frames in between are interpolated at the best place,
+    A part of a take seldom begins exactly at a frame, and half a frame of a fast movement exceeds
+    the distance allowed for copies. Frames in between are interpolated at the best place,
     f = <q - p, n - p> / |n - p|^2 with n the frames before or after, kept within 0 and 1/2.
     """
     part = take[offset : offset + len(poses)]
@@ -161,8 +205,9 @@ def _likely_offsets(
 ) -> IntArray:
     """Rows of the library from which the key frames are nearer than a limit, metres.
 
-    products : array (first keys, rows), of the first key frames with every row. Their squares
-    alone exceed the limit almost everywhere: only where they do not are the others looked at.
+    ``products`` is an array (first keys, rows), dot products of the first key frames with every
+    row. The squared distances of the first key frames exceed the limit almost everywhere; the
+    other key frames are compared only where they do not.
     """
     keys = _keys(poses)
     n = len(library.poses) - int(keys[-1])
@@ -170,7 +215,7 @@ def _likely_offsets(
         return np.zeros(0, dtype=np.int64)
     most = limit * limit * KEY_FRAMES * len(body.JOINTS)
     total = np.zeros(n, dtype=np.float32)
-    for key, product in zip(keys[FIRST_KEYS], products):
+    for key, product in zip(keys[list(FIRST_KEYS)], products):
         total += norms[key : key + n] - 2.0 * product[key : key + n] + poses[key] @ poses[key]
     rows = np.flatnonzero(total < most + 1e-3)
     squares = np.zeros(len(rows), dtype=np.float32)

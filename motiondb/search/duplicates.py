@@ -1,8 +1,8 @@
-"""Groups of captures that repeat one another: same takes, cuts, and mirror images.
+"""Groups of captures that repeat one another: copies, cuts and mirror images.
 
-Relations say of two captures that one repeats the other; captures that are connected by them, over
-however many steps, are one group. Its first is the one to keep: the longest, and of equally long
-ones the one that was there first.
+A relation connects two captures of which one repeats the other. Groups are the connected components
+of all relations. The first capture of a group is the one to keep: the longest, and of equally long
+ones the one that was added first.
 """
 
 from __future__ import annotations
@@ -19,8 +19,10 @@ class DuplicateGroup:
 
     Attributes
     ----------
-    captures : names, the one to keep first, the others in order of their number.
-    relations : those among them, by names.
+    captures : tuple of str
+        Names: first the one to keep, then the others in the order in which they were added.
+    relations : tuple[Relation, ...]
+        Relations between them.
     """
 
     captures: tuple[str, ...]
@@ -30,12 +32,14 @@ class DuplicateGroup:
 def group_duplicates(
     relations: Sequence[Relation], durations: Mapping[str, float]
 ) -> tuple[DuplicateGroup, ...]:
-    """The connected groups of relations, the largest first.
+    """Connected components of relations, the largest first.
 
     Parameters
     ----------
-    relations : of copies, cuts and mirror images.
-    durations : name -> seconds of all captures, in order of their number.
+    relations : sequence of Relation
+        Of copies, cuts and mirror images.
+    durations : mapping of str to float
+        Name -> seconds of all captures, in order of their number.
 
     >>> cut = Relation("b", "a", "cut", 1.0, 2.0, 0.0)
     >>> group_duplicates([cut], {"b": 1.0, "a": 5.0, "c": 5.0})[0].captures

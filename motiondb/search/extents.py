@@ -1,16 +1,20 @@
-"""How far an activity lasts: the interval of a take that goes on as an example does.
+"""The extent of an activity: the interval of a take in which the activity of an example lasts.
 
-Warping finds where a take repeats an example frame by frame; but one performer twists four times
-and another ten, and what is looked for is all of it. The context of a frame is the mean and spread
-of its features over 2.6 s, on whitened principal axes of all captures' contexts. With d_t the mean
-distance of a take's frame to the five nearest contexts of the example, the interval [a, b) is the
-one that maximises
+Time warping finds where a take repeats an example frame by frame. If one performer repeats a
+movement four times and another ten times, the whole repetition is wanted. The context of a frame is
+the mean and the standard deviation of the features over 2.6 s, on whitened principal axes of all
+captures' contexts. With d_t the mean distance of a take's frame to the five nearest contexts of the
+example, the interval [a, b) maximises
 
     sum_{t in [a, b)} (theta - d_t),    theta = near + SHARE (median of d - near),
 
-near the least mean of d over two seconds: found exactly in one pass (Kadane 1984, with a least
-length by prefix sums). A take that shows the activity throughout has no other level to stand out
-from; the whole of it is the answer then only if the sum says so.
+with near the least mean of d over two seconds. It is found exactly in one pass over prefix sums
+(Kadane's algorithm with a least length). A take that shows the activity throughout has no
+background to compare with; it is returned as a whole only if this maximises the sum.
+
+Window and threshold were chosen among 27 settings with the four long CMU takes in view, on which
+``docs/quality.md`` measures ("Interval in a long take"): no other takes with true parts are
+available.
 """
 
 from __future__ import annotations
@@ -24,25 +28,40 @@ from motiondb.records import Float32Array, FloatArray
 from motiondb.symbols.segmentation import context
 
 WINDOW = 39
+"""Feature frames (2.6 s) of a context."""
 SPREAD_WEIGHT = 1.5
+"""Weight of the standard deviations beside the means. By hand."""
 N_AXES = 24
+"""Principal axes that are kept. By hand."""
 THINNED = 5
-"""Every fifth frame takes part in the choice of axes."""
+"""Every fifth frame is used to compute the axes, since neighbours hardly differ."""
 SHARE = 0.35
+"""Place of the threshold between ``near`` and the median of d."""
 NEAREST = 5
+"""Number of nearest contexts of the example. By hand."""
 SHORTEST = 22
-"""Feature frames (1.5 s) that an activity lasts at least."""
+"""Least length of an activity, feature frames (1.5 s). By hand."""
 NEAR_FRAMES = 30
+"""Feature frames (2 s) over which ``near`` is averaged. By hand."""
 LEAST_EXAMPLE = 30
-"""Feature frames (2 s) of the shortest example that has a context of its own."""
+"""Least length of an example with contexts of its own, feature frames (2 s). By hand."""
 LONG = 1.5
-"""A take is asked for whole activities where it is this many times as long as the example."""
+"""Least length of a take that is searched for whole activities, in that of the example. By hand."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContextSpace:
-    """features : array (n,), mean of the features; mean : array (2 n,), of their contexts;
-    projection : array (2 n, axes), whitening."""
+    """A whitening projection of contexts.
+
+    Attributes
+    ----------
+    features : array (n,)
+        Mean of the features.
+    mean : array (2 n,)
+        Mean of their contexts.
+    projection : array (2 n, axes)
+        Principal axes as columns, each divided by the standard deviation along it.
+    """
 
     features: FloatArray
     mean: FloatArray
@@ -54,7 +73,13 @@ class ContextSpace:
 
 
 def fit_context_space(captures: Sequence[FloatArray | Float32Array]) -> ContextSpace:
-    """Whitened principal axes of the contexts of all captures (features, 15 a second)."""
+    """Whitened principal axes of the contexts of all captures.
+
+    Parameters
+    ----------
+    captures : sequence of array (frames, n)
+        Recognition features of each capture, 15 a second.
+    """
     total = sum(len(c) for c in captures)
     centre = sum(c.sum(axis=0, dtype=np.float64) for c in captures) / max(total, 1)
     rows = np.concatenate([_contexts(c - centre)[::THINNED] for c in captures])
@@ -66,16 +91,23 @@ def fit_context_space(captures: Sequence[FloatArray | Float32Array]) -> ContextS
 
 
 def extent(example: FloatArray, take: FloatArray) -> tuple[float, int, int]:
-    """The interval of a take that goes on as the example does.
+    """Interval of a take in which the activity of an example lasts.
 
     Parameters
     ----------
-    example, take : contexts (frames, axes) from :meth:`ContextSpace.view`.
+    example : array (frames, axes)
+        Contexts of the example, from :meth:`ContextSpace.view`.
+    take : array (frames, axes)
+        Contexts of the take.
 
     Returns
     -------
-    Mean distance to the example inside, first and last + 1 frame. A take shorter than an activity
-    is one.
+    distance : float
+        Mean distance to the example inside the interval.
+    start : int
+        First frame.
+    end : int
+        One past the last frame. A take shorter than an activity is returned whole.
     """
     margin = min(WINDOW // 4, (len(example) - 1) // 2)
     inner = example[margin : len(example) - margin]
@@ -88,7 +120,14 @@ def extent(example: FloatArray, take: FloatArray) -> tuple[float, int, int]:
 
 
 def longest_gain(gains: FloatArray, shortest: int) -> tuple[int, int]:
-    """The interval of largest sum among those of at least ``shortest`` frames (ties: the first).
+    """Interval of largest sum among those of at least ``shortest`` frames (ties: the first).
+
+    Parameters
+    ----------
+    gains : array (frames,)
+        Gain of each frame.
+    shortest : int
+        Least length.
 
     >>> longest_gain(np.array([-1.0, 2.0, -0.5, 2.0, -3.0, 3.0]), 2)
     (1, 4)

@@ -1,15 +1,16 @@
-"""Why an interval was found: its score taken apart, exactly, into words, symbols and frames.
+"""Decomposition of the score of an answer into words, symbols and frames.
 
 The log-odds of a word in a window are linear in the window's score vector v (``words.word_map``):
 
     log-odds(w) = const_w + v . k_w,    v = sum_i f_i z_i / |sum_i f_i z_i|
 
 with z_i the standardised scores of segment i and f_i its frames inside the window. So segment i
-adds f_i (z_i . k_w) / |...|, and that is its share, said of the symbol that won the segment. Means
-over an action's words and over the two looks (the action's window and the whole capture) are
-applied to every share already. Several actions are wanted together, and the log-odds of all are not
-the mean of theirs: what that changes is one further part, ``together``. All parts of an answer sum
-(``math.fsum``) to the very number that ranks it.
+contributes f_i (z_i . k_w) / |...|; this share is attributed to the segment's symbol. Shares are
+already averaged over an action's words and over the windows (that of the action and the whole
+capture). The log-odds of several actions together are not the mean of their log-odds; the
+difference is one further part, ``together``. Excluded words are decomposed in the same way, and
+every exclusion lowers the answer by one number, ``Lowering.amount``. The parts of what is asked,
+``together`` and these amounts sum (``math.fsum``) to exactly the number that ranks the answer.
 """
 
 from __future__ import annotations
@@ -26,7 +27,19 @@ from motiondb.search.by_words import joint_log_odds
 
 @dataclass(frozen=True)
 class Share:
-    """What one segment (frames [start, end), won by ``symbol``) adds to an answer's log-odds."""
+    """Contribution of one segment to an answer's log-odds.
+
+    Attributes
+    ----------
+    symbol : int
+        Symbol of the segment.
+    start : int
+        First frame.
+    end : int
+        One past the last frame.
+    amount : float
+        The contribution, nats.
+    """
 
     symbol: int
     start: int
@@ -36,15 +49,26 @@ class Share:
 
 @dataclass(frozen=True)
 class WordReason:
-    """What one asked word adds to an answer.
+    """Contribution of one word of the query to an answer.
 
     Attributes
     ----------
-    word : number in the vocabulary. action : number of its action.
-    log_odds : of the word by itself, the mean of its window and of the whole capture.
-    prior : what it adds before any motion is seen (how often it is said).
-    written : what people's words about the capture add.
-    shares : what the segments add, in order of time.
+    word : int
+        Number in the vocabulary.
+    action : int
+        Number of its action.
+    log_odds : float
+        Log-odds of the word alone: mean of its window and of the whole capture.
+    prior : float
+        Contribution of the word's frequency, before any motion is considered.
+    written : float
+        Contribution of captions of the capture.
+    shares : tuple of Share
+        Contributions of the segments, in order of time.
+    exclusion : int
+        Number of the exclusion that the word belongs to, -1 where it is asked for. The parts of an
+        excluded word sum to its share of the log-odds of its action, not to anything that is added
+        to the answer.
     """
 
     word: int
@@ -53,15 +77,16 @@ class WordReason:
     prior: float
     written: float
     shares: tuple[Share, ...]
+    exclusion: int = -1
 
     @property
     def parts(self) -> tuple[float, ...]:
-        """Every number that adds to the answer's log-odds."""
+        """All summands of the answer's log-odds that are due to this word."""
         return (self.prior, self.written, *(share.amount for share in self.shares))
 
     @property
     def contribution(self) -> float:
-        """Their sum."""
+        """Sum of the parts."""
         return math.fsum(self.parts)
 
     @property
@@ -72,11 +97,24 @@ class WordReason:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What a capture offers for one word.
+    """What the log-odds of one word in one capture are computed from.
 
-    constant, slope : of the word, see the module; a number and array (symbols,).
-    standardised : array (segments, symbols). starts, ends, symbols : arrays (segments,).
-    written : array (segments,), log-odds that people's words add, 0 where there are none.
+    Attributes
+    ----------
+    constant : float
+        const_w of the module.
+    slope : array (symbols,)
+        k_w of the module.
+    standardised : array (segments, symbols)
+        Standardised scores of the segments.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    symbols : array (segments,)
+        Symbols of the segments.
+    written : array (segments,)
+        Log-odds that captions add, 0 without captions.
     """
 
     constant: float
@@ -89,7 +127,17 @@ class Evidence:
 
 
 def segment_shares(evidence: Evidence, low: int, high: int) -> FloatArray:
-    """What every segment adds to a word's log-odds in the window [low, high): array (segments,)."""
+    """Contribution of every segment to a word's log-odds in a window: array (segments,).
+
+    Parameters
+    ----------
+    evidence : Evidence
+        The capture and the word.
+    low : int
+        First frame of the window.
+    high : int
+        One past the last frame of the window.
+    """
     inside = np.minimum(evidence.ends, high) - np.maximum(evidence.starts, low)
     weights = np.maximum(inside, 0).astype(np.float64)
     length = float(np.linalg.norm(weights @ evidence.standardised))
@@ -99,55 +147,191 @@ def segment_shares(evidence: Evidence, low: int, high: int) -> FloatArray:
 def explain_word(
     evidence: Evidence, word: int, action: int, window: tuple[int, int], peak: int, weight: float
 ) -> WordReason:
-    """Take one word's part of an answer apart.
+    """Decompose the contribution of one word to an answer.
 
     Parameters
     ----------
-    window : frames of the action's window. peak : number of the segment it stands around.
-    weight : of this word in the answer: 1 / (actions with words * words of the action).
+    evidence : Evidence
+        The capture and the word.
+    word : int
+        Number of the word in the vocabulary.
+    action : int
+        Number of its action in the query.
+    window : tuple of int
+        First frame, and one past the last, of the action's window.
+    peak : int
+        Number of the segment that the window surrounds.
+    weight : float
+        Weight of the word in the answer: 1 / (actions with words * words of the action).
     """
-    near = segment_shares(evidence, *window)
-    whole = segment_shares(evidence, 0, int(evidence.ends[-1]))
-    said = 0.5 * float(evidence.written[peak]) + 0.5 * float(evidence.written.max())
-    amounts = 0.5 * near + 0.5 * whole
+    look = Look((window,), (peak,), (1.0,), 0.5)
+    return explain_look(evidence, word, look, Place(action, weight))
+
+
+@dataclass(frozen=True)
+class Look:
+    """Where an action is looked at.
+
+    Attributes
+    ----------
+    windows : tuple of (int, int)
+        Frames of every window.
+    peaks : tuple of int
+        Numbers of the segments that they stand around.
+    weights : tuple of float
+        Their weights, which sum to 1.
+    near : float
+        Share of the windows; the rest is of the whole capture.
+    """
+
+    windows: tuple[tuple[int, int], ...]
+    peaks: tuple[int, ...]
+    weights: tuple[float, ...]
+    near: float
+
+
+@dataclass(frozen=True)
+class Place:
+    """A word's place in a question.
+
+    Attributes
+    ----------
+    action : int
+        Number of its action.
+    weight : float
+        Of the word: 1 / (asked actions * words of the action); for an excluded word
+        1 / words of the action.
+    exclusion : int
+        Number of its exclusion, -1 where it is asked for.
+    """
+
+    action: int
+    weight: float
+    exclusion: int = -1
+
+
+def explain_look(evidence: Evidence, word: int, look: Look, place: Place) -> WordReason:
+    """Take one word's part of an answer apart, said of several windows and the whole capture."""
+    amounts = (1.0 - look.near) * segment_shares(evidence, 0, int(evidence.ends[-1]))
+    said = (1.0 - look.near) * float(evidence.written.max())
+    for window, peak, weight in zip(look.windows, look.peaks, look.weights):
+        amounts = amounts + look.near * weight * segment_shares(evidence, *window)
+        said += look.near * weight * float(evidence.written[peak])
     shares = tuple(
-        Share(int(symbol), int(start), int(end), float(weight * amount))
+        Share(int(symbol), int(start), int(end), float(place.weight * amount))
         for symbol, start, end, amount in zip(
             evidence.symbols, evidence.starts, evidence.ends, amounts
         )
     )
     log_odds = math.fsum([evidence.constant, said, *amounts])
-    return WordReason(word, action, log_odds, weight * evidence.constant, weight * said, shares)
+    return WordReason(
+        word, place.action, log_odds, place.weight * evidence.constant, place.weight * said,
+        shares, place.exclusion,
+    )  # fmt: skip
 
 
 def by_action(reasons: Sequence[WordReason]) -> list[tuple[float, float]]:
-    """Log-odds of every asked action by itself, and what of them people's words add."""
-    actions = sorted({reason.action for reason in reasons})
-    found = []
+    """Log-odds of every asked action alone, and the part of them that captions add.
+
+    Parameters
+    ----------
+    reasons : sequence of WordReason
+        The reasons of one answer.
+    """
+    asked = [reason for reason in reasons if reason.exclusion < 0]
+    actions = sorted({reason.action for reason in asked})
+    odds = []
     for k in actions:
-        own = [reason for reason in reasons if reason.action == k]
-        log_odds = math.fsum(p for reason in own for p in reason.parts)
-        said = math.fsum(reason.written for reason in own)
-        found.append((len(actions) * log_odds, len(actions) * said))
-    return found
+        of_action = [reason for reason in asked if reason.action == k]
+        log_odds = math.fsum(p for reason in of_action for p in reason.parts)
+        written = math.fsum(reason.written for reason in of_action)
+        odds.append((len(actions) * log_odds, len(actions) * written))
+    return odds
 
 
 def together(reasons: Sequence[WordReason]) -> float:
-    """What asking for all actions at once adds to the mean of their log-odds (0 for one action)."""
+    """Log-odds of all actions together, less the mean of their log-odds (0 for one action).
+
+    Parameters
+    ----------
+    reasons : sequence of WordReason
+        The reasons of one answer.
+    """
     each = [log_odds for log_odds, _ in by_action(reasons)]
     if len(each) < 2:
         return 0.0
-    return joint_log_odds(each) - math.fsum(p for reason in reasons for p in reason.parts)
+    return joint_log_odds(each) - math.fsum(asked_parts(reasons))
+
+
+def asked_parts(reasons: Sequence[WordReason]) -> list[float]:
+    """Every part of every word that is asked for."""
+    return [part for reason in reasons if reason.exclusion < 0 for part in reason.parts]
+
+
+@dataclass(frozen=True)
+class Lowering:
+    """What one exclusion takes from an answer.
+
+    Attributes
+    ----------
+    exclusion : int
+        Its number.
+    actions : tuple of (float, float)
+        Per excluded action its log-odds, and what of them people's words add.
+    log_odds : float
+        That all of them are seen.
+    amount : float
+        What the exclusion adds to the answer's log-odds: at most 0, but for the first of a
+        question that asks for nothing, which is -log_odds.
+    """
+
+    exclusion: int
+    actions: tuple[tuple[float, float], ...]
+    log_odds: float
+    amount: float
+
+
+def lowerings(reasons: Sequence[WordReason]) -> list[Lowering]:
+    """What every exclusion takes from an answer, in order; each after the ones before it."""
+    statements = [log_odds for log_odds, _ in by_action(reasons)]
+    found = []
+    for number in sorted({reason.exclusion for reason in reasons if reason.exclusion >= 0}):
+        own = [reason for reason in reasons if reason.exclusion == number]
+        each = []
+        for action in sorted({reason.action for reason in own}):
+            words = [reason for reason in own if reason.action == action]
+            log_odds = math.fsum(part for reason in words for part in reason.parts)
+            each.append((log_odds, math.fsum(reason.written for reason in words)))
+        joint = joint_log_odds([log_odds for log_odds, _ in each])
+        before = joint_log_odds(statements) if statements else 0.0
+        statements.append(-joint)
+        amount = joint_log_odds(statements) - before
+        found.append(Lowering(number, tuple(each), joint, amount))
+    return found
 
 
 def total(reasons: Sequence[WordReason]) -> float:
-    """The answer's log-odds: the exactly rounded sum of all parts of all words."""
-    parts = [part for reason in reasons for part in reason.parts]
-    return math.fsum([*parts, together(reasons)])
+    """Log-odds of the answer: the exactly rounded sum of all parts, ``together`` and lowerings.
+
+    Parameters
+    ----------
+    reasons : sequence of WordReason
+        The reasons of one answer.
+    """
+    amounts = [lowering.amount for lowering in lowerings(reasons)]
+    return math.fsum([*asked_parts(reasons), together(reasons), *amounts])
 
 
 def strongest(reason: WordReason, limit: int = 3) -> list[Share]:
-    """The shares that speak loudest for or against a word; neighbours of one symbol are joined."""
+    """Shares of largest absolute value; those of neighbours with one symbol are added first.
+
+    Parameters
+    ----------
+    reason : WordReason
+        The reason of one word.
+    limit : int, optional
+        Number of shares at most.
+    """
     joined: list[Share] = []
     for share in reason.shares:
         if joined and joined[-1].symbol == share.symbol and joined[-1].end == share.start:

@@ -1,15 +1,15 @@
-"""What an interval of motion shows: what all symbols say of it, and how it moves.
+"""Vectors that describe an interval of motion: scores under all symbols, and movement.
 
-A segment's scores are its log-likelihoods under every symbol, nats per frame. Their mean over the
-symbols says how usual the motion is and is taken off; what is left is standardised per symbol over
-all segments and clipped. An interval's vector is the mean over its segments, weighted by how long
-each lasts inside the interval, scaled to length 1. Compared with the best symbol alone this keeps
-what a performer unseen in training shares with *several* symbols; measured on real captures it is
-the one choice that matters most.
+The scores of a segment are its log-likelihoods under every symbol, nats per frame. Their mean over
+the symbols, which measures how usual the motion is, is subtracted; the result is standardised per
+symbol over all segments, and clipped. The vector of an interval is the mean over its segments,
+weighted by their duration inside the interval, scaled to length 1. Unlike the best symbol alone it
+keeps the similarity of a new performer to *several* symbols. On real captures no other choice had a
+larger effect.
 
-Beside the symbols stand the columns of :mod:`motiondb.search.movement` and
-:mod:`motiondb.search.bearing`, standardised and clipped in the same way; each of their five blocks
-is weighed so that it counts as much as the symbols do, travel half as much again.
+The columns of :mod:`motiondb.search.movement` and :mod:`motiondb.search.posture_and_travel` follow,
+standardised and clipped in the same way. Each of their five blocks is scaled to the weight of all
+symbols together, travel to one and a half times that.
 """
 
 from __future__ import annotations
@@ -22,24 +22,34 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.search.movement import block_sizes, block_weight
 
 CLIP = 3.0
+"""Standard deviations beyond which a value is clipped. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True, eq=False)
 class ScoreSpace:
-    """mean, spread: arrays (symbols + columns of movement,), over segments; of the symbols, of the
-    scores less their mean over symbols. A space without movement has no columns of it."""
+    """Means and standard deviations over segments.
+
+    Attributes
+    ----------
+    mean : array (symbols + columns of movement,)
+        Means; those of the symbols are of the scores less their mean over symbols.
+    spread : array (symbols + columns of movement,)
+        Standard deviations.
+    """
 
     mean: FloatArray
     spread: FloatArray
 
     def standardise(self, scores: Float32Array, movement: Float32Array | None = None) -> FloatArray:
-        """Standardised, clipped and weighed rows (segments, symbols + columns).
+        """Standardised, clipped and weighted rows (segments, symbols + columns).
 
         Parameters
         ----------
-        scores : array (segments, symbols), nats per frame.
-        movement : array (segments, columns); those beyond the space's columns are left out (a
-            space that was learned before there were posture and travel has none of them).
+        scores : array (segments, symbols)
+            Nats per frame.
+        movement : array (segments, columns)
+            Those beyond the space's columns are left out (a space that was learned before there
+            were posture and travel has none of them).
         """
         relative = _relative(scores)
         n_symbols = relative.shape[1]
@@ -54,7 +64,17 @@ class ScoreSpace:
 def fit_score_space(
     scores: Float32Array, lengths: IntArray, movement: Float32Array | None = None
 ) -> ScoreSpace:
-    """Mean and spread over segments (weighted by their length in frames)."""
+    """Mean and standard deviation over segments, weighted by their length.
+
+    Parameters
+    ----------
+    scores : array (segments, symbols)
+        Log-likelihoods, nats per frame.
+    lengths : array (segments,)
+        Length of each segment, frames.
+    movement : array (segments, columns), optional
+        Movement, posture and travel.
+    """
     weights = lengths / lengths.sum()
     blocks = [_relative(scores)] if movement is None else [_relative(scores), movement]
     means, spreads = [], []
@@ -77,13 +97,20 @@ def interval_vectors(
     low: FloatArray | IntArray,
     high: FloatArray | IntArray,
 ) -> FloatArray:
-    """Vectors (intervals, symbols) of length 1 for intervals [low, high) of one capture.
+    """Vectors of length 1 of intervals [low, high) of one capture: array (intervals, columns).
 
     Parameters
     ----------
-    standardised : array (segments, symbols) of one capture, in order.
-    starts, ends : arrays (segments,), frames; they tile the capture.
-    low, high : arrays (intervals,), frames.
+    standardised : array (segments, symbols)
+        Of one capture, in order.
+    starts : array (segments,)
+        First frame of each segment; the segments tile the capture.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    low : array (intervals,)
+        First frame of each interval.
+    high : array (intervals,)
+        One past the last frame of each interval.
     """
     inside = np.minimum(ends, high[:, None]) - np.maximum(starts, low[:, None])
     weights = np.maximum(inside, 0.0)
@@ -91,6 +118,12 @@ def interval_vectors(
 
 
 def unit(vectors: FloatArray) -> FloatArray:
-    """Rows scaled to length 1 (a zero row stays zero)."""
+    """Scale rows to length 1; zero rows stay zero.
+
+    Parameters
+    ----------
+    vectors : array (..., columns)
+        The rows.
+    """
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0, length, 1.0)

@@ -1,9 +1,10 @@
-"""Dynamic time warping of a query to any part of a capture.
+"""Subsequence dynamic time warping: the part of a capture nearest to a query.
 
 Notation: q_i and x_j whitened features, d(i, j) = |q_i - x_j| / sqrt(D). The path may begin and end
-anywhere in x, uses steps (1, 1), (1, 2), (2, 1), so that a part is between half and twice as long
-as the query, and its distance is the mean of d over the query's frames. Source: Mueller,
-Information Retrieval for Music and Motion (2007), chapters 4 and 7.
+anywhere in x and has steps (1, 1), (1, 2), (2, 1), so that a part is between half and twice as long
+as the query. The distance is the mean of d over the query's frames.
+
+Source: Mueller, Information Retrieval for Music and Motion, 2007, chapters 4 and 7.
 """
 
 from __future__ import annotations
@@ -14,13 +15,27 @@ from numba import njit
 from motiondb.records import Float32Array
 
 FAR = 1e30
+"""Cost of paths that are not possible; finite in single precision."""
 
 
 def best_part(query: Float32Array, capture: Float32Array) -> tuple[float, int, int]:
-    """Distance, start and end (half-open, frames of ``capture``) of the part most like the query.
+    """Distance and interval of the part of a capture nearest to the query.
 
-    Infinite distance, and an empty part, where the capture is too short to hold the query at half
-    its length.
+    Parameters
+    ----------
+    query : array (frames, D)
+        Whitened features of the query.
+    capture : array (frames, D)
+        Whitened features of the capture.
+
+    Returns
+    -------
+    distance : float
+        Mean distance; infinite if the capture is shorter than half the query.
+    start : int
+        First frame.
+    end : int
+        One past the last frame; 0 if the distance is infinite.
     """
     if len(query) == 0 or len(capture) == 0:
         return float("inf"), 0, 0
@@ -34,8 +49,13 @@ def best_part(query: Float32Array, capture: Float32Array) -> tuple[float, int, i
 
 
 @njit(cache=True, fastmath=True)
-def _subsequence(query, capture):  # type: ignore[no-untyped-def]
-    # Rows i, i - 1 and i - 2 suffice: row i of cost and start is kept at i % 3, of local at i % 2.
+def _subsequence(  # noqa: C901  one compiled dynamic program over three rows
+    query: Float32Array, capture: Float32Array
+) -> tuple[float, int, int]:
+    """Least mean cost of a path, its first frame, and one past its last (0: there is none).
+
+    Rows i, i - 1 and i - 2 suffice: row i of cost and start is kept at i % 3, of local at i % 2.
+    """
     n, m = len(query), len(capture)
     local = np.empty((2, m), np.float32)
     cost = np.full((3, m), np.float32(FAR))
@@ -69,4 +89,4 @@ def _subsequence(query, capture):  # type: ignore[no-untyped-def]
     for j in range(m):
         if cost[last, j] < low:
             low, end = cost[last, j], j
-    return low / n, start[last, end], end + 1
+    return float(low / n), start[last, end], end + 1

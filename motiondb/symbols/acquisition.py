@@ -1,18 +1,18 @@
 """Motion symbols without labels: competitive learning with the number chosen by description length.
 
-Segments compete for left-to-right HMMs: each goes to the symbol that gives it the highest
-likelihood, the winners are refitted to what they won. Where no symbol explains segments well, new
-ones are created for them; symbols that do not pay for their parameters die. What is minimised is
-the description length of the segments, in nats:
+Each segment is assigned to the left-to-right HMM (the symbol) under which it is most likely, and
+every symbol is fitted again to the segments that it won. New symbols are created for segments
+that no symbol explains well. Symbols whose parameters cost more than they save are removed. The
+objective is the description length of the segments, in nats:
 
     L = - sum_i log P(o_i | winner(i))        the motion, given its symbols
         + n ln S                              which symbol each of n segments is
         + S K (2 D + 1) / 2 ln(F)             the symbols: means, variances, self-loops
 
-with S symbols of K states in D dimensions and F frames. An update is kept only if L falls.
-Then the symbols cut the captures anew (the best path through all symbols, each passed from its
-first state to its last) and are refitted to these segments, so that a symbol's segments begin in
-the same phase of the movement.
+with S symbols of K states in D dimensions and F frames. An update is accepted only if L falls.
+Then every capture is segmented again by the best path through the network of all symbols, each
+passed from its first state to its last, and the symbols are fitted to the new segments. So the
+segments of one symbol begin in the same phase of the movement.
 
 Source: paper A, section 2 (competitive learning of motion symbols); the description length follows
 Rissanen (1978).
@@ -36,7 +36,31 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class AcquisitionSettings:
-    """What governs the acquisition; lengths in feature frames."""
+    """Settings of the acquisition; lengths in feature frames, 15 a second.
+
+    The defaults were chosen by hand on the sample data and on CMU captures; no table of
+    ``docs/quality.md`` compares other values, but for what is said below.
+
+    Attributes
+    ----------
+    n_symbols : int, optional
+        Number of symbols. None: the number of least description length.
+    n_states : int
+        States of a symbol. Not tuned.
+    variance_floor : float
+        Least variance of a state; the variance of all whitened frames is 1. With 0.1
+        in place of 0.3, and exact removal, planted symbols of synthetic data are recovered.
+    max_symbols : int
+        Largest number of symbols. It bounds time and memory.
+    rounds : int
+        Rounds of removing, creating and refitting at most. The search usually ends earlier.
+    recuts : int
+        Times that the captures are segmented again at most.
+    switch_cost : float
+        Nats that each further symbol costs when captures are segmented again. Not tuned.
+    shortest : int
+        Least length of a segment: 8 frames, about half a second.
+    """
 
     n_symbols: int | None = None
     n_states: int = 6
@@ -50,7 +74,17 @@ class AcquisitionSettings:
 
 @dataclass(frozen=True, eq=False)
 class Cutting:
-    """Segments of all captures as frames of the concatenated features, and who won each."""
+    """Segments of all captures, and the symbol that each is assigned to.
+
+    Attributes
+    ----------
+    starts : array (segments,)
+        First frame of each segment, in the concatenated features.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    winners : array (segments,)
+        The symbol of largest likelihood.
+    """
 
     starts: IntArray
     ends: IntArray
@@ -59,14 +93,24 @@ class Cutting:
 
 @dataclass(frozen=True, eq=False)
 class Acquired:
-    """Symbols, the final cutting, and L after every accepted update."""
+    """Result of the acquisition.
+
+    Attributes
+    ----------
+    symbols : MotionSymbols
+        The symbols.
+    cutting : Cutting
+        The final segments and their symbols.
+    description_lengths : tuple of float
+        L after every accepted update, nats.
+    """
 
     symbols: MotionSymbols
     cutting: Cutting
     description_lengths: tuple[float, ...] = ()
 
 
-def acquire(
+def acquire(  # noqa: PLR0913  two of the seven have defaults; a record for one caller would hide them
     frames: Float32Array,
     bounds: IntArray,
     starts: IntArray,
@@ -79,15 +123,25 @@ def acquire(
 
     Parameters
     ----------
-    frames : array (frames, dimensions), whitened features of all captures, one after another.
-    bounds : array (captures + 1,), where each capture begins and ends in ``frames``.
-    starts, ends : arrays (segments,), first segmentation, in ``frames``.
-    rng : for the choice of the first symbols.
+    frames : array (frames, dimensions)
+        Whitened features of all captures, one after another.
+    bounds : array (captures + 1,)
+        Where each capture begins and ends in ``frames``.
+    starts : array (segments,)
+        First frame of each segment of the first segmentation, in ``frames``.
+    ends : array (segments,)
+        One past the last frame of each of these segments.
+    rng : numpy.random.Generator
+        Used for the choice of the first groups of segments.
+    settings : AcquisitionSettings, optional
+        Number of symbols, limits and costs.
+    progress : callable, optional
+        Called with the name of the step and the share of it that is done, 0 to 1.
 
     Raises
     ------
     MotionDBError
-        when there is no segment, or fewer segments that differ than ``n_symbols``.
+        If there is no segment, or if fewer segments than ``n_symbols`` differ.
     """
     settings = settings or AcquisitionSettings()
     tell = progress or (lambda _what, _share: None)
@@ -113,7 +167,7 @@ def acquire(
 
 
 def _compete(arena: _Arena, state: _State, lengths: list[float], tell: Progress) -> _State:
-    """Rounds of dying, creating and refitting, for as long as the description gets shorter."""
+    """Remove, create and refit symbols in rounds, while the description length falls."""
     settings = arena.settings
     for number in range(settings.rounds):
         tell("symbols compete", number / settings.rounds)
@@ -131,7 +185,7 @@ def _compete(arena: _Arena, state: _State, lengths: list[float], tell: Progress)
 
 @dataclass(frozen=True, eq=False)
 class _Arena:
-    """Where symbols compete: frames, segments, variance floor, settings, random choices."""
+    """What stays fixed while symbols compete: frames, segments, variance floor, settings, rng."""
 
     frames: Float32Array
     starts: IntArray
@@ -143,7 +197,7 @@ class _Arena:
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """Symbols, their scores of all segments, who wins each, and the description length."""
+    """Symbols, the scores of all segments, the winner of each, and the description length."""
 
     symbols: MotionSymbols
     scores: Float32Array
@@ -173,7 +227,7 @@ def _check(descriptors: FloatArray, settings: AcquisitionSettings) -> None:
 
 
 def _fit_new(arena: _Arena, starts: IntArray, ends: IntArray, groups: IntArray) -> MotionSymbols:
-    """Symbols from groups of segments: uniform cut into states, then EM."""
+    """Symbols from groups of segments: equal parts as first states, then EM."""
     n_states = np.full(int(groups.max()) + 1, arena.settings.n_states, dtype=np.int64)
     symbols = hmm.initialise(arena.frames, starts, ends, groups, n_states, arena.floor)
     return _fit(arena, symbols, starts, ends, groups, 3)
@@ -199,17 +253,17 @@ def _refit(arena: _Arena, state: _State) -> MotionSymbols:
 
 
 def _kill(arena: _Arena, state: _State) -> MotionSymbols | None:
-    """Remove the symbols that do not pay for their parameters."""
+    """Remove the symbols whose parameters cost more than they save."""
     price = description.prices(state.symbols, len(arena.frames))
     order, gains = description.deaths(state.scores, price)
     return _without(state, order[gains > 0])
 
 
 def _thin(arena: _Arena, state: _State) -> MotionSymbols | None:
-    """Remove the weakest twentieth though they pay: refitted, the others may do as well.
+    """Remove the least useful twentieth of the symbols and refit the others.
 
-    Two symbols that share what one should have both seem to pay, because neither is fitted to what
-    the other won.
+    Where two symbols share the segments of one movement, each seems useful, because neither is
+    fitted to the segments of the other. A twentieth was chosen by hand.
     """
     price = description.prices(state.symbols, len(arena.frames))
     least = max(1, state.symbols.n_symbols // 20)
@@ -227,7 +281,10 @@ def _without(state: _State, dead: IntArray) -> MotionSymbols | None:
 
 
 def _create(arena: _Arena, state: _State) -> MotionSymbols | None:
-    """New symbols for the tenth of the segments that is explained worst for its length."""
+    """New symbols for the tenth of the segments of least likelihood per frame.
+
+    One symbol for every six of these segments at most; both shares were chosen by hand.
+    """
     room = arena.settings.max_symbols - state.symbols.n_symbols
     per_frame = state.scores.max(axis=1) / (arena.ends - arena.starts)
     worst = np.flatnonzero(per_frame < np.quantile(per_frame, 0.1))
@@ -242,7 +299,7 @@ def _create(arena: _Arena, state: _State) -> MotionSymbols | None:
 
 
 def _recut(arena: _Arena, bounds: IntArray, state: _State) -> tuple[_Arena, _State]:
-    """Cut every capture by the best path through the symbols, then refit them to what they won."""
+    """Segment every capture again by the symbols, then refit these to the new segments."""
     cutting = recut(arena.frames, bounds, state.symbols, arena.settings)
     fresh = replace(arena, starts=cutting.starts, ends=cutting.ends)
     symbols = _fit(fresh, state.symbols, cutting.starts, cutting.ends, cutting.winners)
@@ -252,7 +309,19 @@ def _recut(arena: _Arena, bounds: IntArray, state: _State) -> tuple[_Arena, _Sta
 def recut(
     frames: Float32Array, bounds: IntArray, symbols: MotionSymbols, settings: AcquisitionSettings
 ) -> Cutting:
-    """Segments of every capture by the symbols: the path of most likelihood less switch costs."""
+    """Segment every capture by the symbols: the path of largest likelihood less switch costs.
+
+    Parameters
+    ----------
+    frames : array (frames, dimensions)
+        Whitened features of all captures, one after another.
+    bounds : array (captures + 1,)
+        Where each capture begins and ends in ``frames``.
+    symbols : MotionSymbols
+        The symbols to segment by.
+    settings : AcquisitionSettings
+        Its ``switch_cost`` and ``shortest`` are used.
+    """
     starts, ends, winners = [], [], []
     for low, high in pairwise(bounds):
         path = hmm.segment_by_symbols(
@@ -268,7 +337,7 @@ def recut(
 
 
 def _drop_idle(symbols: MotionSymbols, winners: IntArray) -> tuple[MotionSymbols, IntArray]:
-    """Symbols that won nothing leave; the others keep their order."""
+    """Leave out symbols without segments; the others keep their order."""
     alive, numbered = np.unique(winners, return_inverse=True)
     return take(symbols, alive), numbered.astype(np.int64)
 

@@ -1,26 +1,26 @@
-"""What a long take does, one thing after another: activities, grouped without labels.
+"""Activities of a long take: segments of seconds, grouped without labels.
 
-An activity lasts seconds and repeats poses, so a frame alone does not show it. The context x_t of
-frame t is the mean and spread of its features over 2.6 s, the spread weighted more (a bend
-to the left and one to the right share it), on the take's own principal axes. Activities z_t are the
-groups of least cost
+An activity lasts seconds and repeats poses, so that a single frame does not show it. The context
+x_t of frame t is the mean and the standard deviation of the features over 2.6 s, on the principal
+axes of the take's own contexts. The standard deviation has the larger weight: a bend to the left
+and a bend to the right share it. Activities z_t are the labels of least cost
 
     sum_t |x_t - centre of z_t|^2 + switch * (number of changes),    runs of at least ``shortest``,
 
-by segmental k-means: given centres, dynamic programming finds the cheapest z exactly; given z, the
-centres are means; the best of several starts counts. A context is blurred, so the changes are then
-found again with sharper eyes: every activity becomes a mixture of Gaussians over contexts of a
-fifth of a second (``frame_mixtures``), the best path through all of them, again with runs of at
-least ``shortest``, replaces z, and so on. The whole is done from several starts, and the z that the
-mixtures find least surprising counts.
+found by segmental k-means: given the centres, dynamic programming finds the cheapest z exactly;
+given z, the centres are means. The best of several starts is kept. Contexts of 2.6 s blur the
+changes, so these are located again: every activity is modelled by a mixture of Gaussians over
+contexts of a fifth of a second (``frame_mixtures``), and z is replaced by the best path through all
+mixtures, again with runs of at least ``shortest``, until it stays or the rounds end. All of this is
+repeated, and the z of largest likelihood under its mixtures is returned.
 
-The number of activities n, where it is not given, is the one of least description length
+The number of activities n, where it is not given, minimises the description length
 
     -log P(x | mixtures, z) + price * n * (values of a mixture / 2) ln T,
 
-Schwarz's criterion where ``price`` is 1. Mixtures, not centres, judge it: walking on and
-walking round a corner differ in their centres as much as a walk from a jump, but share most of
-their poses.
+which is Schwarz's criterion where ``price`` is 1. The likelihood is that of the mixtures, not of
+the centres: the centres of walking ahead and of walking round a corner differ as much as those of
+walking and jumping, although the two walks share most of their poses.
 
 Source: Rabiner, Wilpon, Juang, A segmental k-means training procedure (1986); Truong, Oudre,
 Vayatis (2020) for the cost of change points; Schwarz (1978).
@@ -40,17 +40,46 @@ from motiondb.symbols.frame_mixtures import far_apart, surprise
 from motiondb.symbols.segmentation import context
 
 PATIENCE = 3
-"""Numbers of activities in a row that do not shorten the description before larger are untried."""
+"""The search ends after so many numbers in a row that do not shorten the description. By hand."""
 
 
 @dataclass(frozen=True)
 class ActivitySettings:
-    """Lengths in feature frames (15 a second); ``switch`` in mean squared distances from the mean.
+    """Settings of the grouping; lengths in feature frames, 15 a second.
 
-    window, spread_weight, n_axes : of the context. shortest : of a run. starts, rounds : of
-    segmental k-means. attempts : times the whole is done. most : activities tried where their
-    number is not given, and ``price`` of one more, in what Schwarz's criterion asks. sharp_window,
-    n_parts, floor, resegmentations : of the mixtures.
+    The values were chosen by hand with the four long CMU takes in view that ``docs/quality.md``
+    measures ("Segmentation without labels"): no other takes with true parts are available.
+
+    Attributes
+    ----------
+    window : int
+        Length of a context: 39 frames, 2.6 s.
+    spread_weight : float
+        Weight of the standard deviations beside the means.
+    n_axes : int
+        Principal axes that are kept.
+    shortest : int
+        Least length of a run: 30 frames, 2 s.
+    switch : float
+        Cost of a change, in mean squared distances from the mean.
+    starts : int
+        Starts of segmental k-means.
+    rounds : int
+        Rounds of segmental k-means at most.
+    attempts : int
+        Times that the whole procedure is repeated.
+    most : int
+        Largest number of activities tried where the number is not given.
+    price : float
+        Cost of one more activity, as a multiple of what Schwarz's criterion asks.
+    sharp_window : int
+        Length of the short contexts: 3 frames, a fifth of a second.
+    n_parts : int
+        Components of an activity's mixture at most.
+    floor : float
+        Share of the take's variance that is added to the variance of every component.
+    resegmentations : int
+        Times that the changes are located again at most.
     """
 
     window: int = 39
@@ -75,23 +104,29 @@ def find_activities(
     n_activities: int | None = None,
     settings: ActivitySettings | None = None,
 ) -> list[tuple[int, int, int]]:
-    """Activities of one capture: (start, end, activity) that tile [0, frames).
+    """Group one capture into activities.
 
     Parameters
     ----------
-    features : array (frames, 130), recognition features (not whitened), 15 a second.
-    rng : for the starts of the grouping.
-    n_activities : how many different ones; None: as many as the take itself tells apart.
+    features : array (frames, 130)
+        Recognition features (not whitened), 15 a second.
+    rng : numpy.random.Generator
+        Used for the starts of the grouping.
+    n_activities : int, optional
+        Number of different activities. None: the number of least description length.
+    settings : ActivitySettings, optional
+        Windows, costs and limits.
 
     Returns
     -------
-    Neighbours differ; activities are numbered by their first appearance. A capture shorter than
-    twice the shortest run is one activity.
+    list of (start, end, activity)
+        Runs that tile [0, frames). Neighbours differ; activities are numbered by their first
+        appearance. A capture shorter than twice the shortest run is one activity.
 
     Raises
     ------
     MotionDBError
-        when ``n_activities`` is less than 1.
+        If ``n_activities`` is less than 1.
     """
     settings = settings or ActivitySettings()
     if n_activities is not None and n_activities < 1:
@@ -115,13 +150,24 @@ def find_activities(
         tried.append((_description_length(labels, cost, settings), labels))
         if len(tried) - int(np.argmin([length for length, _ in tried])) > PATIENCE:
             break
-    return to_runs(min(tried, key=lambda found: found[0])[1])
+    return to_runs(min(tried, key=lambda pair: pair[0])[1])
 
 
 def view(features: FloatArray, window: int, spread_weight: float, n_axes: int) -> FloatArray:
     """Context of every frame on the take's principal axes: array (frames, at most n_axes).
 
-    Centred; divided by the root of the mean squared distance from the mean (1 for all takes).
+    The result is centred and scaled so that the mean squared distance from the mean is 1.
+
+    Parameters
+    ----------
+    features : array (frames, columns)
+        Recognition features, 15 a second.
+    window : int
+        Length of a context, frames.
+    spread_weight : float
+        Weight of the standard deviations beside the means.
+    n_axes : int
+        Principal axes that are kept.
     """
     values = context(features - features.mean(axis=0), window)
     values[:, features.shape[1] :] *= spread_weight
@@ -164,7 +210,7 @@ def _best_of_attempts(
     rng: np.random.Generator,
     settings: ActivitySettings,
 ) -> tuple[IntArray, float]:
-    """Labels (frames,) and their surprise, nats: the least surprising of all attempts."""
+    """Labels (frames,) of least negative log-likelihood over all attempts, and that value, nats."""
     if n_activities == 1:
         labels = np.zeros(len(sharp), dtype=np.int64)
         return labels, _total_surprise(sharp, labels, rng, settings)
@@ -179,7 +225,7 @@ def _best_of_attempts(
 def _resegment(
     values: FloatArray, labels: IntArray, rng: np.random.Generator, settings: ActivitySettings
 ) -> IntArray:
-    """Find the changes again by mixtures of sharper contexts; stops where an activity would go."""
+    """Locate the changes again by mixtures over short contexts; stop before a label is lost."""
     for _ in range(settings.resegmentations):
         costs = np.stack(
             [
@@ -188,10 +234,10 @@ def _resegment(
             ],
             axis=1,
         )
-        found, _ = _best_runs(costs, 0.0, settings.shortest)
-        if len(np.unique(found)) < costs.shape[1]:
+        relabelled, _ = _best_runs(costs, 0.0, settings.shortest)
+        if len(np.unique(relabelled)) < costs.shape[1]:
             return labels
-        labels = found
+        labels = relabelled
     return labels
 
 
@@ -225,10 +271,10 @@ def _segmental_kmeans(
             for t in range(n_frames):
                 for g in range(n_groups):
                     costs[t, g] = np.sum((values[t] - centres[g]) ** 2)
-            found, total = _best_runs(costs, switch, shortest)
-            if (found == labels).all():
+            relabelled, total = _best_runs(costs, switch, shortest)
+            if (relabelled == labels).all():
                 break
-            labels = found
+            labels = relabelled
             count = np.zeros(n_groups)
             sums = np.zeros((n_groups, n_dims))
             for t in range(n_frames):
@@ -244,14 +290,17 @@ def _segmental_kmeans(
 
 
 @njit(cache=True)
-def _best_runs(costs, switch, shortest):  # type: ignore[no-untyped-def]
-    """Labels of least sum of costs (frames, labels), every run ``shortest`` or longer, every run
-    after the first at ``switch``. ``frames`` must be at least ``shortest``."""
+def _best_runs(costs: FloatArray, switch: float, shortest: int) -> tuple[IntArray, float]:
+    """Labels of least total cost with runs of at least ``shortest`` frames, and that cost.
+
+    ``costs`` is an array (frames, labels) of at least ``shortest`` frames. Every run after the
+    first costs ``switch``.
+    """
     n_frames, n_labels = costs.shape
     sums = np.zeros((n_frames + 1, n_labels))
     for t in range(n_frames):
         sums[t + 1] = sums[t] + costs[t]
-    inside = np.full((n_frames + 1, n_labels), 1e300)  # cheapest, label running at t, long enough
+    inside = np.full((n_frames + 1, n_labels), 1e300)  # least cost, a long run at t
     begun = np.zeros((n_frames + 1, n_labels), np.int64)
     least = np.full(n_frames + 1, 1e300)
     last = np.zeros(n_frames + 1, np.int64)

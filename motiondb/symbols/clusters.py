@@ -1,10 +1,10 @@
 """Clusters of symbols: a Gaussian mixture in the symbol space, its size and shape chosen by BIC.
 
-BIC = -2 log L + parameters ln(points). Mixtures of 1, 2, ... components are tried with spherical,
-diagonal, tied (one covariance for all) and full covariances, since few points cannot pay for full
-ones; the lowest BIC wins, among equals the first tried, and mixtures that spend a component on a
-single point come last. Every point belongs to the one component that is most probable for it;
-components to which no point belongs are left out. Clusters are numbered along the first axis.
+BIC = -2 log L + parameters ln(points). Mixtures of 1, 2, ... components are fitted with spherical,
+diagonal, tied (one covariance for all) and full covariances, because full covariances need many
+points. The mixture of lowest BIC is taken, among equals the first; mixtures with a component that
+holds a single point are taken only if there is no other. Each point belongs to its most probable
+component; components without points are left out. Clusters are numbered along the first axis.
 
 Source: Fraley and Raftery, Model-based clustering, 2002; Schwarz, 1978.
 """
@@ -24,15 +24,28 @@ if TYPE_CHECKING:
     from sklearn.mixture import GaussianMixture
 
 MAX_CLUSTERS = 20
+"""Chosen by hand: more groups of symbols would not be read."""
 SHAPES = ("spherical", "diag", "tied", "full")
-_POINTS_A_CLUSTER = 3  # fewer points than this on average say nothing of a covariance
-_NO_CLUSTER = 1e9  # added to the BIC of mixtures that spend a component on a single point
-_PATIENCE = 4  # sizes in a row that do not lower the BIC before larger ones are left untried
-_RELATIVE_FLOOR = 0.03  # least variance, in the mean variance of the coordinates
+_POINTS_A_CLUSTER = 3  # least mean number: fewer points do not determine a covariance. By hand.
+_SINGLE_POINT_PENALTY = 1e9  # added to the BIC of a mixture with a component of one point
+_PATIENCE = 4  # the search ends after so many sizes in a row that do not lower the BIC. By hand.
+_RELATIVE_FLOOR = 0.03  # least variance, share of the coordinates' mean variance. By hand.
 
 
 class Clusters(NamedTuple):
-    """clusters (points,), weights (clusters,), means (clusters, dimensions), covars (..., d, d)."""
+    """A Gaussian mixture and the component of every point.
+
+    Attributes
+    ----------
+    clusters : array (points,)
+        Component of each point.
+    weights : array (clusters,)
+        Weights of the components; they sum to 1.
+    means : array (clusters, dimensions)
+        Means of the components.
+    covars : array (clusters, dimensions, dimensions)
+        Covariances of the components.
+    """
 
     clusters: IntArray
     weights: FloatArray
@@ -47,14 +60,18 @@ def find_clusters(
 
     Parameters
     ----------
-    coordinates : array (points, dimensions).
-    n_clusters : None: chosen by BIC, at most a third of the points and at most 20. A given number
-        is an upper bound where points coincide or components stay empty.
+    coordinates : array (points, dimensions)
+        The points.
+    rng : numpy.random.Generator
+        Used for the starts of the mixtures.
+    n_clusters : int, optional
+        Number of clusters. None: chosen by BIC, at most a third of the points and at most 20. Where
+        points coincide or components stay empty, there are fewer clusters than given.
 
     Raises
     ------
     MotionDBError
-        when there is no point, or a number of clusters that the points cannot fill.
+        If there is no point, or if ``n_clusters`` is not from 1 to the number of points.
     """
     n_points = len(coordinates)
     if n_points == 0:
@@ -76,25 +93,25 @@ def find_clusters(
         return Clusters(labels, np.ones(1), coordinates[:1].copy(), spread)
     from threadpoolctl import threadpool_limits
 
-    with threadpool_limits(1):  # these matrices are too small for two threads to gain by
+    with threadpool_limits(1):  # on matrices of this size a second thread costs more than it saves
         families = [_best_of_shape(coordinates, sizes, shape, floor, seed) for shape in SHAPES]
-    return _in_order(min(families, key=lambda found: found[0])[1], coordinates)
+    return _in_order(min(families, key=lambda pair: pair[0])[1], coordinates)
 
 
 def _best_of_shape(
     coordinates: FloatArray, sizes: Iterable[int], shape: str, floor: float, seed: int
 ) -> tuple[float, GaussianMixture]:
-    """Lowest BIC and its mixture; larger sizes are left untried once a few in a row are worse."""
+    """Lowest BIC and its mixture; the search ends after a few sizes in a row without progress."""
     tried: list[tuple[float, GaussianMixture]] = []
     for size in sizes:
         mixture = _fit_mixture(coordinates, size, shape, floor, seed)
         bic = float(mixture.bic(coordinates))
         if size > 1 and 1 in np.bincount(mixture.predict(coordinates)):
-            bic += _NO_CLUSTER
+            bic += _SINGLE_POINT_PENALTY
         tried.append((bic, mixture))
         if len(tried) - int(np.argmin([bic for bic, _ in tried])) > _PATIENCE:
             break
-    return min(tried, key=lambda found: found[0])
+    return min(tried, key=lambda pair: pair[0])
 
 
 def _fit_mixture(
@@ -103,7 +120,7 @@ def _fit_mixture(
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.mixture import GaussianMixture
 
-    # k-means++ starts from single points, which leaves a covariance that all share far too wide
+    # k-means++ starts from single points, so that a tied covariance would start far too wide
     mixture = GaussianMixture(
         size,
         covariance_type=shape,
@@ -114,12 +131,12 @@ def _fit_mixture(
         random_state=seed,
     )
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)  # BIC judges what was reached
+        warnings.simplefilter("ignore", ConvergenceWarning)  # the BIC decides
         return mixture.fit(coordinates)
 
 
 def _in_order(mixture: GaussianMixture, coordinates: FloatArray) -> Clusters:
-    """Components that own a point, along the first axis, with weights that sum to 1."""
+    """Components with points, ordered along the first axis, with weights that sum to 1."""
     labels = mixture.predict(coordinates)
     alive = np.unique(labels)
     alive = alive[np.lexsort(mixture.means_[alive].T[::-1])]

@@ -1,4 +1,4 @@
-"""Description length of segments by symbols, and which symbols do not pay for themselves.
+"""Description length of segments under symbols, and which symbols to remove to shorten it.
 
     L = - sum_i log P(o_i | winner(i)) + n ln S + sum_s price(s)
     price(s) = K_s (2 D + 1) / 2 ln(F)
@@ -16,7 +16,7 @@ from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 
 
 def prices(symbols: MotionSymbols, n_frames: int) -> FloatArray:
-    """What each symbol's means, variances and self-loops cost: array (symbols,), nats."""
+    """Bits of each symbol's means, variances and self-loops, in nats: array (symbols,)."""
     each = 0.5 * (2 * symbols.means.shape[2] + 1) * np.log(max(n_frames, 2))
     return symbols.n_states * each
 
@@ -24,7 +24,7 @@ def prices(symbols: MotionSymbols, n_frames: int) -> FloatArray:
 def description_length(
     log_likelihood: float, n_segments: int, symbols: MotionSymbols, n_frames: int
 ) -> float:
-    """L, nats, given the segments' total log-likelihood under their winners.
+    """L, nats, given the segments' total log-likelihood under their symbols.
 
     >>> s = MotionSymbols(np.array([1]), np.ones((1, 1)), np.zeros((1, 1, 2)), np.ones((1, 1, 2)))
     >>> round(description_length(-10.0, 3, s, 100), 4)  # 10 + 3 ln 1 + 5 / 2 ln 100
@@ -37,20 +37,27 @@ def description_length(
 def deaths(
     scores: Float32Array | FloatArray, prices: FloatArray, least: int = 1
 ) -> tuple[IntArray, FloatArray]:
-    """Whose death shortens the description most (or lengthens it least), one after another.
+    """Which symbols to remove, greedily, and how much each removal shortens the description.
 
-    What the others lose is counted anew after every death, so that the gains add up. The order goes
-    on to the first death that does not pay, to ``least`` deaths at least; one symbol stays.
+    After each removal the loss of likelihood is computed again, so that the gains add up. The
+    list ends with the first removal that lengthens the description, but holds at least ``least``
+    symbols; one symbol always stays.
 
     Parameters
     ----------
-    scores : array (segments, symbols), log-likelihoods, nats.
-    prices : array (symbols,), nats.
+    scores : array (segments, symbols)
+        Log-likelihood of every segment under every symbol, nats.
+    prices : array (symbols,)
+        Cost of the parameters of each symbol, nats.
+    least : int, optional
+        Least number of removals.
 
     Returns
     -------
-    deaths : array (deaths,), symbols.
-    gains : array (deaths,), nats by which each death shortens L, given those before.
+    order : array (removals,)
+        Numbers of the symbols to remove, in this order.
+    gains : array (removals,)
+        Nats by which each removal shortens L, given those before.
 
     >>> scores = np.array([[-10.0, -50.0, -12.0], [-60.0, -10.0, -55.0]])
     >>> order, gains = deaths(scores, np.full(3, 20.0))

@@ -1,15 +1,15 @@
-"""How different two symbols are: a symmetric Kullback-Leibler rate by Monte Carlo.
+"""Distances between symbols: a symmetric Kullback-Leibler rate, estimated by Monte Carlo.
 
 With y_in the n-th of N sequences of T frames sampled from symbol i,
 
     d_n(i, j) = 1 / 2T [ log P_i(y_in) - log P_j(y_in) + log P_j(y_jn) - log P_i(y_jn) ]
     D(i, j)   = max(0, mean_n d_n(i, j)),   variance = var_n d_n(i, j) / N,   D(i, i) = 0.
 
-For T frames to be a fair comparison, a symbol that has reached its last state waits there, so that
-every P is a density over sequences of T frames and the mean is never negative but by chance (then
-it is clamped). All symbols share their random numbers: sequence n of every symbol has the same
-uniforms for its moves and the same normals for its frames, so that likeness shows with few
-sequences. Symbols of one state have D = symmetric divergence of their Gaussians.
+A symbol that has reached its last state stays there, so that every P is a density over sequences of
+T frames; then the expectation of d_n is not negative, and a negative estimate is set to 0. All
+symbols share their random numbers: sequence n of every symbol has the same uniforms for its
+transitions and the same normals for its frames. That lowers the variance of the differences.
+Symbols of one state have D = symmetric divergence of their Gaussians.
 
 Source: Juang and Rabiner, A probabilistic distance measure for hidden Markov models, 1985; paper A
 prints it with one sequence.
@@ -24,8 +24,9 @@ from motiondb.records import FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm
 
 N_SEQUENCES = 32
-_LONGEST = 60
-_VALUES_AT_ONCE = 2_000_000
+"""Sequences a symbol. Chosen by hand; the variance of every distance is stored beside it."""
+_LONGEST = 60  # frames, 4 s: a self-loop near 1 would ask for endless sequences. By hand.
+_VALUES_AT_ONCE = 2_000_000  # 16 MB of samples: bounds memory, changes no result
 
 
 def divergence(
@@ -39,19 +40,27 @@ def divergence(
 
     Parameters
     ----------
-    n_sequences : N, at least 2.
-    n_frames : T; None: the mean expected duration of the symbols, at most 60, and at least as many
-        frames as the longest symbol has states.
+    symbols : MotionSymbols
+        The symbols to compare.
+    rng : numpy.random.Generator
+        Used for the sequences.
+    n_sequences : int, optional
+        N, at least 2.
+    n_frames : int, optional
+        T; None: the mean expected duration of the symbols, at most 60, and at least as many frames
+        as the longest symbol has states.
 
     Returns
     -------
-    distances : array (symbols, symbols), nats per frame, symmetric, at least 0, zero diagonal.
-    variances : array (symbols, symbols), of each distance's estimate.
+    distances : array (symbols, symbols)
+        Nats per frame, symmetric, at least 0, zero diagonal.
+    variances : array (symbols, symbols)
+        Variance of each distance's estimate.
 
     Raises
     ------
     MotionDBError
-        for fewer than two sequences.
+        If there are fewer than two sequences.
     """
     if n_sequences < 2:
         raise MotionDBError(
@@ -71,8 +80,8 @@ def divergence(
         starts = np.arange(0, len(frames), n_frames)
         totals = hmm.score(waiting, frames, starts, starts + n_frames).astype(np.float64)
         totals = totals.reshape(len(some), n_sequences, n_symbols)
-        own = totals[np.arange(len(some)), :, some]
-        losses[some] = (own[:, :, None] - totals) / n_frames
+        true = totals[np.arange(len(some)), :, some]
+        losses[some] = (true[:, :, None] - totals) / n_frames
     both = 0.5 * (losses.transpose(1, 0, 2) + losses.transpose(1, 2, 0))
     distances = np.maximum(both.mean(axis=0), 0.0)
     variances = both.var(axis=0, ddof=1) / n_sequences
@@ -82,7 +91,7 @@ def divergence(
 
 
 def typical_duration(symbols: MotionSymbols) -> int:
-    """Frames that the symbols are expected to last, on average (within bounds, see above).
+    """Mean expected duration of the symbols in frames, at most 60 for each of them.
 
     >>> s = MotionSymbols(np.array([2]), np.array([[0.9, 0.5]]), *[np.ones((1, 2, 1))] * 2)
     >>> typical_duration(s)  # 10 + 2 frames
@@ -101,13 +110,19 @@ def sample_together(
 
     Parameters
     ----------
-    chosen : array (chosen,), numbers of symbols.
-    uniforms : array (sequences, frames); a symbol moves on where its self-loop is not above it.
-    normals : array (sequences, frames, dimensions).
+    symbols : MotionSymbols
+        The symbols.
+    chosen : array (chosen,)
+        Numbers of the symbols to sample from.
+    uniforms : array (sequences, frames)
+        Uniform random numbers; a state is left where its self-loop is at most this number.
+    normals : array (sequences, frames, dimensions)
+        Standard normal random numbers.
 
     Returns
     -------
-    array (chosen, sequences, frames, dimensions).
+    array (chosen, sequences, frames, dimensions)
+        Sampled frames.
     """
     rows = chosen[:, None]
     state = np.zeros((len(chosen), len(uniforms)), dtype=np.int64)

@@ -6,8 +6,8 @@ With diagonal covariances, for frame x, mean m and variance v of a state, all ce
                      - 1/2 sum_d [ m_d^2 / v_d + log(2 pi v_d) ]
 
 is one row of [x^2, x] times one column of weights. The centre c is the mean of all means: the
-squares would cancel badly far from the origin. The product is in single precision unless some state
-is so narrow (or so far out) that its terms would still cancel.
+squares would cancel badly far from the origin. The product is computed in single precision, unless
+a state is so narrow, or so far from the centre, that its terms would still cancel.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from motiondb.records import Float32Array, FloatArray, MotionSymbols
 from motiondb.symbols.hmm_kernels import NEVER, LogSymbols
 
 BLOCK_VALUES = 1_500_000
-"""Log densities held at once (6 MB), unless one segment is longer than that for a few symbols."""
+"""Log densities held at once (6 MB), if one segment under a few symbols does not need more."""
 SIMD_WIDTH = 8
-"""Symbols are taken in multiples of this."""
+"""Symbols are taken in multiples of this: floats in a vector register of 256 bits."""
 _SINGLE_PRECISION_LIMIT = 2e4  # sum_d m^2 / v up to which single precision errs by some 1e-3 nats
 
 
 def log_symbols(symbols: MotionSymbols) -> LogSymbols:
-    """Logarithms and reciprocals of the symbols' parameters, as the kernels use them."""
+    """Compute the logarithms and reciprocals of the parameters that the kernels use."""
     loops = np.asarray(symbols.self_loops, dtype=np.float64)
     with np.errstate(divide="ignore"):
         log_stay = np.maximum(np.log(loops), NEVER)
@@ -50,7 +50,7 @@ def check_symbols(symbols: MotionSymbols) -> None:
     Raises
     ------
     MotionDBError
-        naming the array.
+        If arrays do not fit together or hold impossible values; the message names the array.
     """
     n_symbols, n_padded = np.shape(symbols.self_loops)
     expected = (n_symbols, n_padded, np.shape(symbols.means)[-1])
@@ -90,12 +90,17 @@ def log_density_blocks(
 
     Parameters
     ----------
-    frames : array (frames, dimensions).
+    symbols : MotionSymbols
+        The motion symbols.
+    frames : array (frames, dimensions)
+        Feature vectors, one row a frame.
 
     Yields
     ------
-    first : number of the block's first symbol.
-    log_densities : array (frames, states, symbols of the block), valid until the next block.
+    first : int
+        Number of the block's first symbol.
+    log_densities : array (frames, states, symbols of the block)
+        Valid until the next block.
     """
     n_symbols, n_padded, _ = symbols.means.shape
     width = BLOCK_VALUES // max(1, len(frames) * n_padded)

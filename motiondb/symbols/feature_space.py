@@ -1,7 +1,7 @@
-"""The space in which symbols live: recognition features, centred, rotated and whitened (PCA).
+"""The feature space of the symbols: recognition features, centred, rotated and whitened (PCA).
 
-Diagonal Gaussians need uncorrelated dimensions of like size. The projection is learned once per
-``learn`` and kept with it, so that later queries are seen in the same space.
+Gaussians with diagonal covariances need uncorrelated dimensions of equal variance. The projection
+is learned by each ``learn`` and stored, so that later queries are projected into the same space.
 """
 
 from __future__ import annotations
@@ -14,11 +14,22 @@ import numpy as np
 from motiondb.records import Float32Array, FloatArray
 
 N_DIMENSIONS = 24
+"""Principal axes that are kept. Chosen by hand; not tuned."""
+_CLIP = 8.0  # standard deviations: a broken frame cannot dominate a segment. By hand.
+_MOST_FRAMES = 900  # frames (60 s) of a capture that count. By hand.
 
 
 @dataclass(frozen=True, eq=False)
 class FeatureSpace:
-    """mean: array (130,); projection: array (130, dimensions), columns divided by their spread."""
+    """A whitening projection.
+
+    Attributes
+    ----------
+    mean : array (130,)
+        Mean of the recognition features.
+    projection : array (130, dimensions)
+        Principal axes as columns, each divided by the standard deviation along it.
+    """
 
     mean: FloatArray
     projection: FloatArray
@@ -26,7 +37,7 @@ class FeatureSpace:
     def project(self, features: Float32Array) -> Float32Array:
         """Features (frames, 130) -> whitened array (frames, dimensions), float32."""
         centred = features - self.mean.astype(np.float32)
-        return np.clip(centred @ self.projection.astype(np.float32), -8.0, 8.0)
+        return np.clip(centred @ self.projection.astype(np.float32), -_CLIP, _CLIP)
 
 
 def fit_feature_space(
@@ -34,11 +45,17 @@ def fit_feature_space(
 ) -> FeatureSpace:
     """Whitened principal axes of all frames of all captures, largest first, signs fixed.
 
-    A capture of n frames counts with weight n, but no more than 60 seconds' worth, so that one
-    endless take does not decide the space.
+    Every frame has the same weight, but a capture counts as 60 seconds at most, so that one very
+    long take does not determine the axes.
+
+    Parameters
+    ----------
+    captures : sequence of arrays (frames, 130)
+        Recognition features of each capture, 15 a second.
+    n_dimensions : int, optional
+        Number of axes.
     """
-    limit = 900
-    weights = [min(len(c), limit) / max(len(c), 1) for c in captures]
+    weights = [min(len(c), _MOST_FRAMES) / max(len(c), 1) for c in captures]
     total = sum(w * len(c) for w, c in zip(weights, captures))
     if total < 2:
         n = captures[0].shape[1] if captures else 0

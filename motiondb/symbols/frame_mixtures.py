@@ -1,9 +1,10 @@
-"""What one activity looks like, frame by frame: a mixture of diagonal Gaussians, fitted by k-means.
+"""A model of one activity's frames: a mixture of diagonal Gaussians, fitted by k-means.
 
-Notation: x_t the frames, G those of one activity. k-means with far-apart starts splits G into
-parts; part p has the share w_p of G, its mean m_p, and its variance v_p plus a share of the
-variance of the whole take, so that a still part does not become infinitely sharp. The surprise of
-a frame is -log sum_p w_p N(x_t; m_p, v_p), less the constant (D / 2) log 2 pi.
+Notation: x_t the frames of a take, G those of one activity. k-means, started from frames far apart,
+splits G into parts. Part p has the weight w_p = its share of G, the mean m_p, and the variance v_p
+plus a share of the variance of the whole take, so that a part without movement keeps a finite
+density. The surprise of a frame is its negative log-likelihood -log sum_p w_p N(x_t; m_p, v_p),
+without the constant (D / 2) log 2 pi.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from motiondb.records import FloatArray, IntArray
 
 ROUNDS = 10
-"""Of k-means."""
+"""Rounds of k-means at most. Chosen by hand; it usually ends earlier."""
 
 
 def surprise(
@@ -25,21 +26,39 @@ def surprise(
     n_parts: int,
     floor: float,
 ) -> FloatArray:
-    """-log density of every frame under the mixture of some of them: array (frames,), nats.
+    """Negative log-likelihood of every frame under a mixture fitted to some: array (frames,), nats.
 
     Parameters
     ----------
-    values : array (frames, dimensions). inside : array (frames,), the frames fitted, at least one.
-    n_parts : of the mixture, at most. floor : share of the take's variance added to every part's.
+    values : array (frames, dimensions)
+        All frames of the take.
+    inside : array (frames,)
+        True for the frames to fit, at least one.
+    rng : numpy.random.Generator
+        Used for the starts of k-means.
+    n_parts : int
+        Components of the mixture at most.
+    floor : float
+        Share of the take's variance that is added to the variance of every component.
     """
-    own = np.ascontiguousarray(values[inside])
-    centres = own[far_apart(own, min(n_parts, len(own)), rng)]
+    fitted = np.ascontiguousarray(values[inside])
+    centres = fitted[far_apart(fitted, min(n_parts, len(fitted)), rng)]
     least = floor * values.var(axis=0) + 1e-9
-    return np.asarray(_surprise(np.ascontiguousarray(values), own, centres, least))
+    return np.asarray(_surprise(np.ascontiguousarray(values), fitted, centres, least))
 
 
 def far_apart(values: FloatArray, n: int, rng: np.random.Generator) -> list[int]:
-    """Frames far from one another (k-means++)."""
+    """Numbers of n frames that are far from one another, drawn as k-means++ does.
+
+    Parameters
+    ----------
+    values : array (frames, dimensions)
+        The frames.
+    n : int
+        How many to draw, from 1 to the number of frames.
+    rng : numpy.random.Generator
+        Source of randomness.
+    """
     chosen = [int(rng.integers(len(values)))]
     distance = np.sum((values - values[chosen[0]]) ** 2, axis=1)
     while len(chosen) < n:
@@ -51,49 +70,61 @@ def far_apart(values: FloatArray, n: int, rng: np.random.Generator) -> list[int]
 
 
 @njit(cache=True)
-def _assign(own: FloatArray, centres: FloatArray) -> IntArray:
-    nearest = np.zeros(len(own), np.int64)
-    for t in range(len(own)):
+def _assign(fitted: FloatArray, centres: FloatArray) -> IntArray:
+    """Nearest centre of every frame: array (frames,)."""
+    nearest = np.zeros(len(fitted), np.int64)
+    for t in range(len(fitted)):
         best = 1e300
         for p in range(len(centres)):
-            distance = np.sum((own[t] - centres[p]) ** 2)
+            distance = np.sum((fitted[t] - centres[p]) ** 2)
             if distance < best:
                 best, nearest[t] = distance, p
     return nearest
 
 
 @njit(cache=True)
-def _surprise(values, own, centres, least):  # type: ignore[no-untyped-def]
+def _partition(fitted: FloatArray, centres: FloatArray) -> IntArray:
+    """k-means: the part of every frame; ``centres`` are moved in place."""
     n_parts, n_dims = centres.shape
-    nearest = _assign(own, centres)
+    nearest = _assign(fitted, centres)
     count = np.zeros(n_parts)
     for _ in range(ROUNDS):
         sums = np.zeros((n_parts, n_dims))
         count[:] = 0.0
-        for t in range(len(own)):
+        for t in range(len(fitted)):
             count[nearest[t]] += 1.0
-            sums[nearest[t]] += own[t]
+            sums[nearest[t]] += fitted[t]
         for p in range(n_parts):
             if count[p] > 0.0:
                 centres[p] = sums[p] / count[p]
-        found = _assign(own, centres)
-        if (found == nearest).all():
+        assigned = _assign(fitted, centres)
+        if (assigned == nearest).all():
             break
-        nearest = found
+        nearest = assigned
+    return nearest
+
+
+@njit(cache=True)
+def _surprise(
+    values: FloatArray, fitted: FloatArray, centres: FloatArray, least: FloatArray
+) -> FloatArray:
+    """Negative log-likelihood of ``values`` under the mixture of ``fitted``: array (frames,)."""
+    n_parts, n_dims = centres.shape
+    nearest = _partition(fitted, centres)
     means, variances = np.zeros((n_parts, n_dims)), np.zeros((n_parts, n_dims))
-    count[:] = 0.0
-    for t in range(len(own)):
+    count = np.zeros(n_parts)
+    for t in range(len(fitted)):
         count[nearest[t]] += 1.0
-        means[nearest[t]] += own[t]
+        means[nearest[t]] += fitted[t]
     for p in range(n_parts):
         means[p] /= max(count[p], 1.0)
-    for t in range(len(own)):
-        variances[nearest[t]] += (own[t] - means[nearest[t]]) ** 2
+    for t in range(len(fitted)):
+        variances[nearest[t]] += (fitted[t] - means[nearest[t]]) ** 2
     heights = np.full(n_parts, -1e300)
     for p in range(n_parts):
         variances[p] = variances[p] / max(count[p], 1.0) + least
         if count[p] > 0.0:
-            heights[p] = np.log(count[p] / len(own)) - 0.5 * np.sum(np.log(variances[p]))
+            heights[p] = np.log(count[p] / len(fitted)) - 0.5 * np.sum(np.log(variances[p]))
     answer = np.empty(len(values))
     logs = np.empty(n_parts)
     for t in range(len(values)):

@@ -1,14 +1,14 @@
 """Left-to-right Gaussian HMMs, all symbols at once: score, fit, align, sample.
 
-A symbol starts in state 0; from state k it stays with probability a_k and goes on to k + 1 with
-1 - a_k, out of the symbol from the last state; nothing else. A frame o_t of state k is Gaussian
-with diagonal covariance.
+A symbol starts in state 0. It stays in state k with probability a_k and moves to state k + 1 with
+probability 1 - a_k; from the last state that move leaves the symbol. There are no other moves. A
+frame o_t of state k is Gaussian with diagonal covariance.
 
 Two likelihoods of a segment o_1 ... o_T:
 
-- free end (``exit=False``, for recognition): o_1 ... o_T are seen and the symbol has not been left
-  by then; the path may end in any state. hmmlearn's ``score`` is the same where the last self-loop
-  is 1, and else the same with one further state that no frame can be in.
+- free end (``exit=False``, for recognition): the symbol has not been left before o_T, and the path
+  may end in any state. This is what hmmlearn's ``score`` computes
+  (:meth:`motiondb.records.MotionSymbols.to_hmmlearn`).
 - ``exit=True``: the path ends in the last state and leaves it after o_T. These are the densities of
   whole passages: they add up over symbols in series. Zero for segments of fewer frames than states.
 
@@ -60,19 +60,27 @@ def score(
 
     Parameters
     ----------
-    frames : array (frames, dimensions).
-    starts, ends : arrays (segments,).
-    exit : whether the path must leave the symbol at the segment's end (see the module).
+    symbols : MotionSymbols
+        The motion symbols.
+    frames : array (frames, dimensions)
+        Feature vectors, one row a frame.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    exit : bool, optional
+        Whether the path must leave the symbol at the segment's end (see the module).
 
     Returns
     -------
-    array (segments, symbols), nats, totals over the segment; at least -1e30, which stands for
-    impossible. Divide by ``ends - starts`` for nats per frame.
+    array (segments, symbols)
+        Totals over each segment, nats; at least -1e30, which stands for impossible. Divide by
+        ``ends - starts`` for nats per frame.
 
     Raises
     ------
     MotionDBError
-        for segments that are empty or leave the frames, or frames of another dimension.
+        If a segment is empty or leaves the frames, or if the frames have another dimension.
     """
     check_symbols(symbols)
     frames, starts, ends = check_segments(symbols, frames, starts, ends)
@@ -91,9 +99,19 @@ def score(
 def viterbi(
     symbols: MotionSymbols, s: int, frames: FloatArray | Float32Array, *, exit: bool = False
 ) -> IntArray:
-    """The most probable state of every frame of one segment under symbol s: array (frames,).
+    """Most probable state of every frame of one segment under symbol s: array (frames,).
 
-    With ``exit`` the path ends in the last state, if there are frames enough.
+    Parameters
+    ----------
+    symbols : MotionSymbols
+        The motion symbols.
+    s : int
+        Number of the symbol.
+    frames : array (frames, dimensions)
+        The segment's feature vectors.
+    exit : bool, optional
+        Whether the path must end in the last state. A segment of fewer frames than states cannot,
+        and then may end anywhere.
     """
     return viterbi_all(symbols, frames, *_one_segment(s, frames), exit=exit)
 
@@ -107,11 +125,27 @@ def viterbi_all(
     *,
     exit: bool = False,
 ) -> IntArray:
-    """The most probable states of segments, each under its symbol.
+    """Most probable states of segments, each under its symbol.
+
+    Parameters
+    ----------
+    symbols : MotionSymbols
+        The motion symbols.
+    frames : array (frames, dimensions)
+        Feature vectors, one row a frame.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    assignment : array (segments,)
+        The symbol of each segment.
+    exit : bool, optional
+        As in :func:`viterbi`.
 
     Returns
     -------
-    array (sum of the segments' lengths,), segment after segment in the order given.
+    array (sum of the segments' lengths,)
+        States, segment after segment in the order given.
     """
     check_symbols(symbols)
     frames, starts, ends = check_segments(symbols, frames, starts, ends)
@@ -129,22 +163,31 @@ def viterbi_all(
 def sample(
     symbols: MotionSymbols, s: int, rng: np.random.Generator, *, length: int | None = None
 ) -> tuple[FloatArray, IntArray]:
-    """One passage through symbol s, by Monte Carlo.
+    """Sample one passage through symbol s, from the first state out of the last.
 
     Parameters
     ----------
-    length : frames; the states are then drawn given that the symbol is left after so many.
-        None: as the self-loops have it, geometric in every state.
+    symbols : MotionSymbols
+        The motion symbols.
+    s : int
+        Number of the symbol.
+    rng : numpy.random.Generator
+        Source of randomness.
+    length : int, optional
+        Number of frames; the states are then drawn from their distribution given that the symbol
+        is left after so many frames. None: the duration of every state is geometric.
 
     Returns
     -------
-    frames : array (frames, dimensions).
-    states : array (frames,), 0 ... K - 1, each at least once.
+    frames : array (frames, dimensions)
+        Sampled feature vectors.
+    states : array (frames,)
+        State of each frame: 0 ... K - 1, rising, each at least once.
 
     Raises
     ------
     MotionDBError
-        for a length below the number of states, or a last state that is never left.
+        If ``length`` is below the number of states, or if a state is never left.
     """
     n_states = int(symbols.n_states[s])
     loops = symbols.self_loops[s, :n_states]

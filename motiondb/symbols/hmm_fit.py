@@ -1,13 +1,14 @@
-"""Learning left-to-right HMMs: a uniform cut to begin with, then Baum-Welch.
+"""Fitting left-to-right HMMs: equal parts of segments as first states, then Baum-Welch.
 
-The E step gives for state k of a symbol, summed over its segments, the expected frames gamma, stays
-and leaves; the M step is
+The E step computes, for state k of a symbol and summed over its segments, the expected number of
+frames (gamma), of stays and of leaves; the M step is
 
     a_k = stays / (stays + leaves),   m_k = sum gamma o / sum gamma,
     v_k = max(sum gamma (o - m_k)^2 / sum gamma, floor).
 
-Since these are weighted maxima one by one, a floor and bounds on a_k keep them maxima, and the
-likelihood cannot fall. A transition that is 0 has no expected count: it stays 0.
+Each of these is the maximum of its own term, so that with a floor on v_k and bounds on a_k the
+constrained maximum is the clipped one, and the likelihood cannot fall. A transition of probability
+0 has no expected count and stays 0.
 
 Source: Rabiner, A tutorial on hidden Markov models, 1989, section III.C.
 """
@@ -25,7 +26,7 @@ from motiondb.symbols.emissions import check_symbols, log_symbols
 from motiondb.symbols.hmm_jobs import check_assignment, check_segments, in_threads, shares
 
 SELF_LOOP_BOUNDS = (0.01, 0.999)
-"""EM keeps self-loops in these bounds: a symbol can always be stretched, and always be left."""
+"""EM keeps self-loops in these bounds, so that a state can be left and can be repeated. By hand."""
 
 
 def initialise(
@@ -38,14 +39,23 @@ def initialise(
 ) -> MotionSymbols:
     """First symbols: every segment is cut into equal parts, one a state.
 
-    A segment of fewer frames than states fills the first states, a frame each. States without
-    frames take mean and variance of their symbol's frames, or of all segments' frames.
+    A segment of fewer frames than states fills the first states with one frame each. A state
+    without frames takes the mean and variance of its symbol's frames, or of all frames.
 
     Parameters
     ----------
-    assignment : array (segments,), the symbol that learns from each segment.
-    n_states : array (symbols,).
-    variance_floor : least variance, array (dimensions,) or one number.
+    frames : array (frames, dimensions)
+        Feature vectors, one row a frame.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    assignment : array (segments,)
+        The symbol that learns from each segment.
+    n_states : array (symbols,)
+        Number of states of each symbol.
+    variance_floor : array (dimensions,) or float
+        Least variance.
     """
     n_states = np.asarray(n_states, dtype=np.int64)
     n_symbols, n_padded = len(n_states), int(n_states.max())
@@ -78,7 +88,7 @@ def initialise(
     )
 
 
-def fit(
+def fit(  # noqa: PLR0913  three of the eight are settings by name
     symbols: MotionSymbols,
     frames: FloatArray | Float32Array,
     starts: IntArray,
@@ -93,23 +103,38 @@ def fit(
 
     Parameters
     ----------
-    assignment : array (segments,), symbol of each segment; symbols without any stay as they are.
-    variance_floor : least variance, array (dimensions,) or one number.
-    exit_required : every segment is a whole passage, from the first state out of the last, as in
-        generation and ``segment_by_symbols``; segments of fewer frames than states may end
-        anywhere. If False all segments end anywhere, as hmmlearn has it.
+    symbols : MotionSymbols
+        The symbols to start from.
+    frames : array (frames, dimensions)
+        Feature vectors, one row a frame.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    assignment : array (segments,)
+        Symbol of each segment; symbols without segments stay as they are.
+    n_iterations : int
+        Number of EM iterations.
+    variance_floor : array (dimensions,) or float
+        Least variance.
+    exit_required : bool, optional
+        Whether every segment is a whole passage, from the first state out of the last, as in
+        generation and ``segment_by_symbols``. Segments of fewer frames than states may then end in
+        any state. If False, all segments may end in any state, as in hmmlearn.
 
     Returns
     -------
-    symbols : a self-loop that was 0 or 1 stays so, others stay within ``SELF_LOOP_BOUNDS``.
-    log_likelihoods : array (n_iterations + 1,), nats, total before every iteration and after the
-        last. It never falls by more than rounding: floor and bounds are constraints under which
-        every step maximises; symbols that break them are first moved onto them.
+    symbols : MotionSymbols
+        The fitted symbols. A self-loop of 0 or 1 is kept, others are in ``SELF_LOOP_BOUNDS``.
+    log_likelihoods : array (n_iterations + 1,)
+        Total log-likelihood before every iteration and after the last, nats. It never falls by more
+        than rounding errors: each step maximises under the floor and the bounds, and symbols that
+        violate these are first moved onto them.
 
     Raises
     ------
     MotionDBError
-        as :func:`score`, and for an assignment to a symbol that is not there.
+        As in :func:`motiondb.symbols.hmm.score`, or if a segment is assigned to no known symbol.
     """
     check_symbols(symbols)
     frames, starts, ends = check_segments(symbols, frames, starts, ends)
@@ -129,7 +154,7 @@ def fit(
 def _expectations(
     symbols: MotionSymbols, frames: FloatArray, segments: IntArray, must_exit: bool
 ) -> tuple[kernels.Statistics, FloatArray]:
-    """The E step in threads, each with its own symbols; sums run in the order of the segments."""
+    """E step in threads, each with symbols of its own; sums run in the order of the segments."""
     prepared = log_symbols(symbols)
     statistics = kernels.Statistics(
         *(np.zeros(symbols.self_loops.shape) for _ in range(3)),
@@ -145,7 +170,7 @@ def _expectations(
 def _maximise(
     symbols: MotionSymbols, statistics: kernels.Statistics, floor: FloatArray
 ) -> MotionSymbols:
-    """The M step; states that no frame visits keep their parameters."""
+    """M step; states without expected frames keep their parameters."""
     occupancy = statistics.occupancy[..., None]
     visited = occupancy > 1e-8
     weight = np.where(visited, occupancy, 1.0)

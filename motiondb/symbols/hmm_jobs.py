@@ -1,4 +1,4 @@
-"""Segments as jobs: checked, put in order, cut into blocks of frames and into shares of threads."""
+"""Segments as jobs: checked, sorted, grouped into blocks of frames and into shares of threads."""
 
 from __future__ import annotations
 
@@ -22,15 +22,42 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 FRAMES_AT_ONCE = 1024
-"""Frames whose densities are computed together, unless one segment is longer."""
+"""Frames whose densities are computed together, unless one segment is longer. By hand."""
 N_THREADS = min(8, os.cpu_count() or 1)
+"""Threads at most; more than 8 were never measured. The results do not depend on it."""
 LEAST_WORK = 200_000
-"""Frames times numbers a frame below which a second thread costs more than it gives."""
+"""Frames times values a frame below which one thread is used, since starting threads costs more.
+
+Chosen by hand; the results do not depend on it.
+"""
 
 
 def check_segments(
     symbols: MotionSymbols, frames: FloatArray | Float32Array, starts: ArrayLike, ends: ArrayLike
 ) -> tuple[FloatArray | Float32Array, IntArray, IntArray]:
+    """Refuse frames of another dimension and segments that are empty or leave the frames.
+
+    Parameters
+    ----------
+    symbols : MotionSymbols
+        The symbols that the frames are for.
+    frames : array (frames, dimensions)
+        Feature vectors, one row a frame.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+
+    Returns
+    -------
+    frames, starts, ends
+        The frames as given, the others as arrays of int64.
+
+    Raises
+    ------
+    MotionDBError
+        If something does not fit; the message names it.
+    """
     n_dims = symbols.means.shape[2]
     starts, ends = np.asarray(starts, dtype=np.int64), np.asarray(ends, dtype=np.int64)
     if frames.ndim != 2 or frames.shape[1] != n_dims:
@@ -52,7 +79,29 @@ def check_segments(
 def check_assignment(
     symbols: MotionSymbols, starts: IntArray, ends: IntArray, assignment: ArrayLike
 ) -> IntArray:
-    """Segments (start, end, symbol, number), ordered by symbol."""
+    """Put segments with their symbols into one array, sorted by symbol.
+
+    Parameters
+    ----------
+    symbols : MotionSymbols
+        The symbols.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    assignment : array (segments,)
+        Symbol of each segment.
+
+    Returns
+    -------
+    array (segments, 4)
+        Start, end, symbol and number of each segment.
+
+    Raises
+    ------
+    MotionDBError
+        If there is not one known symbol a segment.
+    """
     symbol = np.asarray(assignment, dtype=np.int64)
     if len(symbol) != len(starts):
         raise MotionDBError(
@@ -70,7 +119,24 @@ def check_assignment(
 
 
 def frame_blocks(starts: IntArray, ends: IntArray) -> Iterator[tuple[int, int, IntArray]]:
-    """Ranges [low, high) of frames with the segments inside: (start - low, end - low, number)."""
+    """Group segments into ranges of frames.
+
+    Parameters
+    ----------
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+
+    Yields
+    ------
+    low : int
+        First frame of the range.
+    high : int
+        One past the last frame of the range.
+    intervals : array (segments of the range, 3)
+        Start and end relative to ``low``, and number of each segment.
+    """
     order = np.argsort(starts, kind="stable")
     first = 0
     while first < len(order):
@@ -87,7 +153,14 @@ def frame_blocks(starts: IntArray, ends: IntArray) -> Iterator[tuple[int, int, I
 
 
 def shares(work: IntArray, groups: IntArray) -> list[slice]:
-    """Cut jobs, ordered by group, into runs of about equal work that hold groups together.
+    """Divide jobs, sorted by group, into runs of about equal work without splitting a group.
+
+    Parameters
+    ----------
+    work : array (jobs,)
+        Work of each job, in frames times values a frame.
+    groups : array (jobs,)
+        Group of each job, rising.
 
     >>> shares(np.array([9, 9, 9]) * LEAST_WORK, np.array([0, 0, 1]))
     [slice(0, 2, None), slice(2, 3, None)]
@@ -104,7 +177,15 @@ def shares(work: IntArray, groups: IntArray) -> list[slice]:
 
 
 def in_threads(job: Callable[[T], None], parts: Sequence[T]) -> None:
-    """Do the job for every part, in threads of which each keeps its matrix products to itself."""
+    """Call the job for every part, in threads; each computes its matrix products by itself.
+
+    Parameters
+    ----------
+    job : callable
+        Called once a part.
+    parts : sequence
+        What the job is called with.
+    """
     with one_blas_thread():
         if len(parts) == 1 or N_THREADS == 1:
             for part in parts:
@@ -115,7 +196,7 @@ def in_threads(job: Callable[[T], None], parts: Sequence[T]) -> None:
 
 
 def one_blas_thread() -> AbstractContextManager[object]:
-    """Matrix products in one thread while this holds: two pools of threads fight for cores."""
+    """Limit matrix products to one thread: two thread pools would compete for the processors."""
     return _thread_pools().limit(limits=1, user_api="blas")
 
 

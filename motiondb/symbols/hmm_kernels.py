@@ -6,10 +6,11 @@ Notation: o_t frame t of T, k a state of K, a_k its self-loop, b_k(o_t) its Gaus
     backward    beta_t(k)  = a_k b_k(o_t+1) beta_t+1(k) + (1 - a_k) b_k+1(o_t+1) beta_t+1(k + 1)
     posterior   gamma_t(k) = alpha_t(k) beta_t(k) / P(o)
 
-A state has two ways on, so a frame costs O(K), not O(K^2). Everything stays in the log domain,
-where ``NEVER`` is the logarithm of zero: a wrong symbol's states underflow any scaling, and one
-that looks lost now may be the only one to explain the frames to come. Where the path must leave
-through the last state, beta_T(K) = 1 - a_K and beta_T is 0 elsewhere; otherwise beta_T = 1.
+A state has two successors, so that a frame costs O(K), not O(K^2). All recursions are in the log
+domain, where ``NEVER`` is the logarithm of zero: scaled probabilities underflow under a wrong
+symbol, and a state of negligible probability now may be the only one that explains later frames.
+Where the path must leave the last state, beta_T(K) = 1 - a_K and beta_T is 0 elsewhere; otherwise
+beta_T = 1.
 
 All kernels release the interpreter's lock; ``motiondb.symbols.hmm`` runs them in threads.
 
@@ -28,15 +29,27 @@ from motiondb.records import FloatArray, IntArray
 
 NEVER = -1e300
 """The logarithm of probability zero; finite, so that no difference is NaN."""
-_NEGLIGIBLE = 1e-14  # posteriors that add nothing to expected counts
+_NEGLIGIBLE = 1e-14  # posteriors below this change no expected count in double precision
 _NO_CHANGE = 37.0  # exp(-37) is below half a unit in the last place of 1
 
 
 class LogSymbols(NamedTuple):
     """Symbols as the kernels use them; axes as in ``MotionSymbols``.
 
-    ``log_stay``, ``log_leave``: log a_k and log (1 - a_k); ``precisions``: 1 / variance;
-    ``constants``: log density of a state at its mean.
+    Attributes
+    ----------
+    n_states : array (symbols,)
+        Number of states.
+    log_stay : array (symbols, states)
+        log a_k.
+    log_leave : array (symbols, states)
+        log (1 - a_k).
+    means : array (symbols, states, dimensions)
+        Means.
+    precisions : array (symbols, states, dimensions)
+        1 / variance.
+    constants : array (symbols, states)
+        Log density of a state at its mean.
     """
 
     n_states: IntArray
@@ -48,10 +61,20 @@ class LogSymbols(NamedTuple):
 
 
 class Statistics(NamedTuple):
-    """Expected counts and sums over the segments of each symbol, deviations from the old means.
+    """Expected counts, and sums over the segments of each symbol.
 
-    ``occupancy``, ``stays``, ``leaves``: arrays (symbols, states); ``deviations``, ``squares``:
-    arrays (symbols, states, dimensions).
+    Attributes
+    ----------
+    occupancy : array (symbols, states)
+        Expected frames in each state.
+    stays : array (symbols, states)
+        Expected self-transitions.
+    leaves : array (symbols, states)
+        Expected moves to the next state, or out of the symbol.
+    deviations : array (symbols, states, dimensions)
+        Weighted sum of o - m, with m the mean before the step.
+    squares : array (symbols, states, dimensions)
+        Weighted sum of (o - m)^2.
     """
 
     occupancy: FloatArray
@@ -142,8 +165,8 @@ def posteriors(
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
     """Gamma (frames, states), expected stays and leaves (states,), and log P(o) of one segment.
 
-    A segment with fewer frames than states cannot leave, so it may end anywhere. One that the
-    symbol cannot produce at all (self-loops of 0 or 1) counts for nothing.
+    A segment with fewer frames than states cannot leave the symbol, so that it may end in any
+    state. One that the symbol cannot produce (self-loops of 0 or 1) has no expected counts.
     """
     densities = state_log_densities(frames, symbols, s)
     n_frames, n_states = densities.shape
@@ -185,7 +208,18 @@ def accumulate(
 
     Parameters
     ----------
-    segments : array (segments, 4): start, end, symbol, place in ``log_likelihoods``.
+    frames : array (frames, dimensions)
+        Feature vectors, one row a frame.
+    symbols : LogSymbols
+        The symbols.
+    must_exit : bool
+        Whether a path must leave the last state at the end of its segment.
+    statistics : Statistics
+        Changed in place.
+    log_likelihoods : array (all segments,)
+        Filled in for these segments.
+    segments : array (segments, 4)
+        Start, end, symbol and place in ``log_likelihoods``.
     """
     for number in range(len(segments)):
         start, end, s, place = segments[number]
@@ -207,9 +241,10 @@ def accumulate(
 
 @njit(cache=True, nogil=True)
 def best_path(frames: FloatArray, symbols: LogSymbols, s: int, must_exit: bool) -> IntArray:
-    """The most probable states of one segment (Viterbi): array (frames,).
+    """Most probable states of one segment (Viterbi): array (frames,).
 
-    Among equals the path that moves on later wins, and at a free end the lowest state.
+    Of paths of equal probability the one that moves on later is taken, and at a free end the one
+    that ends in the lowest state.
     """
     densities = state_log_densities(frames, symbols, s)
     n_frames, n_states = densities.shape

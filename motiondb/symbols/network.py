@@ -1,14 +1,14 @@
-"""Cutting a long capture by the symbols themselves: the best path through a network of them.
+"""Segmentation of a long capture by the symbols: the best path through a network of all of them.
 
 Every symbol is entered in its first state and left from its last; then the next one begins. Over
-all sequences of symbols s_1 ... s_n and cuts,
+all sequences of symbols s_1 ... s_n and all boundaries,
 
     sum_i log P(path of s_i, left at its end) + sum_i>1 log_transition[s_i-1, s_i] - switch_cost
 
 is maximised exactly, with every symbol lasting at least ``minimum_duration`` frames. A token in
-state k of symbol s at age d carries its score and the frame in which it entered; tokens of
-``minimum_duration`` frames and more share one age. Only the entries of tokens that leave are kept
-for the way back, so memory is O(T S) and time O(T S K minimum_duration).
+state k of symbol s at age d carries its score and the frame in which it entered; all ages from
+``minimum_duration`` on share one token. Only the entries of tokens that leave are stored for the
+backtrace, so that memory is O(T S) and time O(T S K minimum_duration).
 
 Source: Young, Russell, Thornton, Token passing, Cambridge 1989.
 """
@@ -37,20 +37,27 @@ def segment_by_symbols(
 
     Parameters
     ----------
-    frames : array (frames, dimensions).
-    switch_cost : nats that every further symbol costs; a symbol may follow itself.
-    log_transition : array (symbols, symbols), nats, from row to column; None: all alike.
-    minimum_duration : frames.
+    symbols : MotionSymbols
+        The motion symbols.
+    frames : array (frames, dimensions)
+        Feature vectors, one row a frame.
+    switch_cost : float, optional
+        Cost of every further symbol, nats; a symbol may follow itself.
+    log_transition : array (symbols, symbols), optional
+        Log-probability of the column's symbol after the row's, nats. None: 0 for all pairs.
+    minimum_duration : int, optional
+        Least number of frames of a symbol.
 
     Returns
     -------
-    (start, end, symbol) that tile [0, frames). A capture too short for any symbol is one segment
-    of the symbol most likely to have begun it (free end).
+    list of (start, end, symbol)
+        Segments that tile [0, frames). A capture too short for any symbol is one segment of the
+        symbol of largest likelihood with a free end.
 
     Raises
     ------
     MotionDBError
-        for frames of another dimension, or transitions of another shape.
+        If the frames have another dimension, or the transitions another shape.
     """
     check_symbols(symbols)
     _check(symbols, frames, log_transition, minimum_duration)
@@ -61,7 +68,7 @@ def segment_by_symbols(
         return [(0, n_frames, _best_free_end(symbols, frames))]
     moves = np.empty((0, 0)) if log_transition is None else np.asarray(log_transition, dtype=float)
     moves = np.maximum(moves, NEVER)
-    return _way_back(*_pass_tokens(symbols, frames, switch_cost, moves, minimum_duration))
+    return _trace_back(*_pass_tokens(symbols, frames, switch_cost, moves, minimum_duration))
 
 
 def _pass_tokens(
@@ -71,8 +78,10 @@ def _pass_tokens(
     moves: FloatArray,
     minimum_duration: int,
 ) -> tuple[IntArray, IntArray, int]:
-    """For every frame and symbol, where the token that leaves after it had entered and which symbol
-    the next would follow; and the symbol that leaves last."""
+    """Entry frame of every token that leaves, the symbol that the next follows, the last symbol.
+
+    The first two are arrays (frames, symbols); without transition costs the second has one column.
+    """
     n_symbols, n_padded = symbols.self_loops.shape
     n_frames = len(frames)
     n_ages = max(1, minimum_duration if minimum_duration > symbols.n_states.min() else 1)
@@ -93,7 +102,7 @@ def _pass_tokens(
 
 
 @njit(cache=True, nogil=True)
-def _advance(
+def _advance(  # noqa: PLR0913  numba compiles tuples of arrays, not records of the caller
     densities: Float32Array,
     low: int,
     symbols: LogSymbols,
@@ -141,7 +150,7 @@ def _advance_symbol(
 ) -> None:
     """One frame of one symbol: every token stays or moves on, and a new one enters.
 
-    The last age stands for all from ``minimum_duration`` on; there ``begun`` says when.
+    The last age stands for all ages from ``minimum_duration`` on; ``begun`` is its entry frame.
     """
     tokens, begun = state
     t, entry = entrant
@@ -169,8 +178,8 @@ def _advance_symbol(
             tokens[k, 0] = max(entry + densities[0], NEVER) if k == 0 else NEVER
 
 
-def _way_back(entered: IntArray, before: IntArray, last: int) -> list[tuple[int, int, int]]:
-    """Follow the tokens from the last frame, where symbol ``last`` leaves, to the first."""
+def _trace_back(entered: IntArray, before: IntArray, last: int) -> list[tuple[int, int, int]]:
+    """Follow the tokens back from the last frame, where symbol ``last`` is left."""
     path = []
     s, end = last, len(entered)
     while end > 0:

@@ -1,8 +1,8 @@
-"""The forward recursion over many symbols at once: what recognition spends its time on.
+"""The forward recursion over many symbols at once, on which recognition spends most of its time.
 
 Same recursion and notation as ``hmm_kernels``. The densities come as blocks of a matrix product
-(``emissions``), states before symbols, so that the innermost loops run over symbols, without
-branches or calls, and the processor does eight at a time.
+(``emissions``) with states before symbols, so that the innermost loops run over symbols without
+branches or calls, and are vectorised.
 """
 
 from __future__ import annotations
@@ -30,9 +30,18 @@ def score_block(
 
     Parameters
     ----------
-    log_densities : array (frames, states, symbols), of a block that begins with symbol ``first``.
-    intervals : array (segments, 3), start and end in the block, row of ``scores``.
-    scores : array (all segments, all symbols), written where ``intervals`` and ``first`` say.
+    log_densities : array (frames, states, symbols)
+        Log densities of a block that begins with symbol ``first``.
+    first : int
+        Number of the block's first symbol.
+    symbols : LogSymbols
+        All symbols.
+    must_exit : bool
+        Whether a path must leave the last state at the end of its segment.
+    intervals : array (segments, 3)
+        Start and end in the block, and row of ``scores``.
+    scores : array (all segments, all symbols)
+        Results, written in the rows of ``intervals`` and the block's columns.
     """
     _, n_padded, n_symbols = log_densities.shape
     shape = (n_padded, n_symbols)
@@ -72,10 +81,10 @@ def _step(
     log_densities: Float32Array,
     alpha: FloatArray,
 ) -> None:
-    """One state's forward step for many symbols; log(1 + exp(-d)) without calls or branches.
+    """Forward step of one state for many symbols; log(1 + exp(-d)) without calls or branches.
 
     exp(-y) for y = d / 256 < 0.16 by its series to y^4, then squared 8 times; and
-    log(1 + u) = 2 artanh(u / (2 + u)) by its series to z^13. Off by less than 2e-8.
+    log(1 + u) = 2 artanh(u / (2 + u)) by its series to z^13. The error is below 2e-8.
     """
     here, before, stay, onward = origin
     for s in range(len(here)):

@@ -1,7 +1,7 @@
-"""First groups of segments: k-means on what segments look like, before any symbol is there.
+"""First groups of segments, before there are symbols: k-means on a description of the segments.
 
 A segment is described by its mean features in each of its thirds, so that the same poses in another
-order are another movement.
+order have another description.
 
 Source: Arthur and Vassilvitskii, k-means++, 2007 (the start of k-means).
 """
@@ -14,7 +14,17 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 
 
 def describe_segments(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
-    """Mean features of every third of a segment: array (segments, 3 * dimensions)."""
+    """Mean features of every third of a segment: array (segments, 3 * dimensions).
+
+    Parameters
+    ----------
+    frames : array (frames, dimensions)
+        Feature vectors, one row a frame.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    """
     sums = np.concatenate([np.zeros((1, frames.shape[1])), np.cumsum(frames, axis=0, dtype=float)])
     parts = []
     for third in range(3):
@@ -26,9 +36,16 @@ def describe_segments(frames: Float32Array, starts: IntArray, ends: IntArray) ->
 
 
 def seed_groups(descriptors: FloatArray, n_groups: int, rng: np.random.Generator) -> IntArray:
-    """First groups by k-means (k-means++ start): array (segments,), every group non-empty.
+    """First groups by k-means (k-means++ start): array (segments,), no group empty.
 
-    There are fewer than ``n_groups`` where fewer descriptors differ.
+    Parameters
+    ----------
+    descriptors : array (segments, values)
+        Descriptions of the segments.
+    n_groups : int
+        Number of groups; there are fewer where fewer descriptors differ.
+    rng : numpy.random.Generator
+        Used for the start.
     """
     from sklearn.cluster import KMeans
     from threadpoolctl import threadpool_limits
@@ -44,7 +61,12 @@ def seed_groups(descriptors: FloatArray, n_groups: int, rng: np.random.Generator
 
 
 def n_distinct(descriptors: FloatArray) -> int:
-    """How many descriptors differ by more than rounding.
+    """Number of descriptors that differ by more than rounding errors.
+
+    Parameters
+    ----------
+    descriptors : array (segments, values)
+        Descriptions of the segments.
 
     >>> n_distinct(np.array([[1.0, 2.0], [1.0, 2.0 + 1e-9], [1.0, 3.0]]))
     2

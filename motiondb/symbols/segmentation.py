@@ -1,17 +1,17 @@
-"""Cutting a capture into segments that tile it: a cost, and apart from it an exact search.
+"""First segmentation of a capture: a cost, and an exact search for its minimum.
 
-Notation: x_t the context of frame t (mean and spread of the features in a window of 1.5 seconds:
-a single frame does not show what is being done), s_t the speed of the pose at frame t. A
-segmentation 0 = c_0 < c_1 < ... < c_n = T costs
+Notation: x_t the context of frame t, the mean and the standard deviation of the features in a
+window of 1.5 seconds around it, because a single frame does not show an activity; s_t the speed of
+the pose at frame t. A segmentation 0 = c_0 < c_1 < ... < c_n = T costs
 
     sum_i [ sum_{t in [c_i, c_i+1)} |x_t - mean|^2 + penalty + rest * s(c_i) ]
 
-so that a segment holds one activity and cuts fall where the body moves least. Dynamic programming
-finds the cheapest segmentation with every length in [shortest, longest] exactly, in
-O(T * longest * dimensions) by prefix sums.
+so that the context is nearly constant within a segment and boundaries are placed where the body
+moves least. Dynamic programming finds the exact minimum over segmentations with all lengths in
+[shortest, longest], in O(T * longest * dimensions) by prefix sums.
 
-The least-squares cost is the one of change-point detection (Truong, Oudre, Vayatis 2020); the
-segments are afterwards cut anew by the symbols themselves (``acquisition``).
+Source: the least-squares cost of change-point detection (Truong, Oudre, Vayatis, 2020). Once there
+are symbols, captures are segmented again by them (``acquisition``).
 """
 
 from __future__ import annotations
@@ -27,7 +27,22 @@ from motiondb.records import FloatArray, IntArray, Segment
 
 @dataclass(frozen=True)
 class SegmentationSettings:
-    """Lengths in feature frames (15 a second); costs in units of one whitened feature squared."""
+    """Settings of the first segmentation; lengths in feature frames, 15 a second.
+
+    Attributes
+    ----------
+    shortest : int
+        Least length of a segment: 8 frames, half a second. Chosen by hand.
+    longest : int
+        Largest length of a segment: 36 frames, 2.4 s. Chosen by hand.
+    window : int
+        Length of the window of a context: 22 frames, 1.5 s. With it more true boundaries were
+        found than with the window used before.
+    penalty : float
+        Cost of a boundary, in units of one whitened feature squared. Chosen by hand.
+    rest : float
+        Cost of a boundary where the pose moves at the capture's mean speed. Chosen by hand.
+    """
 
     shortest: int = 8
     longest: int = 36
@@ -37,16 +52,19 @@ class SegmentationSettings:
 
 
 def context(features: FloatArray, window: int) -> FloatArray:
-    """Mean and spread of the features in a centred window, shorter at the ends.
+    """Mean and standard deviation of the features in a centred window, shorter at the ends.
 
     Parameters
     ----------
-    features : array (frames, dimensions), whitened.
-    window : frames.
+    features : array (frames, dimensions)
+        Whitened features.
+    window : int
+        Length of the window, frames.
 
     Returns
     -------
-    array (frames, 2 * dimensions), scaled so that a column's mean square is about 1 / dimensions.
+    array (frames, 2 * dimensions)
+        Scaled so that the mean square of a column is about 1 / dimensions.
     """
     n_frames, n_dims = features.shape
     low = np.maximum(np.arange(n_frames) - window // 2, 0)
@@ -62,7 +80,13 @@ def context(features: FloatArray, window: int) -> FloatArray:
 
 
 def pose_speed(features: FloatArray) -> FloatArray:
-    """How fast the features move, relative to the capture's mean: array (frames,)."""
+    """Speed of the features relative to the capture's mean speed: array (frames,).
+
+    Parameters
+    ----------
+    features : array (frames, dimensions)
+        Whitened features.
+    """
     if len(features) < 2:
         return np.zeros(len(features))
     speed = np.linalg.norm(np.gradient(features, axis=0), axis=1)
@@ -70,15 +94,20 @@ def pose_speed(features: FloatArray) -> FloatArray:
 
 
 def segment(features: FloatArray, settings: SegmentationSettings | None = None) -> list[Segment]:
-    """The cheapest segmentation of one capture: half-open intervals that tile [0, frames).
+    """Segmentation of least cost of one capture.
 
     Parameters
     ----------
-    features : array (frames, dimensions), whitened, 15 a second.
+    features : array (frames, dimensions)
+        Whitened features, 15 a second.
+    settings : SegmentationSettings, optional
+        Lengths and costs.
 
     Returns
     -------
-    list of :class:`Segment`; a capture shorter than ``shortest`` is one segment.
+    list of Segment
+        Half-open intervals that tile [0, frames). A capture of fewer than ``2 * shortest`` frames
+        is one segment.
     """
     settings = settings or SegmentationSettings()
     n_frames = len(features)
@@ -98,14 +127,19 @@ def segment(features: FloatArray, settings: SegmentationSettings | None = None) 
 def optimal_cuts(
     values: FloatArray, cut_costs: FloatArray, shortest: int, longest: int
 ) -> IntArray:
-    """Cuts 0 = c_0 < ... < c_n = T of least total cost (see the module).
+    """Boundaries 0 = c_0 < ... < c_n = T of least total cost (see the module).
 
     Parameters
     ----------
-    values : array (frames, dimensions), what should be constant within a segment.
-    cut_costs : array (frames,), cost of a segment that starts at this frame.
-    shortest, longest : bounds of a segment's length; ``longest`` >= 2 * ``shortest`` - 1, so that
-        every length of at least ``shortest`` can be tiled.
+    values : array (frames, dimensions)
+        Values that should be constant within a segment.
+    cut_costs : array (frames,)
+        Cost of a segment that starts at this frame.
+    shortest : int
+        Least length of a segment.
+    longest : int
+        Largest length of a segment. It is raised to ``2 * shortest - 1``, so that every number of
+        frames from ``shortest`` on can be tiled.
     """
     sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
     squares = np.concatenate([[0.0], np.cumsum(np.sum(values**2, axis=1))])
@@ -113,7 +147,10 @@ def optimal_cuts(
 
 
 @njit(cache=True)
-def _cut(sums, squares, cut_costs, shortest, longest):  # type: ignore[no-untyped-def]
+def _cut(
+    sums: FloatArray, squares: FloatArray, cut_costs: FloatArray, shortest: int, longest: int
+) -> IntArray:
+    """Boundaries of least cost from prefix sums of the values and of their squares."""
     n_frames = len(squares) - 1
     best = np.full(n_frames + 1, 1e300)
     before = np.zeros(n_frames + 1, np.int64)

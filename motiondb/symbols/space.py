@@ -1,16 +1,16 @@
-"""The symbol space: points whose distances are those of the symbols, as nearly as can be.
+"""The symbol space: points whose distances approximate those of the symbols.
 
 Multidimensional scaling finds coordinates x_i that minimise the stress
 
     sqrt( sum_i<j (|x_i - x_j| - D_ij)^2 / sum_i<j D_ij^2 )
 
 by majorisation (SMACOF): X <- B(X) X / S with B_ij = -D_ij / |x_i - x_j| off the diagonal and rows
-that sum to 0. D is no metric, so no space fits it exactly. It starts from classical scaling and has
-no randomness; the result is turned to its principal axes, largest first, and every axis is signed
-so that its largest coordinate is positive. So two runs agree.
+that sum to 0. D is not a metric, so that in general no space fits it exactly. The iteration starts
+from classical scaling and has no randomness. The result is rotated to its principal axes, largest
+first, and every axis is signed so that its largest coordinate is positive: two runs agree.
 
-Dimensions (``choose_dimensions``): the fewest at which the stress is below 0.05, or from which one
-more dimension takes off less than a twentieth of the stress of one dimension.
+Number of dimensions (``choose_dimensions``): the smallest one at which the stress is below 0.05, or
+after which one more dimension lowers the stress by less than a twentieth of that of one dimension.
 
 Source: Borg and Groenen, Modern Multidimensional Scaling, 2005, chapters 8 and 12.
 """
@@ -25,8 +25,11 @@ from motiondb.symbols.clusters import find_clusters
 from motiondb.symbols.divergence import N_SEQUENCES, divergence
 
 MAX_DIMENSIONS = 8
+"""Largest number of dimensions tried. Chosen by hand."""
 GOOD_STRESS = 0.05
+"""Stress that Kruskal (1964) calls good."""
 LEAST_GAIN = 0.05
+"""Least fall of the stress, in that of one dimension, for a further one. Chosen by hand."""
 
 
 def build_space(
@@ -41,8 +44,16 @@ def build_space(
 
     Parameters
     ----------
-    n_sequences : sampled per symbol for the distances.
-    n_dimensions, n_clusters : None: chosen by the stress curve and by BIC.
+    symbols : MotionSymbols
+        The symbols.
+    rng : numpy.random.Generator
+        Used for the distances and for the starts of the mixtures.
+    n_sequences : int, optional
+        Sequences sampled from each symbol for the distances.
+    n_dimensions : int, optional
+        Number of dimensions. None: chosen by the stress.
+    n_clusters : int, optional
+        Number of clusters. None: chosen by BIC.
     """
     distances, variances = divergence(symbols, rng, n_sequences=n_sequences)
     coordinates, stress = scale(distances, n_dimensions=n_dimensions)
@@ -53,22 +64,26 @@ def build_space(
 def scale(
     distances: FloatArray, *, n_dimensions: int | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Coordinates of least stress.
+    """Coordinates of least stress found by SMACOF.
 
     Parameters
     ----------
-    distances : array (points, points), symmetric, not negative, zero diagonal.
-    n_dimensions : None: chosen by the stress curve.
+    distances : array (points, points)
+        Symmetric, not negative, zero diagonal.
+    n_dimensions : int, optional
+        Number of dimensions. None: chosen by the stress.
 
     Returns
     -------
-    coordinates : array (points, dimensions), centred, in the unit of ``distances``.
-    stress : array (tried dimensions,), of 1, 2, ... dimensions; it never rises.
+    coordinates : array (points, dimensions)
+        Centred, in the unit of ``distances``.
+    stress : array (tried dimensions,)
+        Stress in 1, 2, ... dimensions; it never rises.
 
     Raises
     ------
     MotionDBError
-        for distances that are not square, symmetric and finite.
+        If the distances are not square, symmetric and finite.
     """
     _check(distances)
     n_tried = max(1, min(len(distances) - 1, MAX_DIMENSIONS))
@@ -77,18 +92,23 @@ def scale(
     solutions: list[FloatArray] = []
     stress = np.empty(n_tried)
     for p in range(1, n_tried + 1):
-        found, stress[p - 1] = smacof(distances, start[:, :p])
+        points, stress[p - 1] = smacof(distances, start[:, :p])
         if p > 1 and stress[p - 1] > stress[p - 2]:
-            found, stress[p - 1] = smacof(distances, np.c_[solutions[-1], start[:, p - 1]])
+            points, stress[p - 1] = smacof(distances, np.c_[solutions[-1], start[:, p - 1]])
         if p > 1 and stress[p - 1] > stress[p - 2]:
-            found, stress[p - 1] = np.c_[solutions[-1], np.zeros(len(found))], stress[p - 2]
-        solutions.append(found)
+            points, stress[p - 1] = np.c_[solutions[-1], np.zeros(len(points))], stress[p - 2]
+        solutions.append(points)
     chosen = n_dimensions or choose_dimensions(stress)
     return turn_to_axes(solutions[chosen - 1]), stress
 
 
 def choose_dimensions(stress: FloatArray) -> int:
-    """Where the stress curve bends (the rule stands in the module).
+    """Choose the number of dimensions by the rule of the module.
+
+    Parameters
+    ----------
+    stress : array (tried dimensions,)
+        Stress in 1, 2, ... dimensions.
 
     >>> choose_dimensions(np.array([0.5, 0.2, 0.19, 0.18]))
     2
@@ -106,6 +126,13 @@ def classical_scaling(distances: FloatArray, n_dimensions: int) -> FloatArray:
     """Principal coordinates: array (points, dimensions); exact for distances between points.
 
     Axes without a positive eigenvalue get a small spread, so that the majorisation can use them.
+
+    Parameters
+    ----------
+    distances : array (points, points)
+        Symmetric, not negative, zero diagonal.
+    n_dimensions : int
+        Number of axes.
     """
     n_points = len(distances)
     centring = np.eye(n_points) - 1.0 / n_points
@@ -119,12 +146,25 @@ def classical_scaling(distances: FloatArray, n_dimensions: int) -> FloatArray:
 def smacof(
     distances: FloatArray, start: FloatArray, *, n_iterations: int = 500, tolerance: float = 1e-6
 ) -> tuple[FloatArray, float]:
-    """Lower the stress from a start until it falls by less than ``tolerance`` of itself.
+    """Lower the stress by majorisation, from a start.
+
+    Parameters
+    ----------
+    distances : array (points, points)
+        Symmetric, not negative, zero diagonal.
+    start : array (points, dimensions)
+        Coordinates to start from.
+    n_iterations : int, optional
+        Number of iterations at most.
+    tolerance : float, optional
+        The iteration ends where the stress falls by less than this share of itself.
 
     Returns
     -------
-    coordinates : array (points, dimensions).
-    stress : normalised as in the module; 0 where all distances are 0.
+    coordinates : array (points, dimensions)
+        The last coordinates.
+    stress : float
+        Normalised as in the module; 0 where all distances are 0.
     """
     total = float(np.sum(distances**2))
     if total == 0.0:
@@ -141,7 +181,12 @@ def smacof(
 
 
 def turn_to_axes(points: FloatArray) -> FloatArray:
-    """Centre points, turn them to their principal axes and fix the signs.
+    """Centre points, rotate them to their principal axes and fix the signs.
+
+    Parameters
+    ----------
+    points : array (points, dimensions)
+        Coordinates.
 
     >>> turn_to_axes(np.array([[0.0, 1.0], [0.0, 4.0], [0.0, 1.0]])).round(3) + 0.0
     array([[-1.,  0.],

@@ -1,1 +1,1 @@
-
+"""Words of captures: vocabulary, association with motion symbols, decoding."""

@@ -1,4 +1,4 @@
-"""Which motion symbols speak for which words: IBM Model 1, then Model 2.
+"""Association of motion symbols with words: IBM Model 1, then Model 2.
 
 Notation (Brown et al. 1993; paper A, eq. 4): the source is a sequence of l motion symbols with
 NULL before it at position 0, the target a sequence of m words. Word j is explained by the symbol
@@ -6,12 +6,12 @@ at position i with probability a(i | j, l, m) t(word_j | symbol_i), so that
 
     P(words | symbols) = prod_j sum_i a(i | j, l, m) t(word_j | symbol_i).
 
-Model 1 holds a at 1 / (l + 1); Model 2 starts from its t and that a, and learns both by EM. The
-paper writes a sum of likelihoods; the sum of log-likelihoods is maximised here, and no step lowers
-it. Counts are normalised for every *position* of a word: a word that stands twice in a caption is
-explained twice (a well-known toolkit divides per word type and counts it once).
+Model 1 fixes a at 1 / (l + 1); Model 2 starts from its t and that a, and learns both by EM. The
+paper writes a sum of likelihoods; here the sum of log-likelihoods is maximised, and no step lowers
+it. Counts are normalised for every *position* of a word: a word that occurs twice in a caption is
+explained twice (NLTK normalises per word type and counts it once).
 
-Expected counts are additive over captures, see :mod:`motiondb.words.explanation`.
+Expected counts are additive over captures (:mod:`motiondb.words.explanation`).
 """
 
 from __future__ import annotations
@@ -25,22 +25,33 @@ from numba import njit
 from motiondb.records import Association, FloatArray, IntArray
 
 Pair = tuple[IntArray, IntArray]
-"""Symbols (l,) and words (m,) of one capture."""
+"""Numbers of the symbols (l,) and of the words (m,) of one capture."""
 
 
 @dataclass(frozen=True, eq=False)
 class PairTable:
-    """All pairs laid end to end, and where each finds its alignment table.
+    """All pairs, one after another, and the place of the alignment table of each.
 
     Attributes
     ----------
-    sources : array, positions of NULL and symbols: NULL is 0, symbol s is s + 1.
-    source_starts : array (pairs + 1,), pair p has sources[source_starts[p]:source_starts[p + 1]].
-    words, word_starts : the same for the words.
-    shapes : the (l, m) that occur, sorted; table_starts : array (shapes,), where the table of each
-        begins in the flat array of alignment probabilities; n_cells : length of that array.
-    tables : array (pairs,), where the table of each pair begins.
-    row_sizes : array (rows of all tables,), l + 1 of each.
+    sources : array
+        Positions of NULL and symbols: NULL is 0, symbol s is s + 1.
+    source_starts : array (pairs + 1,)
+        Pair p has sources[source_starts[p]:source_starts[p + 1]].
+    words : array
+        Word numbers of all pairs.
+    word_starts : array (pairs + 1,)
+        Pair p has words[word_starts[p]:word_starts[p + 1]].
+    shapes : tuple[tuple[int, int], ...]
+        The (l, m) that occur, sorted;.
+    table_starts : array (shapes,)
+        Where the table of each begins in the flat array of alignment probabilities;.
+    n_cells : int
+        Length of that array.
+    tables : array (pairs,)
+        Where the table of each pair begins.
+    row_sizes : array (rows of all tables,)
+        L + 1 of each.
     """
 
     sources: IntArray
@@ -67,15 +78,23 @@ def fit_association(
 
     Parameters
     ----------
-    pairs : symbols (l,) and word numbers (m,) of every described capture; empty ones are allowed.
-    n_symbols : number of motion symbols.
-    vocabulary : the words, in the order of their numbers.
-    model1_iterations, model2_iterations : EM steps at most.
-    tolerance : a model stops when the log-likelihood per word grows by less.
+    pairs : sequence of Pair
+        Symbols (l,) and word numbers (m,) of every described capture; empty ones are allowed.
+    n_symbols : int
+        Number of motion symbols.
+    vocabulary : sequence of str
+        The words, in the order of their numbers.
+    model1_iterations : int, optional
+        EM steps of Model 1 at most.
+    model2_iterations : int, optional
+        EM steps of Model 2 at most.
+    tolerance : float, optional
+        The EM steps of a model end when the log-likelihood per word grows by less than this.
 
     Raises
     ------
-    ValueError : where a symbol or word number is out of range.
+    ValueError
+        Where a symbol or word number is out of range.
 
     >>> pairs = [(np.array([0]), np.array([0])), (np.array([0, 1]), np.array([0, 1]))]
     >>> fit_association(pairs, 2, ["walk", "sit"]).translation[2].round(2)
@@ -100,7 +119,13 @@ def fit_association(
 
 
 def lay_out(pairs: Sequence[Pair]) -> PairTable:
-    """Lay pairs end to end, leaving out those without words."""
+    """Put all pairs with words into arrays, one pair after another.
+
+    Parameters
+    ----------
+    pairs : sequence of Pair
+        Symbols and words of captures; those without words are left out.
+    """
     kept = [(symbols, words) for symbols, words in pairs if len(words)]
     each = [(len(symbols), len(words)) for symbols, words in kept]
     shapes = sorted(set(each))
@@ -128,12 +153,23 @@ def lay_out(pairs: Sequence[Pair]) -> PairTable:
 
 
 def uniform_start(table: PairTable, n_symbols: int, n_words: int) -> tuple[FloatArray, FloatArray]:
-    """Where Model 1 begins: every word as likely under every symbol, every position as likely.
+    """Start of Model 1: all words equally likely under every symbol, all positions equally likely.
+
+    Parameters
+    ----------
+    table : PairTable
+        The pairs.
+    n_symbols : int
+        Number of motion symbols.
+    n_words : int
+        Number of words of the vocabulary.
 
     Returns
     -------
-    t : array (words, symbols + 1), zero in columns of symbols that never stand beside words.
-    a : array (n_cells,), 1 / (l + 1).
+    t : array (words, symbols + 1)
+        Zero in columns of symbols that never occur with words.
+    a : array (n_cells,)
+        1 / (l + 1).
     """
     t = np.zeros((n_words, n_symbols + 1))
     t[:, np.unique(table.sources)] = 1.0 / max(n_words, 1)
@@ -147,9 +183,12 @@ def em_step(
 
     Parameters
     ----------
-    t : array (words, symbols + 1), columns sum to 1 or 0.
-    a : array (n_cells,), the alignment tables.
-    learn_a : whether a moves too (Model 2).
+    t : array (words, symbols + 1)
+        Columns sum to 1 or 0.
+    a : array (n_cells,)
+        The alignment tables.
+    learn_a : bool
+        Whether a moves too (Model 2).
 
     Returns
     -------
@@ -168,7 +207,7 @@ def em_step(
 def _run_em(
     table: PairTable, t: FloatArray, a: FloatArray, iterations: int, tolerance: float, learn_a: bool
 ) -> tuple[FloatArray, FloatArray, list[float]]:
-    """EM until it stands still; the trace holds the log-likelihood after every step."""
+    """EM until it converges; the trace holds the log-likelihood after every step."""
     trace: list[float] = []
     before = None
     for _ in range(iterations):
@@ -184,7 +223,7 @@ def _run_em(
 
 
 @njit(cache=True)
-def expected_counts(
+def expected_counts(  # noqa: PLR0913  numba compiles it with the table's arrays
     sources: IntArray,
     source_starts: IntArray,
     words: IntArray,
@@ -195,9 +234,9 @@ def expected_counts(
     t_counts: FloatArray,
     a_counts: FloatArray,
 ) -> float:
-    """Add the expected counts of all pairs to ``t_counts`` and ``a_counts``; the E-step.
+    """E step: add the expected counts of all pairs to ``t_counts`` and ``a_counts``.
 
-    Shapes as in :class:`PairTable` and :func:`em_step`. Returns the log-likelihood.
+    Axes as in :class:`PairTable` and :func:`em_step`. Returns the log-likelihood.
     """
     log_likelihood = 0.0
     longest = 0

@@ -1,25 +1,26 @@
-"""From words to the motion symbols that most likely lie behind them, by A* with a certificate.
+"""Decoding of words to the most probable sequence of motion symbols, by A* with a certificate.
 
-Looked for is the sequence s_1 .. s_l, of any length l up to a limit, that maximises
+Decoding finds the sequence s_1 .. s_l, of any length l up to a limit, that maximises
 
     log P(l | m) + log P(s_1 .. s_l) + sum_j log S_j,
     S_j = a(0 | j, l, m) t(word_j | NULL) + sum_i a(i | j, l, m) t(word_j | s_i),
 
 with the bigram from begin to end (``words.transition``) and IBM Model 2 (``words.association``).
-Each word's logarithm holds a sum over all positions, so the likelihood does not factor along the
-sequence and a node of the search carries the sums S_j gathered so far.
+The logarithm for each word is of a sum over all positions, so that the likelihood does not factor
+along the sequence; a node of the search carries the partial sums S_j.
 
 The bound. log x <= log q + x / q - 1 for every q > 0. With any q_j > 0 the likelihood of every
 completion is therefore at most sum_j (log q_j + S_j / q_j - 1), which *is* a sum over positions:
-position i pays sum_j a(i | j, l, m) t(word_j | s_i) / q_j. Its maximum over completions,
-transitions included, is found for all nodes at once by one backward dynamic program per length; it
-never lies below the truth, so A* with it is optimal. That program also carries which words have
-not been said yet, and holds a word never said to what is left for it; without this the bound is
-too loose to be of use. See :mod:`motiondb.words.decoding_bounds`.
+position i contributes sum_j a(i | j, l, m) t(word_j | s_i) / q_j. Its maximum over completions,
+transitions included, is computed for all nodes at once by one backward dynamic program per length.
+It is never below the true maximum, so that A* with it is optimal. The program also carries the set
+of words that no symbol has accounted for yet, and bounds the probability of these words by what the
+remaining symbols can give; without this the bound is too loose to be useful. See
+:mod:`motiondb.words.decoding_bounds`.
 
-The search ends when no open node's bound exceeds the best sequence found: "optimal". Where it runs
-into its limit of nodes first, the answer is "beam-limited", and ``bound`` says how much better a
-sequence could be.
+The search ends when the bound of no open node exceeds the best sequence found: the certificate is
+"optimal". Where the limit of nodes is reached first it is "beam-limited", and ``bound`` is an upper
+bound on the log-probability of every sequence.
 
 Source: Hart, Nilsson, Raphael (1968) for A*; Brown et al. (1993) for Model 2; paper A, eq. 7.
 """
@@ -37,22 +38,27 @@ from motiondb.words.decoding_problem import pose_problem
 from motiondb.words.explanation import DIAGONAL_TENSION, alignment_table
 
 NODE_LIMIT = 5_000
-"""Nodes that a search expands at most."""
+"""Nodes that a search expands at most. Chosen by hand: it bounds the time of a question."""
 OPEN_LIMIT = 100_000
-"""Nodes that a search keeps at most."""
+"""Nodes that a search keeps at most. Chosen by hand: it bounds memory."""
 
 
 @dataclass(frozen=True)
 class Decoding:
-    """The answer to words, and how sure it is.
+    """The most probable sequence found, with a certificate.
 
     Attributes
     ----------
-    symbols : the sequence.
-    log_probability : log P(l | m) + log P(symbols) + log P(words | symbols), nats.
-    nodes_expanded : by A*.
-    certificate : "optimal", or "beam-limited" where the search ran into its limit.
-    bound : no sequence has a larger log-probability than this; equal to it where optimal.
+    symbols : tuple of int
+        The sequence.
+    log_probability : float
+        Log P(l | m) + log P(symbols) + log P(words | symbols), nats.
+    nodes_expanded : int
+        Nodes that A* expanded.
+    certificate : str
+        "optimal", or "beam-limited" where the search ran into its limit.
+    bound : float
+        No sequence has a larger log-probability than this; equal to it where optimal.
     """
 
     symbols: tuple[int, ...]
@@ -71,24 +77,32 @@ def decode_words(
     tension: float = DIAGONAL_TENSION,
     node_limit: int = NODE_LIMIT,
 ) -> Decoding | None:
-    """The motion symbols that most likely lie behind words.
+    """Decode words to the most probable sequence of motion symbols.
 
     Parameters
     ----------
-    words : word numbers (m,), at least one.
-    association : t and a.
-    log_transitions : array (symbols + 1, symbols + 1), from ``words.transition``.
-    log_lengths : array (longest length + 1,), log P(l | m), see :func:`log_length_prior`.
-    tension : of alignment tables that were never learned, see ``words.explanation``.
-    node_limit : nodes to expand at most.
+    words : sequence of int
+        Word numbers (m,), at least one.
+    association : Association
+        t and a.
+    log_transitions : array (symbols + 1, symbols + 1)
+        From ``words.transition``.
+    log_lengths : array (longest length + 1,)
+        log P(l | m), see :func:`log_length_prior`.
+    tension : float, optional
+        Tension of alignment tables that were never learned, see ``words.explanation``.
+    node_limit : int, optional
+        Nodes to expand at most.
 
     Returns
     -------
-    The answer, or None where every sequence has probability 0 or none was found within the limit.
+    Decoding or None
+        None where every sequence has probability 0, or where none was found within the limit.
 
     Raises
     ------
-    ValueError : where there are no words, or the arrays do not fit one another.
+    ValueError
+        If there are no words, or if the arrays do not fit together.
     """
     numbers = np.asarray(words, dtype=np.int64)
     n_symbols = len(association.translation) - 1
@@ -117,16 +131,19 @@ def decode_words(
 def log_length_prior(
     shapes: Mapping[tuple[int, int], float], n_words: int, longest: int | None = None
 ) -> FloatArray:
-    """log P(l | m) of sequences up to a limit, learned from captures with words.
+    """log P(l | m) of sequences up to a limit, estimated from captures with words.
 
-    A capture with m' words counts exp(-|m' - m|) times; one count is spread evenly over all
-    lengths. Captures longer than the limit say nothing of lengths within it.
+    A capture with m' words has the weight exp(-|m' - m|); one count is spread evenly over all
+    lengths. Captures longer than the limit are left out.
 
     Parameters
     ----------
-    shapes : (l, m) -> number of captures.
-    n_words : m.
-    longest : the largest l, by default 2 m, at least 4.
+    shapes : mapping of (l, m) to float
+        Number of captures of each shape.
+    n_words : int
+        m.
+    longest : int, optional
+        The largest l, by default 2 m, at least 4.
 
     Returns
     -------

@@ -1,14 +1,14 @@
-"""How good a sequence can still become: the two upper bounds of the A* search.
+"""The two upper bounds of the A* search on the log-probability of a completed sequence.
 
 Notation as in :mod:`motiondb.words.decoding`.
 
-Two upper bounds of the same kind, both from log x <= log q + x / q - 1. The first holds every word
-to it, and its q are found by Frank-Wolfe steps, whose sequences are first answers. It forgets that
-a word which no symbol says is lost for good: half a sequence that says it already scores well. The
-second therefore splits the symbols of each word into those that *say* it and the rest, and its
-dynamic program carries the set of words not yet said (a bit mask): a word never said is held to
-the most that the rest can give. Where there are more than ``TRACKED`` words, only those with the
-widest split are tracked.
+Both bounds follow from log x <= log q + x / q - 1. The first applies it to every word; its q are
+found by Frank-Wolfe steps, and the sequences of these steps are first candidates. This bound is
+loose for words that no symbol of a sequence gives a sizeable probability. The second bound
+therefore splits the symbols of each word into those that *say* it (give it a large probability) and
+the rest, and its dynamic program carries the set of words not yet said as a bit mask: the
+probability of a word never said is bounded by the most that the remaining symbols can give it.
+Where there are more than ``TRACKED`` words, only those with the widest split are tracked.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.words.decoding_problem import LEAST, Problem, moves_along, offer, sums_along
 
 ROUNDS = 3
-"""Frank-Wolfe steps per length at most."""
+"""Frank-Wolfe steps per length at most. Chosen by hand; any number gives a valid bound."""
 SLACK = 1e-10
 """Nats by which a bound may exceed the best sequence and still count as no better (rounding)."""
 
 
 @njit(cache=True)
 def symbol_pays(problem: Problem, length: int, q: FloatArray, pays: FloatArray) -> None:
-    """What symbol s pays at position k: sum_j a(k | j) t(j | s) / q_j.
+    """Contribution of symbol s at position k to the bound: sum_j a(k | j) t(j | s) / q_j.
 
     Fills ``pays``, array (at least l + 1, S).
     """
@@ -79,7 +79,7 @@ def relax(
 
 @njit(cache=True)
 def _best_path(problem: Problem, length: int, pays: FloatArray) -> tuple[IntArray, float]:
-    """The sequence of the largest transitions and pays together, by dynamic programming."""
+    """Sequence of largest sum of transitions and contributions, by dynamic programming."""
     n_rows = len(problem.end)
     onward = np.zeros((length, n_rows), dtype=np.int64)
     path = np.zeros(length, dtype=np.int64)
@@ -120,9 +120,10 @@ def _line_search(x: FloatArray, y: FloatArray, slope: float) -> float:
 
 @njit(cache=True)
 def said_level(problem: Problem, length: int, q: FloatArray) -> FloatArray:
-    """q for the second bound: where a word is usually when one symbol in its best place says it.
+    """Values q for the second bound: the usual probability of a word that one symbol says.
 
-    Untracked words keep their q; a q that is larger already stays.
+    The symbol is taken to stand in the position of largest alignment probability. Words that are
+    not tracked keep their q, and so does a larger q.
     """
     level = q.copy()
     for j in problem.tracked:
@@ -135,19 +136,21 @@ def said_level(problem: Problem, length: int, q: FloatArray) -> FloatArray:
 
 
 @njit(cache=True)
-def track(
+def track(  # noqa: C901  one compiled dynamic program, a loop inside a loop
     problem: Problem, length: int, q: FloatArray, pays: FloatArray, ahead: Float32Array
 ) -> None:
-    """The second bound of one length.
+    """Compute the second bound of one length.
 
     Parameters
     ----------
-    pays : array (l + 1, S), see :func:`symbol_pays`.
-    ahead : array (at least l + 1, rows, masks), filled with an upper bound of what comes after
-        position k from a row, with the words of the mask not yet said; the linearised logarithms
-        are part of it, what earlier positions paid is not. ahead[0, row of the begin, all words],
-        with the length's log-probability, bounds every sequence of the length. In single
-        precision for speed; raised by more than its rounding errors can amount to.
+    pays : array (l + 1, S)
+        See :func:`symbol_pays`.
+    ahead : array (at least l + 1, rows, masks)
+        Filled with an upper bound of what comes after position k from a row, with the words of the
+        mask not yet said; the linearised logarithms are part of it, what earlier positions paid is
+        not. ahead[0, row of the begin, all words], with the length's log-probability, bounds every
+        sequence of the length. In single precision for speed; raised by more than its rounding
+        errors can amount to.
     """
     n_rows, n_symbols = len(problem.end), len(problem.says)
     n_masks = 1 << len(problem.tracked)

@@ -1,7 +1,7 @@
 """The A* search of decoding over the bounds of :mod:`motiondb.words.decoding_bounds`.
 
-A node stands after k symbols of a sequence of length l; it carries its symbols, what they cost,
-what they paid, and which words they have not said.
+A node holds the first k symbols of a sequence of length l, their log-probability so far, and the
+set of words that they have not said.
 """
 
 from __future__ import annotations
@@ -14,18 +14,36 @@ from motiondb.words.decoding_bounds import SLACK, relax, said_level, symbol_pays
 from motiondb.words.decoding_problem import LEAST, Problem, offer
 
 DIVES = 64
-"""So many opened nodes are completed along their bound, to find good sequences early."""
+"""The first expanded nodes, so many, are completed along their bound to find good sequences early.
+
+Chosen by hand; it changes the time, not the optimum.
+"""
 
 
 def search_sequences(
     problem: Problem, node_limit: int, open_limit: int
 ) -> tuple[IntArray, float, float, int]:
-    """Find the best sequence.
+    """Find the sequence of largest log-probability.
+
+    Parameters
+    ----------
+    problem : Problem
+        The arrays of the question.
+    node_limit : int
+        Nodes to expand at most.
+    open_limit : int
+        Nodes to keep at most.
 
     Returns
     -------
-    The sequence, its value (-inf where none was found), a bound on all others (at most the value
-    where it is the best), and the number of expanded nodes.
+    sequence : array (l,)
+        The best sequence found.
+    value : float
+        Its log-probability, -inf where none was found.
+    bound : float
+        Upper bound on all other sequences; at most ``value`` where the sequence is optimal.
+    expanded : int
+        Number of expanded nodes.
     """
     m, longest = problem.t.shape[1], len(problem.lengths) - 1
     n_rows, n_masks = len(problem.end), 1 << len(problem.tracked)
@@ -79,7 +97,7 @@ def _dive(
 
 
 @njit(cache=True)
-def _best_first(
+def _best_first(  # noqa: C901, PLR0913  one compiled loop over the heap and its arrays
     problem: Problem,
     uppers: FloatArray,
     pays: FloatArray,
@@ -89,7 +107,7 @@ def _best_first(
     node_limit: int,
     open_limit: int,
 ) -> tuple[float, float, int]:
-    """A*: open the node of largest bound until none can be better than ``best``.
+    """A*: expand the node of largest bound until no bound exceeds the value of ``best``.
 
     Node n: shape[n] = (length, depth, words not said), paths[n, :depth], spent[n] the length's and
     the transitions' log-probability and the pays so far, bounds[n].
@@ -145,7 +163,7 @@ def _best_first(
 
 @njit(cache=True)
 def _push(heap: IntArray, size: int, bounds: FloatArray, node: int) -> int:
-    """Put a node on the heap, largest bound on top; returns the new size."""
+    """Put a node on the heap, largest bound on top, and return the new size."""
     place = size
     while place > 0 and bounds[heap[(place - 1) // 2]] < bounds[node]:
         heap[place] = heap[(place - 1) // 2]
@@ -156,7 +174,7 @@ def _push(heap: IntArray, size: int, bounds: FloatArray, node: int) -> int:
 
 @njit(cache=True)
 def _pop(heap: IntArray, size: int, bounds: FloatArray) -> int:
-    """Take the top node off the heap; returns the new size."""
+    """Take the top node off the heap and return the new size."""
     size -= 1
     node = heap[size]
     place = 0

@@ -1,4 +1,4 @@
-"""What decoding asks: the arrays of one question, and what a sequence is worth.
+"""The arrays of one decoding question, and the log-probability of a sequence.
 
 Notation as in :mod:`motiondb.words.decoding`. Symbols whose rows of transitions are equal (those
 of one cluster) form a *row*, so that the dynamic programs run over rows, not symbols. The symbols
@@ -15,27 +15,40 @@ from numba import njit
 from motiondb.records import FloatArray, IntArray
 
 TRACKED = 6
-"""Words whose being said is tracked: 2^6 masks."""
+"""Largest number of words in the bit mask, for 2^6 masks. By hand: memory doubles with each."""
 LEAST = 1e-12
 """The smallest probability whose logarithm is taken to bound or to split."""
 
 
 class Problem(NamedTuple):
-    """Log-probabilities unless said otherwise.
+    """The arrays of one question; log-probabilities unless stated otherwise.
 
     Attributes
     ----------
-    t : array (S + 1, m), probability; row 0 is NULL.
-    alignments : array (L + 1, m, L + 1), a(i | j, l, m) at [l, j, i].
-    row_of : array (S + 1,), the row of the begin, then of every symbol.
-    starts : array (rows + 1,); row r goes to followers[starts[r]:starts[r + 1]] at those costs.
-    followers, costs : arrays (edges,), symbol numbers and log-probabilities.
-    end : array (rows,).
-    lengths : array (L + 1,), log P(l | m).
-    says : array (S,), bit mask of the tracked words that a symbol says.
-    tracked : array (TRACKED or m,), which words have bits 0, 1, ...
-    unsaid : array (m,), the most that a symbol which does not say word j gives it, probability.
-    usual : array (m,), what a symbol that says word j gives it on average, probability.
+    t : array (S + 1, m), probability
+        Row 0 is NULL.
+    alignments : array (L + 1, m, L + 1)
+        a(i | j, l, m) at [l, j, i].
+    row_of : array (S + 1,)
+        Row of the beginning, then of every symbol.
+    starts : array (rows + 1,)
+        Row r goes to followers[starts[r]:starts[r + 1]] at those costs.
+    followers : array (edges,)
+        Symbol numbers.
+    costs : array (edges,)
+        Log-probabilities of the transitions to the followers.
+    end : array (rows,)
+        Log-probability that the capture ends after a symbol of the row.
+    lengths : array (L + 1,)
+        Log P(l | m).
+    says : array (S,)
+        Bit mask of the tracked words that a symbol says.
+    tracked : array (TRACKED or m,)
+        Which words have bits 0, 1, ...
+    unsaid : array (m,)
+        The most that a symbol which does not say word j gives it, probability.
+    usual : array (m,)
+        What a symbol that says word j gives it on average, probability.
     """
 
     t: FloatArray
@@ -55,7 +68,19 @@ class Problem(NamedTuple):
 def pose_problem(
     t: FloatArray, alignments: FloatArray, log_transitions: FloatArray, log_lengths: FloatArray
 ) -> Problem:
-    """Join equal rows of transitions, keep the possible ones, split the symbols of each word."""
+    """Merge equal rows of transitions, keep the possible ones, split the symbols of each word.
+
+    Parameters
+    ----------
+    t : array (S + 1, m)
+        t(word_j | symbol), row 0 is NULL.
+    alignments : array (L + 1, m, L + 1)
+        a(i | j, l, m) at [l, j, i].
+    log_transitions : array (S + 1, S + 1)
+        As in :mod:`motiondb.words.transition`.
+    log_lengths : array (L + 1,)
+        log P(l | m).
+    """
     numbers: dict[bytes, int] = {}
     row_of = [numbers.setdefault(row.tobytes(), len(numbers)) for row in log_transitions]
     rows = log_transitions[np.unique(row_of, return_index=True)[1]]
@@ -78,7 +103,7 @@ def pose_problem(
 
 
 def _split_symbols(t: FloatArray) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Which symbols say which words: the split of log t with the largest variance between (Otsu).
+    """Which symbols say which words: the split of log t of largest between-group variance (Otsu).
 
     t : array (S, m). Returns ``says``, ``tracked``, ``unsaid`` and ``usual`` of :class:`Problem`.
     """
@@ -143,11 +168,11 @@ def moves_along(problem: Problem, path: IntArray) -> float:
 
 @njit(cache=True)
 def offer(problem: Problem, path: IntArray, best: IntArray, value: float) -> float:
-    """Take a sequence into ``best`` (length first) where it is better; returns the best value."""
-    found = sequence_value(problem, path)
-    if found > value:
+    """Copy a sequence into ``best`` (length first) if it is better, and return the best value."""
+    candidate = sequence_value(problem, path)
+    if candidate > value:
         best[0] = len(path)
         for k in range(len(path)):
             best[k + 1] = path[k]
-        return found
+        return candidate
     return value

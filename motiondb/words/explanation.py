@@ -1,13 +1,16 @@
-"""What a learned association says of symbols and words that stand together, or symbols alone.
+"""Probabilities of words given symbols, and of alignments, under a learned association.
 
 Notation as in :mod:`motiondb.words.association`. Where a shape (l, m) was never seen,
-a(i | j, l, m) falls back to a diagonal: NULL with probability p0, position i >= 1 in proportion to
-exp(-tension |(i - 1/2) / l - (j + 1/2) / m|), j from 0: people tell actions in the order in which
-they happen. (Dyer, Chahuneau, Smith: fast_align, 2013, which also gives p0 and the tension.)
+a(i | j, l, m) is replaced by a diagonal: NULL with probability p0, position i >= 1 in proportion to
+exp(-tension |(i - 1/2) / l - (j + 1/2) / m|), j from 0, because captions name actions in their
+order.
 
 Expected counts are rounded to multiples of 2^-32. Sums of such numbers are exact in floating point
-(up to two million captures), so adding a capture and removing it gives back the very same counts,
-in whatever order.
+for up to two million captures, so that adding a capture and removing it again, in any order,
+restores exactly the same counts.
+
+Source: Dyer, Chahuneau, Smith, A simple, fast, and effective reparameterization of IBM Model 2,
+2013, for the diagonal with its p0 and tension.
 """
 
 from __future__ import annotations
@@ -20,19 +23,24 @@ import numpy as np
 from motiondb.records import Association, FloatArray, IntArray
 
 DIAGONAL_TENSION = 4.0
+"""Value of the source."""
 DIAGONAL_NULL = 0.08
-_GRAIN = 2.0**32
+"""p0, value of the source."""
+_GRAIN = 2.0**32  # counts are multiples of its reciprocal, see the module
 
 
 @dataclass(frozen=True, eq=False)
 class ExpectedCounts:
-    """What captures say of t and a, under fixed old ones; additive over captures.
+    """Expected counts of t and a under fixed parameters; additive over captures.
 
     Attributes
     ----------
-    translation : array (symbols + 1, words); row 0 is NULL.
-    alignment : (l, m) -> array (m, l + 1).
-    n_pairs : how many captures are inside.
+    translation : array (symbols + 1, words)
+        Row 0 is NULL.
+    alignment : (l, m) -> array (m
+        L + 1).
+    n_pairs : int
+        Number of captures.
     """
 
     translation: FloatArray
@@ -52,19 +60,34 @@ def alignment_table(
     n_words: int,
     tension: float = DIAGONAL_TENSION,
 ) -> FloatArray:
-    """a(i | j, l, m) as array (m, l + 1), rows sum to 1: the learned one, otherwise the diagonal.
+    """a(i | j, l, m) as array (m, l + 1), rows sum to 1: learned, or else the diagonal.
 
     Parameters
     ----------
-    n_symbols, n_words : l and m.
-    tension : how strongly the fallback keeps the order; 0 makes it blind to order (Model 1).
+    association : Association
+        What was learned of symbols and words.
+    n_symbols : int
+        l.
+    n_words : int
+        m.
+    tension : float, optional
+        How strongly the diagonal prefers the order of the words; 0 ignores order (Model 1).
     """
     learned = association.alignment.get((n_symbols, n_words))
     return diagonal_alignment(n_symbols, n_words, tension) if learned is None else learned
 
 
 def diagonal_alignment(n_symbols: int, n_words: int, tension: float) -> FloatArray:
-    """The fallback of the module's docstring, array (m, l + 1).
+    """Alignment probabilities of the diagonal (see the module), array (m, l + 1).
+
+    Parameters
+    ----------
+    n_symbols : int
+        l.
+    n_words : int
+        m.
+    tension : float
+        How strongly the order of the words is preferred.
 
     >>> diagonal_alignment(2, 1, 4.0).round(2)
     array([[0.08, 0.46, 0.46]])
@@ -85,9 +108,9 @@ def log_probability(association: Association, symbols: IntArray, words: IntArray
 
 
 def alignment_posterior(association: Association, symbols: IntArray, words: IntArray) -> FloatArray:
-    """Which symbol each word comes from: array (m, l + 1), column 0 is NULL.
+    """Posterior probability of the symbol behind each word: array (m, l + 1), column 0 is NULL.
 
-    Rows sum to 1; a row of a word that no symbol can say is 0.
+    Rows sum to 1; the row of a word that has probability 0 under every symbol is 0.
     """
     joint = _joint(association, symbols, words)
     totals = joint.sum(axis=1, keepdims=True)
@@ -95,7 +118,7 @@ def alignment_posterior(association: Association, symbols: IntArray, words: IntA
 
 
 def pair_counts(association: Association, symbols: IntArray, words: IntArray) -> ExpectedCounts:
-    """The expected counts of one capture, rounded to the grain of the module's docstring."""
+    """Expected counts of one capture, rounded to multiples of 2^-32."""
     posterior = np.round(alignment_posterior(association, symbols, words) * _GRAIN) / _GRAIN
     translation = np.zeros_like(association.translation)
     sources = np.append(0, np.asarray(symbols) + 1)
@@ -106,9 +129,9 @@ def pair_counts(association: Association, symbols: IntArray, words: IntArray) ->
 
 
 def with_counts(association: Association, counts: ExpectedCounts) -> Association:
-    """The association that counts amount to: the M-step. Rows without counts stay as they were.
+    """M step: the association with t and a of expected counts; rows without counts are kept.
 
-    ``counts`` of the words and the trace of ``association`` are kept.
+    The word counts and the trace of ``association`` are kept too.
     """
     totals = counts.translation.sum(axis=1, keepdims=True)
     translation = np.where(
@@ -131,16 +154,24 @@ def smoothed(
     share: float = 0.05,
     pseudo_pairs: float = 5.0,
 ) -> Association:
-    """An association that trusts few examples less; what decoding should be given.
+    """Smooth an association for decoding.
 
-    EM drives t and a of rare symbols and of shapes seen once to 0 and 1. Here every row of t
-    gives ``share`` to the words by how often they are written (NULL's row and rows of symbols
-    never seen beside words included), and every alignment table is averaged with the diagonal,
-    which counts as much as ``pseudo_pairs`` captures. Rows still sum to 1.
+    EM drives t and a of rare symbols and of shapes seen once to 0 and 1. Here every row of t is
+    mixed, with weight ``share``, with the relative frequency of the words (also NULL's row), and
+    rows of symbols never seen with words become that frequency. Every alignment table is averaged
+    with the diagonal, whose weight is that of ``pseudo_pairs`` captures. Rows still sum to 1. Both
+    defaults were chosen by hand.
 
     Parameters
     ----------
-    shapes : (l, m) -> number of captures that taught the table; 1 each where not given.
+    association : Association
+        What was learned of symbols and words.
+    shapes : mapping of (l, m) to float, optional
+        Number of captures from which each alignment table was learned; 1 where not given.
+    share : float, optional
+        Weight of the words' relative frequency, from 0 to 1.
+    pseudo_pairs : float, optional
+        Weight of the diagonal, in captures.
     """
     written = (association.counts + 0.5) / (association.counts + 0.5).sum()
     t = association.translation

@@ -1,21 +1,22 @@
-"""Which captures to write words about next: those that leave the least uncertain about the rest.
+"""Which captures to caption next: active learning by expected reduction of variance.
 
-Notation: v_u the score vector of capture u (length 1). How likely a word is said of a motion is
-taken as a Gaussian process over the vectors, with covariance and noise
+Notation: v_u the score vector of capture u, of length 1. Whether a word is said of a motion is
+modelled by a Gaussian process over the vectors, with covariance and noise
 
-    k(u, c) = exp(v_u . v_c - 1) = exp(-|v_u - v_c|^2 / 2),        noise r (words are not exact).
+    k(u, c) = exp(v_u . v_c - 1) = exp(-|v_u - v_c|^2 / 2),        noise r.
 
-With words about some captures, what remains uncertain of u is its posterior variance C_uu; it does
-not depend on what the words say. Words about c lower it by C_uc^2 / (r + C_cc). So the choice is
+Given words of some captures, the uncertainty about u is its posterior variance C_uu, which does not
+depend on what the words are. Words of c lower it by C_uc^2 / (r + C_cc). So the next capture is
 
     argmax_c  sum_u w_u C_uc^2 / (r + C_cc),        then  C <- C - C_.c C_c. / (r + C_cc),
 
-greedily, over the captures without words: a capture that stands for many others comes first, and
-what is like an earlier choice gains little, so that the list is diverse.
+greedily, over the captures without words: a capture that resembles many others comes first, and a
+capture that resembles an earlier choice gains little, so that the list is diverse.
 
 Source: Cohn, Ghahramani, Jordan (1996), Seo et al. (2000): active learning by the expected
-reduction of variance. Kernel and noise were chosen on real captures (``benchmarks/suggest.py``).
-Words of performers who have none at all are not found sooner than by chance.
+reduction of variance. Kernel and noise were chosen on CMU captures (``benchmarks/suggest.py``; the
+page ``docs/suggest.md`` uses other splits). For performers without any words the order is no better
+than chance.
 """
 
 from __future__ import annotations
@@ -27,20 +28,25 @@ import numpy as np
 from motiondb.records import FloatArray, IntArray
 
 NOISE = 0.1
+"""r, chosen by ``benchmarks/suggest.py``."""
 SERVED = 0.25
-"""Words serve a capture whose uncertainty they lower by this share."""
+"""A choice serves a capture if it lowers its uncertainty by this share or more. By hand."""
 
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """One choice.
+    """One capture to caption.
 
     Attributes
     ----------
-    index : the chosen row. gain : what its words take off the uncertainty, as a share of all that
-        there was at the beginning, 0 to 1. known : share of its own that was off before.
-    served : array, other rows of whose uncertainty its words take off a quarter or more, most
-        first.
+    index : int
+        Row of the capture.
+    gain : float
+        Share of the total initial uncertainty that its words remove, 0 to 1.
+    known : float
+        Share of the capture's own uncertainty that was removed before.
+    served : array
+        Other rows whose uncertainty its words lower by a quarter or more, most first.
     """
 
     index: int
@@ -55,45 +61,57 @@ def suggest(
     limit: int,
     weights: FloatArray | None = None,
 ) -> list[Suggestion]:
-    """The captures to write words about, the most telling first.
+    """Captures to caption, the one of largest gain first.
 
-    Needs 8 n^2 bytes for n captures without words.
+    Memory is 8 n^2 bytes for n captures without words.
 
     Parameters
     ----------
-    vectors : array (n, symbols), score vectors of the captures without words, of length 1.
-    described : array (m, symbols), vectors of the intervals that have words; m may be 0.
-    limit : how many at most.
-    weights : array (n,), how much each capture counts; 1 each by default.
+    vectors : array (n, symbols)
+        Score vectors of the captures without words, of length 1.
+    described : array (m, symbols)
+        Vectors of the intervals that have words; m may be 0.
+    limit : int
+        Number of choices at most.
+    weights : array (n,)
+        Weight of each capture; 1 by default.
 
     >>> a, b = [1.0, 0.0], [0.0, 1.0]
-    >>> found = suggest(np.array([b, a, b]), np.array([a]), 2)
-    >>> [(s.index, s.served.tolist()) for s in found]
+    >>> chosen = suggest(np.array([b, a, b]), np.array([a]), 2)
+    >>> [(s.index, s.served.tolist()) for s in chosen]
     [(0, [2]), (2, [0])]
     """
     weights = np.ones(len(vectors)) if weights is None else np.asarray(weights, dtype=np.float64)
     covariance = remaining_covariance(vectors, described)
     uncertain = float(weights @ np.diag(covariance))
     free = np.ones(len(vectors), dtype=bool)
-    found: list[Suggestion] = []
-    while free.any() and len(found) < limit:
-        own = np.diag(covariance).copy()
-        gains = np.where(free, weights @ covariance**2 / (NOISE + own), -1.0)
+    choices: list[Suggestion] = []
+    while free.any() and len(choices) < limit:
+        variance = np.diag(covariance).copy()
+        gains = np.where(free, weights @ covariance**2 / (NOISE + variance), -1.0)
         best = int(np.argmax(gains))
-        lowered = covariance[best] ** 2 / (NOISE + own[best])
-        share = lowered / own
-        others = np.flatnonzero((share >= SERVED) & (np.arange(len(own)) != best))
+        lowered = covariance[best] ** 2 / (NOISE + variance[best])
+        share = lowered / variance
+        others = np.flatnonzero((share >= SERVED) & (np.arange(len(variance)) != best))
         served = others[np.argsort(-share[others], kind="stable")]
-        found.append(
-            Suggestion(best, float(gains[best]) / uncertain, 1.0 - float(own[best]), served)
+        choices.append(
+            Suggestion(best, float(gains[best]) / uncertain, 1.0 - float(variance[best]), served)
         )
         free[best] = False
-        covariance -= np.outer(covariance[best], covariance[best]) / (NOISE + own[best])
-    return found
+        covariance -= np.outer(covariance[best], covariance[best]) / (NOISE + variance[best])
+    return choices
 
 
 def remaining_covariance(vectors: FloatArray, described: FloatArray) -> FloatArray:
-    """C of the module's docstring, given the described intervals: array (n, n)."""
+    """Posterior covariance C given the described intervals: array (n, n).
+
+    Parameters
+    ----------
+    vectors : array (n, symbols)
+        Score vectors of the captures without words.
+    described : array (m, symbols)
+        Score vectors of the intervals that have words.
+    """
     covariance = _kernel(vectors, vectors)
     if not len(described):
         return covariance

@@ -1,7 +1,7 @@
-"""A user's own table of words that mean the same: ``word = canonical word``, a line each.
+"""A user's table of synonyms: lines ``word = canonical word``.
 
-A tab may stand in place of ``=``; blank lines and what follows ``#`` are skipped. A canonical word
-may itself have an entry: chains are followed to their end.
+A tab may replace ``=``; blank lines and text after ``#`` are ignored. A canonical word may itself
+have an entry: chains are followed to their end.
 """
 
 from __future__ import annotations
@@ -13,22 +13,26 @@ from motiondb.words.lemmas import lemma
 
 
 def parse_synonyms(text: str, source: str = "synonyms") -> dict[str, str]:
-    """Read a table of synonyms.
+    r"""Read a table of synonyms.
 
     Parameters
     ----------
-    text : the table, as in the module's docstring.
-    source : what to call the table in messages, such as its file name.
+    text : str
+        The table, in the format of the module's docstring.
+    source : str, optional
+        Name of the table in messages, such as its file name.
 
     Returns
     -------
-    From each lemma to its canonical lemma, chains resolved.
+    dict
+        Canonical lemma of each lemma, chains resolved.
 
     Raises
     ------
-    SheetError : naming every faulty line at once.
+    SheetError
+        If lines are faulty; the message names all of them.
 
-    >>> parse_synonyms("jog = run\\nstroll\\twalk  # slowly")
+    >>> parse_synonyms("jog = run\nstroll\twalk  # slowly")
     {'jog': 'run', 'stroll': 'walk'}
     """
     table: dict[str, str] = {}
@@ -70,7 +74,7 @@ def _pair(line: str) -> tuple[str, str] | None:
 
 
 def _follow(word: str, table: dict[str, str]) -> str | None:
-    """The end of the chain that starts at a word, or None where it runs in a circle."""
+    """End of the chain that starts at a word, or None where it is a cycle."""
     seen = {word}
     while word in table:
         word = table[word]

@@ -1,14 +1,14 @@
-"""Which symbol follows which: a bigram with begin and end, plain and by clusters.
+"""Bigram models of symbol sequences with beginning and end, plain and by clusters.
 
-Row 0 of every matrix is the begin of a capture, row s + 1 symbol s; column 0 is its end, column
-s + 1 symbol s. The paper's eq. 5 has no first term and its eq. 6 divides by *all* occurrences, so
-that its rows sum to less than 1; with begin and end every row sums to 1. A row without counts (a
-symbol that no capture holds) ends for certain.
+Row 0 of every matrix is the beginning of a capture, row s + 1 symbol s; column 0 is its end, column
+s + 1 symbol s. Paper A's eq. 5 has no first term, and its eq. 6 divides by *all* occurrences, so
+that its rows sum to less than 1; with beginning and end every row sums to 1. A row without counts
+(a symbol that occurs in no capture) has the end with probability 1.
 
-By clusters, P(symbol' | symbol) = P(cluster' | cluster) P(symbol' | cluster'); begin and end are
-clusters of their own. (The paper's eq. 9 stops at the first factor, which is no distribution over
-symbols.) A pair of symbols is possible exactly where its pair of clusters was seen, and with one
-symbol per cluster this is the plain bigram.
+By clusters, P(symbol' | symbol) = P(cluster' | cluster) P(symbol' | cluster'); beginning and end
+are clusters of their own. (Paper A's eq. 9 has the first factor only, which is not a distribution
+over symbols.) A pair of symbols has a probability above 0 exactly where its pair of clusters was
+seen. With one symbol a cluster this is the plain bigram.
 """
 
 from __future__ import annotations
@@ -20,13 +20,20 @@ import numpy as np
 from motiondb.records import FloatArray, IntArray
 
 UNSEEN = 0.5
-"""Count that a symbol starts with inside its cluster, so that none is impossible."""
+"""Pseudo-count of a symbol within its cluster (Krichevsky and Trofimov): none has probability 0."""
 
 
 def count_transitions(sequences: Iterable[IntArray], n_symbols: int) -> FloatArray:
-    """How often each symbol follows each: array (symbols + 1, symbols + 1).
+    """How often each symbol follows each other: array (symbols + 1, symbols + 1).
 
-    Additive over captures: a capture is removed by subtracting its counts. Empty ones add nothing.
+    Counts are additive over captures: a capture is removed by subtracting its counts.
+
+    Parameters
+    ----------
+    sequences : iterable of array
+        Symbols of each capture in order; empty ones add nothing.
+    n_symbols : int
+        Number of symbols.
 
     >>> count_transitions([np.array([0, 0, 1])], 2)
     array([[0., 1., 0.],
@@ -44,7 +51,10 @@ def count_transitions(sequences: Iterable[IntArray], n_symbols: int) -> FloatArr
 def log_bigram(counts: FloatArray) -> FloatArray:
     """log P(column | row) of the plain bigram, array (symbols + 1, symbols + 1); -inf where unseen.
 
-    counts : array (symbols + 1, symbols + 1), see :func:`count_transitions`.
+    Parameters
+    ----------
+    counts : array (symbols + 1, symbols + 1)
+        See :func:`count_transitions`.
     """
     return _log(_rows_to_one(counts))
 
@@ -54,8 +64,10 @@ def log_clustered_bigram(counts: FloatArray, clusters: IntArray) -> FloatArray:
 
     Parameters
     ----------
-    counts : array (symbols + 1, symbols + 1), see :func:`count_transitions`.
-    clusters : array (symbols,), the cluster of each symbol, any non-negative numbers.
+    counts : array (symbols + 1, symbols + 1)
+        See :func:`count_transitions`.
+    clusters : array (symbols,)
+        Cluster of each symbol, any non-negative numbers.
 
     >>> walk_to_sit = count_transitions([np.array([0, 2]), np.array([1])], 3)
     >>> np.exp(log_clustered_bigram(walk_to_sit, np.array([0, 0, 1])))[2].round(2)
@@ -73,16 +85,21 @@ def log_clustered_bigram(counts: FloatArray, clusters: IntArray) -> FloatArray:
 def log_interpolated_bigram(counts: FloatArray, clusters: IntArray) -> FloatArray:
     """log of the plain bigram mixed with the clustered one, array (symbols + 1, symbols + 1).
 
-    A row with N counts on D different followers keeps the share N / (N + D) of the plain bigram:
-    what was seen often, and always to go the same way, is trusted; what was never followed has the
-    clustered row alone. Rows sum to 1. (On captures left out, this is more probable than any one
-    share for all rows, and than any other multiple of D.)
+    In a row with N counts on D different followers the weight of the plain bigram is N / (N + D):
+    it is large for a symbol that was seen often with few followers. A row without counts is that of
+    the clustered bigram. Rows sum to 1. On held-out captures this gave a larger likelihood than one
+    weight for all rows (``docs/quality.md``, "Analogy"), and than other multiples of D.
 
     Parameters
     ----------
-    counts, clusters : as in :func:`log_clustered_bigram`.
+    counts : array (symbols + 1, symbols + 1)
+        See :func:`count_transitions`.
+    clusters : array (symbols,)
+        Cluster of each symbol.
 
-    Source: Witten and Bell, The zero-frequency problem, 1991.
+    References
+    ----------
+    Witten and Bell, The zero-frequency problem, 1991.
 
     >>> counts = count_transitions([np.array([0, 0, 0]), np.array([1])], 2)
     >>> np.exp(log_interpolated_bigram(counts, np.array([0, 0])))[1].round(3)

@@ -1,13 +1,13 @@
-"""From what people write to sequences of motion words.
+"""From captions and queries to sequences of motion words.
 
-A caption or a query is cut into *actions* (at commas, full stops, "then", "and"), and each action
-into words: compounds are taken apart (CamelCase, run/jog, 90-degree), numbers and words that say
-nothing of the motion are left out, what remains is brought to its lemma (``words.lemmas``) and
-through the user's synonyms. Words of direction and body parts are kept, and a piece that holds
-nothing else belongs to the action before it: "walks forward and backward" is one action. "X while
-Y" is one action, "X after Y" is Y, then X. A topic before a dash belongs to the first action.
+A text is split into *actions* (at commas, full stops, "then", "and"), and each action into words.
+Compounds are split (CamelCase, run/jog, 90-degree), numbers and stop words are left out, and every
+other word is replaced by its lemma (``words.lemmas``) and by the user's canonical synonym. Words of
+direction and body parts are kept; a piece of text with no other words belongs to the action before
+it: "walks forward and backward" is one action. "X while Y" is one action, "X after Y" is Y, then X.
+A topic before a dash belongs to the first action.
 
-In a query ``?`` as a word stands for any action; its place is kept as an empty action.
+In a query the word ``?`` stands for any action; it becomes an empty action.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ something anything thing things motion motions movement movements sequence can w
 self direction task
 """
 STOP_WORDS = frozenset(_STOP_WORDS.split())
-"""Words that say nothing of a motion; never directions or body parts."""
+"""Stop words: they describe no motion. Directions and body parts are never among them."""
 
 _MODIFIERS = """
 left right forward backward up down over under around through out off into across behind above
@@ -48,7 +48,7 @@ hand leg foot knee head hip shoulder elbow chin ankle body chest wrist finger to
 quickly slow slowly fast large small wide big sudden suddenly
 """
 MODIFIERS = frozenset(_MODIFIERS.split())
-"""Lemmas that tell how or where, not what: on their own they belong to the action before."""
+"""Lemmas of manner, direction and body parts: alone they belong to the action before."""
 
 WILDCARD = "?"
 _BREAK = re.compile(r"[,;.!\n]+|\b(?:and\s+then|then|and|followed\s+by|before)\b", re.IGNORECASE)
@@ -62,14 +62,17 @@ _APOSTROPHES = str.maketrans({"’": "'", "`": "'"})
 
 @dataclass(frozen=True)
 class ParsedQuery:
-    """A question in words, as far as it is understood.
+    """A parsed query.
 
     Attributes
     ----------
-    words : known words in order, without wildcards.
-    actions : known words of every action in order; () asks for any action. An action of which no
-        word is known is left out.
-    unknown : from each word that is not known to the nearest known ones, best first.
+    words : tuple of str
+        Known words in order, without wildcards.
+    actions : tuple of tuple of str
+        Known words of every action in order; () stands for any action. An action without known
+        words is left out.
+    unknown : dict of str to tuple of str
+        Known words that are similar to each unknown word, the most similar first.
     """
 
     words: tuple[str, ...]
@@ -77,13 +80,21 @@ class ParsedQuery:
     unknown: dict[str, tuple[str, ...]]
 
 
-def split_actions(text: str, synonyms: Mapping[str, str] | None = None) -> list[list[str]]:
+def split_actions(
+    text: str,
+    synonyms: Mapping[str, str] | None = None,
+    lemmas: Mapping[str, str] | None = None,
+) -> list[list[str]]:
     """Cut a text into actions, each a list of words; a wildcard is an empty list.
 
     Parameters
     ----------
-    text : a caption or a query.
-    synonyms : from lemma to canonical lemma.
+    text : str
+        A caption or a query.
+    synonyms : dict, optional
+        Lemma -> canonical lemma.
+    lemmas : dict, optional
+        Lemmas that the dictionary gave earlier (:func:`motiondb.words.lemmas.lemma`).
 
     >>> split_actions("A person walks, turns left, and then sits down.")
     [['walk'], ['turn', 'left'], ['sit', 'down']]
@@ -95,7 +106,7 @@ def split_actions(text: str, synonyms: Mapping[str, str] | None = None) -> list[
         if piece == WILDCARD:
             actions.append([])
             continue
-        words = _piece_words(piece, synonyms or {})
+        words = _piece_words(piece, synonyms or {}, lemmas)
         if words and actions and actions[-1] and MODIFIERS.issuperset(words):
             actions[-1].extend(words)
         elif words:
@@ -103,63 +114,128 @@ def split_actions(text: str, synonyms: Mapping[str, str] | None = None) -> list[
     return actions
 
 
-def words_of(text: str, synonyms: Mapping[str, str] | None = None) -> list[str]:
-    """The motion words of a text in order.
+def words_of(
+    text: str,
+    synonyms: Mapping[str, str] | None = None,
+    lemmas: Mapping[str, str] | None = None,
+) -> list[str]:
+    """The motion words of a text in order; parameters as in :func:`split_actions`.
 
     >>> words_of("run/jog, 90-degree left turn")
     ['run', 'jog', 'left', 'turn']
     >>> words_of("KickFlipStumble"), words_of("bear (human subject)")
     (['kick', 'flip', 'stumble'], ['bear'])
     """
-    return [word for action in split_actions(text, synonyms) for word in action]
+    return [word for action in split_actions(text, synonyms, lemmas) for word in action]
 
 
-def forms_of(text: str) -> list[str]:
-    """The words of a text as they are written, in lower case and with those that say nothing.
+def motion_word(
+    token: str, synonyms: Mapping[str, str], lemmas: Mapping[str, str] | None = None
+) -> str | None:
+    """Lemma under which a word is filed, or None where it says nothing of a motion.
 
-    >>> forms_of("A dancer's CartWheels")
-    ['a', 'dancer', 'cart', 'wheels']
+    Parameters
+    ----------
+    token : str
+        One word.
+    synonyms : dict
+        Lemma -> canonical lemma.
+    lemmas : dict, optional
+        Lemmas that the dictionary gave earlier (:func:`motiondb.words.lemmas.lemma`).
+
+    >>> motion_word("Walks", {}), motion_word("the", {}), motion_word("strolls", {"stroll": "walk"})
+    ('walk', None, 'walk')
+    """
+    token = token.lower().split("'")[0]
+    if token in STOP_WORDS or len(token) < 2:
+        return None
+    word = synonyms.get(token) or lemma(token, lemmas)
+    word = synonyms.get(word, word)
+    return word if word not in STOP_WORDS or word in VERBS else None
+
+
+def join_phrases(text: str) -> str:
+    """A text with plain apostrophes and with phrases that are one word written as one word.
+
+    >>> join_phrases("don’t do a lay-up")
+    "don't do a layup"
     """
     text = text.translate(_APOSTROPHES)
     for phrase, word in _PHRASES:
         text = phrase.sub(word, text)
-    tokens = _WORD.findall(_CAMEL.sub(" ", text))
+    return text
+
+
+def split_compound(token: str) -> list[str]:
+    """The words of a word written in CamelCase.
+
+    >>> split_compound("KickFlip"), split_compound("walk")
+    (['Kick', 'Flip'], ['walk'])
+    """
+    return _CAMEL.sub(" ", token).split()
+
+
+def forms_of(text: str) -> list[str]:
+    """Split a text into words in lower case, stop words included.
+
+    >>> forms_of("A dancer's CartWheels")
+    ['a', 'dancer', 'cart', 'wheels']
+    """
+    tokens = _WORD.findall(_CAMEL.sub(" ", join_phrases(text)))
     return [token.lower().split("'")[0] for token in tokens]
 
 
 def parse_query(
-    text: str, known: Collection[str], synonyms: Mapping[str, str] | None = None
+    text: str,
+    known: Collection[str],
+    synonyms: Mapping[str, str] | None = None,
+    lemmas: Mapping[str, str] | None = None,
 ) -> ParsedQuery:
-    """Understand a question as far as the vocabulary goes.
+    """Parse a query with a vocabulary.
 
     Parameters
     ----------
-    text : what the user asks.
-    known : the vocabulary.
-    synonyms : from lemma to canonical lemma.
+    text : str
+        The query.
+    known : collection of str
+        The vocabulary.
+    synonyms : dict, optional
+        Lemma -> canonical lemma.
+    lemmas : dict, optional
+        Lemmas that the dictionary gave earlier (:func:`motiondb.words.lemmas.lemma`).
 
     Raises
     ------
-    QueryError : where no word of the question is known; names the nearest known ones.
+    QueryError
+        If no word of the query is known; the message names the most similar known ones.
 
     >>> parse_query("walk, sti", ["sit", "walk"])
     ParsedQuery(words=('walk',), actions=(('walk',),), unknown={'sti': ('sit',)})
     """
     table = known if isinstance(known, (set, frozenset, dict)) else frozenset(known)
     actions, unknown = [], {}
-    for action in split_actions(text, synonyms):
+    for action in split_actions(text, synonyms, lemmas):
         found = tuple(word for word in action if word in table)
         unknown.update({w: nearest_words(w, known) for w in action if w not in table})
         if found or not action:
             actions.append(found)
     words = tuple(word for action in actions for word in action)
     if not words:
-        raise QueryError(_nothing_known(text, unknown))
+        raise QueryError(nothing_known(text, unknown))
     return ParsedQuery(words, tuple(actions), unknown)
 
 
 def nearest_words(word: str, known: Iterable[str], limit: int = 3) -> tuple[str, ...]:
-    """Known words that are spelt like a word, best first; none where nothing is near.
+    """Known words of similar spelling, the most similar first.
+
+    Parameters
+    ----------
+    word : str
+        The word to look for.
+    known : iterable of str
+        The vocabulary.
+    limit : int, optional
+        Number of words at most.
 
     >>> nearest_words("wlak", ["walk", "run", "talk"])
     ('walk',)
@@ -168,7 +244,12 @@ def nearest_words(word: str, known: Iterable[str], limit: int = 3) -> tuple[str,
 
 
 def count_words(captions: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], IntArray]:
-    """The vocabulary, sorted, and array (words,) of the number of captions that hold each word.
+    """Vocabulary, sorted, and array (words,) of the number of captions with each word.
+
+    Parameters
+    ----------
+    captions : iterable of sequence of str
+        Words of each caption.
 
     >>> words, counts = count_words([["walk", "turn", "walk"], ["walk"]])
     >>> words, counts.tolist()
@@ -180,7 +261,14 @@ def count_words(captions: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], Int
 
 
 def word_numbers(words: Iterable[str], vocabulary: Sequence[str]) -> IntArray:
-    """Numbers of words in a vocabulary, in order; words that it lacks are left out.
+    """Numbers of words in a vocabulary, in order; other words are left out.
+
+    Parameters
+    ----------
+    words : iterable of str
+        The words.
+    vocabulary : sequence of str
+        Words in the order of their numbers.
 
     >>> word_numbers(["walk", "moonwalk", "sit"], ("sit", "walk")).tolist()
     [1, 0]
@@ -190,11 +278,8 @@ def word_numbers(words: Iterable[str], vocabulary: Sequence[str]) -> IntArray:
 
 
 def _pieces(text: str) -> list[str]:
-    """Stretches of text between the borders of actions, wildcards among them, in order of time."""
-    text = text.translate(_APOSTROPHES)
-    for phrase, word in _PHRASES:
-        text = phrase.sub(word, text)
-    text = _WILD.sub(",\0,", text)
+    """Pieces of text between the separators of actions, wildcards included, in order of time."""
+    text = _WILD.sub(",\0,", join_phrases(text))
     pieces = []
     for piece in _BREAK.split(text):
         if piece.strip() == "\0":
@@ -204,20 +289,20 @@ def _pieces(text: str) -> list[str]:
     return pieces
 
 
-def _piece_words(piece: str, synonyms: Mapping[str, str]) -> list[str]:
-    words = []
-    for token in _WORD.findall(_CAMEL.sub(" ", piece)):
-        token = token.lower().split("'")[0]
-        if token in STOP_WORDS or len(token) < 2:
-            continue
-        word = synonyms.get(token) or lemma(token)
-        word = synonyms.get(word, word)
-        if word not in STOP_WORDS or word in VERBS:
-            words.append(word)
-    return words
+def _piece_words(
+    piece: str, synonyms: Mapping[str, str], lemmas: Mapping[str, str] | None
+) -> list[str]:
+    tokens = _WORD.findall(_CAMEL.sub(" ", piece))
+    words = (motion_word(token, synonyms, lemmas) for token in tokens)
+    return [word for word in words if word is not None]
 
 
-def _nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
+def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
+    """The refusal of a question in which no word is known.
+
+    >>> nothing_known("wlak", {"wlak": ("walk",)})
+    'query: expected a known word, found wlak. Did you mean walk?'
+    """
     if not unknown:
         return (
             f"query: expected words that describe a motion, found {text!r}. "

@@ -1,21 +1,22 @@
-"""How strongly each motion symbol speaks for each word: a linear map, calibrated to probabilities.
+"""A linear map from score vectors to words, calibrated to probabilities.
 
-Notation: v the score vector of an interval of motion (see ``search.score_vectors``), y_w = 1 where
-word w was written about it. The association is z_w = v . u_w + c_w, ridge regression from v to
-y - mean(y): additive over symbols and over segments, so that the reason of every score can be
-read off. The ridge is the largest one that ranks nearly as well as the best where whole groups are
-left out, words for intervals and intervals for words (squared errors would choose a larger one,
-which blurs rare words). Held-out predictions are turned to probabilities by one logistic map for
-all words, so that rare words are not calibrated on two examples:
+Notation: v the score vector of an interval of motion (``search.score_vectors``), y_w = 1 where word
+w was written about it. The evidence for w is z_w = v . u_w + c_w, by ridge regression of
+y - mean(y) on v. It is additive over symbols and over segments, so that every score can be
+decomposed exactly. The ridge is the largest one whose ranking of held-out groups, of words for
+intervals and of intervals for words, is nearly as good as the best. (The squared error would select
+a larger ridge, under which rare words become indistinguishable.) One logistic map for all words
+turns held-out predictions into probabilities, because a rare word has too few examples for a map of
+its own:
 
     P(w) = sigmoid(a z_w / sd_w + b logit(prior_w) + c),    sd_w = (prior_w (1 - prior_w))^(1/4).
 
-It is fitted on predictions with the whole group (performer) left out and on predictions with other
-captures of the group still there, half and half, because both kinds of question are asked. Only
-words that two groups or more were described with take part: of a word that one performer alone has,
-the others cannot know anything.
+It is fitted to predictions without the whole group (performer) and to predictions with other
+captures of the group, half and half, because queries of both kinds occur. Only words of two or more
+groups take part: a word of a single performer cannot be learned from the others.
 
-Source: the choice measured in the first experiments; Platt (1999) for the logistic map.
+Source: ridge regression was chosen in early experiments; ``docs/quality.md`` compares it with other
+maps ("Words to motion"); Platt (1999) for the logistic map.
 """
 
 from __future__ import annotations
@@ -28,16 +29,38 @@ from numpy.typing import NDArray
 from motiondb.records import FloatArray, IntArray
 
 RIDGES = (0.1, 0.3, 1.0)
+"""Ridges to choose from; vectors have length 1. Chosen by hand."""
 SPREAD_POWER = 0.25
-"""0.5 would make every word's evidence equally wide, and rare words too loud beside common ones."""
+"""Power of a word's variance by which its evidence is divided. By hand.
+
+0.5 would give all words evidence of equal spread, which ranks rare words too high.
+"""
 TOLERANCE = 0.06
-"""The largest ridge within this share of the best precision is taken."""
+"""The largest ridge whose precision is within this share of the best is taken. By hand.
+
+``docs/quality.md`` ("Words to motion") says how ridges were compared.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class WordMap:
-    """weights: array (symbols, words); offsets, priors, spreads: arrays (words,);
-    calibration: array (3,), a, b, c of the module's docstring. ridge: with which it was fitted."""
+    """A calibrated linear map from vectors to words.
+
+    Attributes
+    ----------
+    weights : array (symbols, words)
+        u.
+    offsets : array (words,)
+        c.
+    priors : array (words,)
+        Share of the described intervals with each word.
+    spreads : array (words,)
+        sd.
+    calibration : array (3,)
+        a, b and c of the logistic map.
+    ridge : float
+        The ridge of the fit.
+    """
 
     weights: FloatArray
     offsets: FloatArray
@@ -47,7 +70,7 @@ class WordMap:
     ridge: float = field(default=1.0, kw_only=True)
 
     def evidence(self, vectors: FloatArray) -> FloatArray:
-        """z (n, words) of score vectors (n, symbols), before calibration."""
+        """Evidence z (n, words) of score vectors (n, symbols), before calibration."""
         return vectors @ self.weights + self.offsets
 
     def log_odds(self, vectors: FloatArray) -> FloatArray:
@@ -68,13 +91,16 @@ class WordMap:
 
 
 def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntArray) -> WordMap:
-    """Fit the map, its ridge and its calibration.
+    """Fit the map and its calibration, and choose the ridge.
 
     Parameters
     ----------
-    vectors : array (n, symbols), one row per described interval, L2-normalised.
-    presence : array (n, words), which words were written about it.
-    groups : array (n,), who performed it; whole groups are left out for ridge and calibration.
+    vectors : array (n, symbols)
+        One row for each described interval, of length 1.
+    presence : array (n, words)
+        True where a word was written about the interval.
+    groups : array (n,)
+        Performer of each interval; whole groups are held out for ridge and calibration.
     """
     target = presence.astype(np.float64)
     priors = word_priors(target)
@@ -97,7 +123,19 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
 def map_words(
     vectors: FloatArray, presence: NDArray[np.bool_], ridge: float, calibration: FloatArray
 ) -> WordMap:
-    """The map of some intervals, its ridge and calibration given; see :func:`fit_word_map`."""
+    """Fit the map with a given ridge and calibration.
+
+    Parameters
+    ----------
+    vectors : array (n, symbols)
+        One row for each described interval, of length 1.
+    presence : array (n, words)
+        True where a word was written about the interval.
+    ridge : float
+        The ridge.
+    calibration : array (3,)
+        a, b and c of the logistic map.
+    """
     target = presence.astype(np.float64)
     weights, offsets = _ridge(vectors, target, ridge)
     priors = word_priors(target)
@@ -108,7 +146,7 @@ def map_words(
 
 
 def word_priors(target: FloatArray) -> FloatArray:
-    """Share of the intervals (rows) that every word is said of, kept away from 0 and 1."""
+    """Share of the intervals (rows) with each word, kept away from 0 and 1."""
     least = 0.5 / max(len(target), 1)
     return np.asarray(np.clip(target.mean(axis=0), least, 1.0 - least))
 
@@ -119,8 +157,16 @@ def word_spreads(priors: FloatArray) -> FloatArray:
 
 
 def precision(predicted: FloatArray, presence: NDArray[np.bool_]) -> float:
-    """Mean average precision of both questions: which intervals show a word, which words an
-    interval shows. Rows and columns without a true pair are left out (0 where all are).
+    """Mean average precision of intervals for words and of words for intervals.
+
+    Rows and columns without a true pair are left out; the result is 0 if all are.
+
+    Parameters
+    ----------
+    predicted : array (n, words)
+        Scores.
+    presence : array (n, words)
+        True where a word was written about the interval.
 
     >>> said = np.array([[True, False], [True, False]])
     >>> round(precision(np.array([[0.1, 0.9], [0.3, 0.2]]), said), 3)
@@ -140,7 +186,7 @@ def precision(predicted: FloatArray, presence: NDArray[np.bool_]) -> float:
 def _ridge(vectors: FloatArray, target: FloatArray, ridge: float) -> tuple[FloatArray, FloatArray]:
     mean_v, mean_y = vectors.mean(axis=0), target.mean(axis=0)
     v, y = vectors - mean_v, target - mean_y
-    if len(v) < v.shape[1]:  # the same by its dual, of the smaller matrix
+    if len(v) < v.shape[1]:  # the dual solution, whose matrix is smaller
         weights = v.T @ np.linalg.solve(v @ v.T + ridge * np.eye(len(v)), y)
     else:
         weights = np.linalg.solve(v.T @ v + ridge * np.eye(v.shape[1]), v.T @ y)

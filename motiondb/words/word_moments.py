@@ -1,11 +1,11 @@
-"""What captures say of the word map, as sums: additive over captures, so removal is exact.
+"""Sufficient statistics of the word map: sums over captures from which a capture can be removed.
 
 Notation of :mod:`motiondb.words.word_map`: v the score vector of a described interval, y its words.
-Ridge regression needs no more than n, sum v, sum y, sum v v' and sum v y'. The numbers in v are
-rounded to multiples of 2^-16, so that their products are multiples of 2^-32 and every sum over up
-to two million intervals is exact in floating point: adding a capture and removing it gives back the
-very same sums, in whatever order. The rounding (0.000008 of a vector of length 1) is far below what
-two captures of one movement differ by.
+Ridge regression needs n, sum v, sum y, sum v v' and sum v y' only. The values of v are rounded to
+multiples of 2^-16, so that their products are multiples of 2^-32 and every sum over up to two
+million intervals is exact in floating point: adding a capture and removing it, in any order,
+restores exactly the same sums. The rounding error (0.000008 of a vector of length 1) is far below
+the difference between two captures of the same movement.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from motiondb.records import FloatArray
 from motiondb.words.word_map import WordMap, word_spreads
 
-_GRAIN = 2.0**16
+_GRAIN = 2.0**16  # vectors are rounded to multiples of its reciprocal, see the module
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +27,16 @@ class WordMoments:
 
     Attributes
     ----------
-    n : number of intervals. vectors : array (symbols,), sum of v. words : array (words,), sum of y.
-    gram : array (symbols, symbols), sum of v v'. cross : array (symbols, words), sum of v y'.
+    n : float
+        Number of intervals.
+    vectors : array (symbols,)
+        Sum of v.
+    words : array (words,)
+        Sum of y.
+    gram : array (symbols, symbols)
+        Sum of v v'.
+    cross : array (symbols, words)
+        Sum of v y'.
     """
 
     n: float
@@ -45,12 +53,14 @@ class WordMoments:
 
 
 def word_moments(vectors: FloatArray, presence: NDArray[np.bool_]) -> WordMoments:
-    """The sums of some intervals.
+    """Compute the sums over some intervals.
 
     Parameters
     ----------
-    vectors : array (n, symbols), L2-normalised; rounded to the grain of the module's docstring.
-    presence : array (n, words), which words were written about each.
+    vectors : array (n, symbols)
+        Score vectors of length 1; they are rounded to multiples of 2^-16.
+    presence : array (n, words)
+        True where a word was written about the interval.
 
     >>> m = word_moments(np.array([[0.6, 0.8]]), np.array([[True, False]]))
     >>> m.n, m.cross.round(3).tolist()
@@ -62,10 +72,19 @@ def word_moments(vectors: FloatArray, presence: NDArray[np.bool_]) -> WordMoment
 
 
 def solve_word_map(moments: WordMoments, ridge: float, calibration: FloatArray) -> WordMap:
-    """The word map that sums amount to; ``calibration`` and ``ridge`` stay as they were fitted.
+    """Word map from sums, with a given ridge and calibration.
 
-    With the sums of the intervals that :func:`motiondb.words.word_map.fit_word_map` was given it is
-    the same map, but for the rounding.
+    From the sums of the intervals given to :func:`motiondb.words.word_map.fit_word_map` it is the
+    same map, up to rounding errors.
+
+    Parameters
+    ----------
+    moments : WordMoments
+        Sums over the described intervals.
+    ridge : float
+        The ridge.
+    calibration : array (3,)
+        a, b and c of the logistic map.
     """
     n = max(moments.n, 1.0)
     mean_v: FloatArray = moments.vectors / n

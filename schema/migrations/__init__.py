@@ -1,0 +1,1 @@
+"""Migrations: changes of the tables, in order."""

@@ -19,7 +19,8 @@ def test_search_and_like_answer_as_promised(command: Any, learned_file: Path) ->
     for words in (("search", "walk, kick"), ("like", "ana/bow_1", "--from", 0.5, "--to", 2)):
         asked = (*words, "--where", "performer=ana", "--limit", 3, "--json", "--db", learned_file)
         told = answer(command(*asked))
-        assert list(told) == ["matches_anything", "strength", "threshold", "matches"]
+        more = ["question"] if words[0] == "search" else []
+        assert list(told) == ["matches_anything", "strength", "threshold", "matches", *more]
         assert told["matches_anything"] is (told["strength"] >= told["threshold"])
         found = told["matches"]
         assert [m["rank"] for m in found] == [1, 2, 3]
@@ -47,7 +48,7 @@ def test_the_environment_names_the_database(
     assert [c["tags"]["performer"] for c in found] == ["ana", "ana"]
     assert found[0]["words"][0]["words"] == "someone bows politely"
     facts = answer(command("info", "--json"))
-    assert (facts["captures"], facts["learned"], facts["not yet learned"]) == (101, True, 0)
+    assert (facts["captures"], facts["learned"], facts["not_yet_learned"]) == (101, True, 0)
     assert [run["kind"] for run in facts["runs"]] == ["add", "learn"]
     assert answer(command("check", "--json")) == {"faults": []}
     symbols = answer(command("symbols", "--json"))
@@ -131,7 +132,7 @@ def test_what_is_added_after_learning_is_found(
     with (some / "boris/kick_1.bvh").open("a") as file:
         file.write("\n")
     assert command("add", some / "boris", "--db", learned_copy).code == 0
-    left_out = answer(command("info", "--json", "--db", learned_copy))["not yet learned"]
+    left_out = answer(command("info", "--json", "--db", learned_copy))["not_yet_learned"]
     ended = command("like", "boris/kick_1", "--limit", 2, "--json", "--db", learned_copy)
     assert bool(ended.err) == bool(left_out)
     if not left_out:
@@ -232,7 +233,8 @@ def test_nothing_matches_is_said_above_the_nearest(command: Any, learned_file: P
     where = ("--where", "name=ana/bow_1", "--db", learned_file)
     ended = command("search", "kick", *where)
     assert (ended.code, ended.err) == (0, "")
-    told = ended.out.splitlines()
+    understood, *told = ended.out.splitlines()
+    assert understood == "understood: kick"
     assert told[0] == "nothing in this database matches; the nearest:"
     assert told[1].split() == ["rank", "capture", "start", "end", "score", "probability", "words",
                                "found"]  # fmt: skip
@@ -241,7 +243,9 @@ def test_nothing_matches_is_said_above_the_nearest(command: Any, learned_file: P
     assert ended.code == 0
     assert ended.out.startswith("nothing in this database matches; the nearest:\n")
     ended = command("search", "kick", "--where", "name=nobody", "--db", learned_file)
-    assert (ended.code, ended.out) == (0, "nothing in this database matches\n")
+    assert (ended.code, ended.out) == (
+        0, "understood: kick\nnothing in this database matches\n",
+    )  # fmt: skip
 
 
 def test_answers_by_symbols_carry_their_certificate(command: Any, learned_file: Path) -> None:

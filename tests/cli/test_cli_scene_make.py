@@ -19,7 +19,7 @@ attack A2 at -3.5 5
 
 
 def quick(*more: Any) -> tuple[Any, ...]:
-    return ("--seed", 2, "--minutes", 0.005, *more)
+    return ("--seed", 2, "--rounds", 2, *more)
 
 
 @pytest.fixture
@@ -37,6 +37,7 @@ def test_make_update_report_list_remove(
     assert made.code == 0, made.err
     assert "play: 2 characters" in made.out
     assert "rules kept: " in made.out
+    assert "impossible motion: none" in made.out
     said = "sampling was cut short by --minutes 0.005: the seed alone does not fix this scene"
     cut_short = json.loads((out / "report.json").read_text())["cut_short"]
     assert (said in made.out) == (said in (out / "report.txt").read_text()) == cut_short
@@ -66,6 +67,42 @@ def test_make_update_report_list_remove(
     assert gone.out.strip() == "removed play with play/A2"
     assert command("check", *db).out.strip().endswith("is sound")
     assert command("scene", "list", *db).out.startswith("no scenes; motiondb scene make DIAGRAM")
+
+
+def test_time_that_cuts_a_scene_short_is_told(
+    command: Any, learned_copy: Path, tmp_path: Path, diagram: Path
+) -> None:
+    out = tmp_path / "scene"
+    more = ("--minutes", 0.0001, "--no-pictures", "--db", learned_copy)
+    made = command("scene", "make", diagram, "-o", out, *quick(*more))
+    facts = json.loads((out / "report.json").read_text())
+    assert made.code == bool(facts["impossible"])  # what one round makes may be anything
+    assert facts["cut_short"]
+    assert facts["cut_at"] == {"try": 1, "rounds": 1, "of": 2}
+    said = "sampling was cut short by --minutes 0.0001: the seed alone does not fix this scene"
+    assert said in made.out
+    assert "it ended after 1 of 2 rounds of try 1" in made.out
+
+
+def test_impossible_motion_ends_with_1_and_its_frame(
+    command: Any, learned_copy: Path, tmp_path: Path, diagram: Path
+) -> None:
+    out = tmp_path / "scene"
+    command("scene", "make", diagram, "-o", out, *quick("--no-pictures", "--db", learned_copy))
+    record = json.loads((out / "scene.json").read_text())
+    record["report"]["impossible"] = [
+        {
+            "kind": "airborne", "players": ["A1"], "action": "pass", "start": 20, "end": 32,
+            "frame": 26, "value": 12.0, "limit": 3.0, "unit": "frames",
+        }
+    ]  # fmt: skip
+    (out / "scene.json").write_text(json.dumps(record))
+    told = command("scene", "report", out)
+    assert told.code == 1
+    assert "A1 pass, frames 20 to 31, most at 26: both feet in the air for 12 frames" in told.out
+    told = command("scene", "report", out, "--json")
+    assert told.code == 1
+    assert [motion["frame"] for motion in json.loads(told.out)["impossible"]] == [26]
 
 
 @pytest.mark.parametrize(

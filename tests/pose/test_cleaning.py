@@ -124,3 +124,31 @@ def standing() -> FloatArray:
     for joint in range(1, 21):
         places[joint] = places[body.PARENTS[joint]] + body.OFFSETS[joint]
     return places + np.array([0.0, body.LEG_LENGTH + body.ANKLE_HEIGHT, 0.0])
+
+
+def test_a_plausible_capture_has_no_reason_against_it() -> None:
+    assert cleaning.implausible(walk(), FPS, body.LEG_LENGTH) == ""
+    assert cleaning.implausible(walk()[:1], FPS, body.LEG_LENGTH) == ""
+    glitch = walk()
+    glitch[40, 5] += 30.0  # one frame of one marker, at 900 m/s
+    glitch[60:70] = np.nan
+    assert cleaning.implausible(glitch, FPS, body.LEG_LENGTH) == ""
+
+
+def test_sustained_speed_is_implausible() -> None:
+    seconds = np.arange(len(walk())) / FPS
+    fast = walk() + seconds[:, None, None] * np.array([0.0, 0.0, 1270.0])
+    reason = cleaning.implausible(fast, FPS, body.LEG_LENGTH)
+    assert reason.startswith("a motion faster than 14 m/s for ")
+    assert reason.endswith(" s on end (in the median at 1271 m/s)")
+
+
+def test_mostly_broken_frames_are_implausible() -> None:
+    broken = walk()
+    broken[::2] += 5.0
+    assert "of the frames leaping" in cleaning.implausible(broken[:14], FPS, body.LEG_LENGTH)
+    holed = walk()
+    holed[: int(len(holed) * 0.6)] = np.nan
+    assert cleaning.implausible(holed, FPS, body.LEG_LENGTH) == (
+        "60% of the frames leaping or without numbers"
+    )

@@ -172,7 +172,7 @@ def test_nothing_written_is_no_evidence() -> None:
 def test_windows_reach_over_their_segment() -> None:
     starts, ends = np.array([0, 10, 20]), np.array([10, 20, 30])
     same = word_map.WordMap(np.eye(3), np.zeros(3), np.full(3, 0.5), np.ones(3), np.eye(3)[0])
-    said = by_words.heard(same, np.eye(3), starts, ends, 5)
+    said = by_words.motion_log_odds(same, np.eye(3), starts, ends, 5)
     expected = score_vectors.unit(np.array([[10.0, 5, 0], [5, 10, 5], [0, 5, 10], [1, 1, 1]]))
     np.testing.assert_allclose(said, expected)
 

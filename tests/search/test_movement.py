@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.search import by_motion, movement, score_vectors
+from motiondb.search import by_motion, movement, resemblance, score_vectors
 from motiondb.words.word_map import WordMap
 
 
@@ -78,7 +78,7 @@ def test_likeness_is_the_cosine_or_four_parts_meaning() -> None:
     deaf_to_second = WordMap(np.array([[2.0], [0.0]]), *np.zeros((3, 1)), np.array([1.0, 1, 0]))
     found = by_motion.resemblance(vectors[0], vectors, deaf_to_second)
     np.testing.assert_allclose(found, [1.0, (4 + 0.5**0.5) / 5, 0.0], atol=1e-12)
-    rows = by_motion.meaning_rows(deaf_to_second, vectors)
+    rows = resemblance.meaning_rows(deaf_to_second, vectors)
     np.testing.assert_allclose(rows @ rows[0], found, atol=1e-12)
-    moving = by_motion.resemblance(vectors[0], vectors, deaf_to_second, n_bearing=1)
+    moving = by_motion.resemblance(vectors[0], vectors, deaf_to_second, n_posture_and_travel=1)
     np.testing.assert_allclose(moving, [1.0, 1.0, 0.0], atol=1e-12)  # (1, 0), (1, 1): alike in x

@@ -10,10 +10,10 @@ from motiondb.records import (
     Association,
     Caption,
     CaptureInfo,
-    Learning,
     Motion,
     MotionSymbols,
     SegmentTable,
+    StoredLearning,
     SymbolSpace,
 )
 
@@ -72,7 +72,7 @@ def learning(
     n_words: int = 4,
     n_features: int = 3,
     seed: int = 0,
-) -> Learning:
+) -> StoredLearning:
     """Random arrays of the right shapes; every capture is cut into two segments."""
     rng = np.random.default_rng(seed)
     lengths = np.array([i.motion_frames for i in infos], dtype=np.int64)
@@ -110,7 +110,7 @@ def learning(
     counts = rng.integers(0, 2, (n_symbols + 1, n_symbols + 1)).astype(float)
     parameters = {"mean": rng.normal(size=3), "scalar": np.array(2.5), "none": np.zeros((0, 4))}
     symbols, space = _symbols(rng, n_symbols, n_features), _space(rng, n_symbols)
-    return Learning(run_id, symbols, segments, space, association, counts, parameters)
+    return StoredLearning(run_id, symbols, segments, space, association, counts, parameters)
 
 
 def _symbols(rng: np.random.Generator, n: int, n_features: int) -> MotionSymbols:

@@ -8,10 +8,10 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import NotLearnedError
-from motiondb.records import Caption, Learning
+from motiondb.records import Caption, StoredLearning
 
 
-def _learn(database: store.Store, samples: ModuleType, **sizes: int) -> Learning:
+def _learn(database: store.Store, samples: ModuleType, **sizes: int) -> StoredLearning:
     infos = store.load_captures(database)
     learning = samples.learning(infos, store.start_run(database, "learn"), **sizes)
     store.save_learning(database, learning)

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import capture, store
 from motiondb.capture.event_sheet import EventSheet
 from motiondb.capture.sheet import Sheet, SheetEntry, capture_name
+from motiondb.database.catalogue.added_sheets import (
+    Sheets,
+    captions_within,
+    events_left,
+    sheet_notes,
+    words_left,
+)
 from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
 from motiondb.database.learn import updating
-from motiondb.errors import MotionDBError
+from motiondb.errors import MotionDBError, QueryError
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
 from motiondb.search import copies
 
@@ -25,12 +32,24 @@ class AddReport:
 
     Attributes
     ----------
-    added : names of new captures. known : (name, name it is known by) of files already there.
-    problems : a sentence per file or sheet row that could not be used.
-    relations : copies, mirror images and cuts found. notes : what was odd but used.
-    seconds : motion added. counted : how many of ``added`` are searchable at once, because the
-        database had learned. new_words : words of theirs that it will know at the next learn.
-    events : instants that were kept with ``added``.
+    added : tuple of str
+        Names of new captures.
+    known : tuple of (str, str)
+        Name, and name in the database, of files whose content was there already.
+    problems : tuple of str
+        A sentence per file or sheet row that could not be used.
+    relations : tuple of Relation
+        Copies, mirror images and cuts that were found.
+    notes : tuple of str
+        What was unusual but used.
+    seconds : float
+        Motion added.
+    counted : int
+        How many of ``added`` can be searched at once, because the database had learned.
+    new_words : tuple of str
+        Words of their captions that the vocabulary lacks; the next ``learn`` counts them.
+    events : int
+        Number of events saved with ``added``.
     """
 
     added: tuple[str, ...]
@@ -44,25 +63,8 @@ class AddReport:
     events: int = 0
 
 
-@dataclass(frozen=True)
-class Sheets:
-    """What people wrote about the captures to add, where they did."""
-
-    words: Sheet | None = None
-    events: EventSheet | None = None
-
-    def unknown(self, names: Iterable[str]) -> list[str]:
-        """A sentence for every entry whose file is not among the captures."""
-        return [
-            sentence
-            for sheet in (self.words, self.events)
-            if sheet is not None
-            for sentence in sheet.unknown(names)
-        ]
-
-
 def add_captures(
-    database: store.Store,
+    opened: store.Store,
     folder: Path,
     sheets: Sheets,
     settings: AddSettings,
@@ -70,15 +72,28 @@ def add_captures(
 ) -> AddReport:
     """Add a file, or all captures below a folder, with the words and the events of sheets.
 
+    Parameters
+    ----------
+    opened : Store
+        The open store.
+    folder : Path
+        A file or a folder.
+    sheets : Sheets
+        Words and events.
+    settings : AddSettings
+        How files are read.
+    progress : callable, optional
+        Called with what is being done, how many are done, and how many there are.
+
     Raises
     ------
     MotionDBError
-        when there is nothing to add at the path. Broken files do not raise: they are reported.
+        When there is nothing to add at the path. Broken files do not raise: they are reported.
     """
     tell = progress or (lambda _what, _done, _total: None)
-    files = _files(folder)
+    files, unusable = _text_names(_files(folder))
     names = {capture_name(_below(path, folder)): path for path in reversed(files)}
-    problems = sheets.unknown(names)
+    problems = sheets.unknown(names) + unusable
     problems += [
         f"{path}: expected one file per name, found "
         f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
@@ -90,27 +105,98 @@ def add_captures(
         for name, path in sorted(names.items())
     ]
     readings = []
-    for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
-        readings.append(reading)
-        tell("reading captures", done, len(jobs))
+    store.check_writable(opened)
+    with store.released(opened):
+        for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
+            readings.append(reading)
+            tell("reading captures", done, len(jobs))
     problems += [r.problem for r in readings if r.problem]
-    return _save(database, folder, sheets, settings, readings, problems, tell)
+    with store.reading(opened):  # where nothing is new, nothing is written
+        chosen = _sort_readings(opened, readings)
+        report = _report_known(opened, sheets, chosen, problems)
+    if chosen.new:
+        with store.transaction(opened):  # others may have added meanwhile
+            chosen = _sort_readings(opened, readings)
+            report = _save(opened, _Batch(folder, sheets, settings), chosen, problems, tell)
+    return replace(report, notes=(*capture.not_read(folder), *report.notes))
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """What is added together."""
+
+    folder: Path
+    sheets: Sheets
+    settings: AddSettings
+
+    @property
+    def parameters(self) -> dict[str, object]:
+        """Parameters of the run."""
+        words, events = self.sheets.words, self.sheets.events
+        return {
+            "folder": str(self.folder),
+            "sheet": words.path if words else None,
+            "events": events.path if events else None,
+            "unit": self.settings.unit,
+            "skip_bad_frames": self.settings.skip_bad_frames,
+            "joint_map": dict(self.settings.joint_map),
+            "keep_implausible": self.settings.keep_implausible,
+        }
 
 
 def _save(
-    database: store.Store,
-    folder: Path,
-    sheets: Sheets,
-    settings: AddSettings,
-    readings: Sequence[Reading],
-    problems: list[str],
+    opened: store.Store,
+    batch: _Batch,
+    chosen: _Chosen,
+    problems: Sequence[str],
     tell: Progress,
 ) -> AddReport:
-    sheet = sheets.words
-    known, added, notes, seconds, n_events = [], [], _sheet_notes(sheets), 0.0, 0
-    digests = store.load_digests(database)
-    names = {info.name for info in store.load_captures(database)}
+    """Save what is new; inside a transaction."""
+    sheets = batch.sheets
+    known = _report_known(opened, sheets, chosen, problems)
+    if not chosen.new:
+        return known
+    notes, faults = list(known.notes), list(known.problems)
+    seconds, n_events = 0.0, 0
+    run_id = store.start_run(opened, "add", batch.parameters)
+    with updating.counted(opened, run_id) as change:
+        for done, reading in enumerate(chosen.new, start=1):
+            info, captions = _info(reading, _entry(sheets.words, reading.name), run_id, notes)
+            assert reading.motion is not None
+            assert reading.source is not None
+            info = store.save_capture(opened, info, reading.motion, reading.source, captions)
+            n_events += _save_events(opened, sheets.events, info, faults)
+            change.added.append(info.capture_id)
+            seconds += info.duration
+            tell("saving captures", done, len(chosen.new))
+    tell("looking for copies", 0, 1)
+    added = tuple(reading.name for reading in chosen.new)
+    relations = find_relations(opened, set(added))
+    store.save_relations(opened, relations)
+    store.finish_run(opened, run_id)
+    tell("looking for copies", 1, 1)
+    return AddReport(
+        added, chosen.known, tuple(faults), tuple(relations), tuple(notes), seconds,
+        len(change.counted), change.new_words, n_events,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Chosen:
+    """What of the readings is new, what is known by its content, and what can not be saved."""
+
+    new: tuple[Reading, ...]
+    known: tuple[tuple[str, str], ...]
+    problems: tuple[str, ...]
+
+
+def _sort_readings(opened: store.Store, readings: Sequence[Reading]) -> _Chosen:
+    """Divide the readings by what is in the database now."""
+    digests = store.load_digests(opened)
+    names = {info.name for info in store.load_captures(opened)}
     new: list[Reading] = []
+    known: list[tuple[str, str]] = []
+    problems: list[str] = []
     for reading in readings:
         if reading.source is None:
             continue
@@ -125,103 +211,33 @@ def _save(
         else:
             digests[reading.source.sha256] = reading.name
             new.append(reading)
-    notes += _words_left(database, sheet, known) + _events_left(database, sheets.events, known)
-    if not new:
-        return AddReport((), tuple(known), tuple(problems), (), tuple(notes), 0.0)
-    with store.transaction(database):
-        parameters = {
-            "folder": str(folder), "sheet": sheet.path if sheet else None,
-            "events": sheets.events.path if sheets.events else None, "unit": settings.unit,
-            "skip_bad_frames": settings.skip_bad_frames, "joint_map": dict(settings.joint_map),
-        }  # fmt: skip
-        run_id = store.start_run(database, "add", parameters)
-        with updating.counted(database, run_id) as change:
-            for done, reading in enumerate(new, start=1):
-                info, captions = _info(reading, _entry(sheet, reading.name), run_id, notes)
-                assert reading.motion is not None
-                assert reading.source is not None
-                info = store.save_capture(database, info, reading.motion, reading.source, captions)
-                n_events += _save_events(database, sheets.events, info, problems)
-                change.added.append(info.capture_id)
-                added.append(reading.name)
-                seconds += info.duration
-                tell("saving captures", done, len(new))
-        tell("looking for copies", 0, 1)
-        relations = find_relations(database, set(added))
-        store.save_relations(database, relations)
-        store.finish_run(database, run_id)
-    tell("looking for copies", 1, 1)
-    return AddReport(
-        tuple(added), tuple(known), tuple(problems), tuple(relations), tuple(notes), seconds,
-        len(change.counted), change.new_words, n_events,
-    )  # fmt: skip
+    return _Chosen(tuple(new), tuple(known), tuple(problems))
+
+
+def _report_known(
+    opened: store.Store, sheets: Sheets, chosen: _Chosen, problems: Sequence[str]
+) -> AddReport:
+    """The report of an ``add`` that saves nothing."""
+    notes = sheet_notes(sheets)
+    notes += words_left(opened, sheets.words, chosen.known)
+    notes += events_left(opened, sheets.events, chosen.known)
+    return AddReport((), chosen.known, (*problems, *chosen.problems), (), tuple(notes), 0.0)
 
 
 def _save_events(
-    database: store.Store, sheet: EventSheet | None, info: CaptureInfo, problems: list[str]
+    opened: store.Store, sheet: EventSheet | None, info: CaptureInfo, problems: list[str]
 ) -> int:
-    """Keep the sheet's events of a capture; how many. Those after its end become problems."""
+    """Save the sheet's events of a capture; gives their number. Later ones become problems."""
     events = sheet.within(info.name, info.motion_frames, problems) if sheet else ()
     if events:
-        store.save_events(database, info.capture_id, events)
+        store.save_events(opened, info.capture_id, events)
     return len(events)
 
 
-def _sheet_notes(sheets: Sheets) -> list[str]:
-    notes = []
-    for sheet in (sheets.words, sheets.events):
-        if sheet is not None:
-            empty = f"{sheet.path}: holds a header and no rows"
-            notes += [*sheet.notes] if sheet.entries else [empty]
-    return notes
-
-
-def _events_left(
-    database: store.Store, sheet: EventSheet | None, known: Sequence[tuple[str, str]]
-) -> list[str]:
-    """A note where a sheet has other events for captures that are there already."""
-    if sheet is None or not known:
-        return []
-    kept = store.load_events(database)
-    numbers = {info.name: info.capture_id for info in store.load_captures(database)}
-    count = sum(
-        {event for _, event in sheet.entries[name]} != set(kept.get(numbers.get(there, -1), ()))
-        for name, there in known
-        if name in sheet.entries
-    )
-    if not count:
-        return []
-    return [
-        f"{sheet.path}: has other events for {count} captures that were there already; they were "
-        f"left as they are (motiondb events import {sheet.path} replaces them)"
-    ]
-
-
-def _words_left(
-    database: store.Store, sheet: Sheet | None, known: Sequence[tuple[str, str]]
-) -> list[str]:
-    """A note where a sheet has other words for captures that are there already."""
-    if sheet is None or not known:
-        return []
-    captions = store.load_captions(database)
-    numbers = {info.name: info.capture_id for info in store.load_captures(database)}
-    count = 0
-    for name, there in known:
-        entry = sheet.find(name)
-        old = captions.get(numbers.get(there, -1), ())
-        count += bool(entry and entry.captions and set(entry.captions) != set(old))
-    if not count:
-        return []
-    return [
-        f"{sheet.path}: has other words for {count} captures that were there already; they were "
-        f"left as they are (motiondb words import {sheet.path} replaces them)"
-    ]
-
-
-def find_relations(database: store.Store, new: set[str]) -> list[Relation]:
+def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
     """Copies, mirror images and cuts among the captures, of which at least one is new."""
-    infos = store.load_captures(database)
-    pool = store.load_motion_pool(database)
+    infos = store.load_captures(opened)
+    pool = store.load_motion_pool(opened)
     poses = [copies.copy_poses(pool.motion(info.capture_id)) for info in infos]
     library = copies.build_library(poses)
     fresh = [n for n, info in enumerate(infos) if info.name in new]
@@ -247,10 +263,24 @@ def _files(folder: Path) -> list[Path]:
         raise MotionDBError(f"{folder}: expected a capture or a folder of captures, found nothing.")
     files = capture.find_captures(folder)
     if not files:
+        others = "".join(f"\n{sentence}." for sentence in capture.not_read(folder))
         raise MotionDBError(
             f"{folder}: expected captures ({', '.join(capture.CAPTURE_ENDINGS)}), found none."
+            + others
         )
     return files
+
+
+def _text_names(files: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """Split files into those whose names are text and problems for the others."""
+    usable = [path for path in files if capture.is_text(path)]
+    problems = [
+        f"{capture.printable(path)}: expected a file name in UTF-8, found other bytes. "
+        "Rename the file."
+        for path in files
+        if not capture.is_text(path)
+    ]
+    return usable, problems
 
 
 def _below(path: Path, folder: Path) -> str:
@@ -285,17 +315,19 @@ def _info(
     return info, captions
 
 
-def captions_within(
-    name: str, captions: Sequence[Caption], duration: float, notes: list[str]
-) -> tuple[Caption, ...]:
-    """Captions that begin before a capture's end (seconds); a note for every other one."""
-    kept = []
-    for caption in captions:
-        if caption.start is not None and caption.start >= duration:
-            notes.append(
-                f"{name}: words {caption.words!r} start at {caption.start:g} s, after the "
-                f"capture's end at {duration:g} s, and were left out"
-            )
-            continue
-        kept.append(caption)
-    return tuple(kept)
+def check_name_free(opened: store.Store, name: str) -> None:
+    """Refuse an empty name, and one that a capture has already.
+
+    Raises
+    ------
+    QueryError
+        When the name is empty or taken.
+    """
+    if not name.strip():
+        raise QueryError("name: expected a name for the capture, found nothing. Give one.")
+    store.check_new_name(name, "capture")
+    if any(info.name == name for info in store.load_captures(opened)):
+        raise QueryError(
+            f"{name}: expected a name that is free, found a capture of that name. Remove that "
+            f"one first (motiondb remove {name}), or give another name."
+        )

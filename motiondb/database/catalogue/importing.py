@@ -9,7 +9,7 @@ from pathlib import Path
 from motiondb import store
 from motiondb.capture.event_sheet import read_event_sheet
 from motiondb.capture.sheet import Sheet, read_sheet
-from motiondb.database.catalogue.cataloguing import captions_within
+from motiondb.database.catalogue.added_sheets import captions_within
 from motiondb.database.learn import updating
 from motiondb.records import CaptureInfo
 
@@ -41,23 +41,23 @@ class EventReport:
     notes: tuple[str, ...] = ()
 
 
-def import_words(database: store.Store, path: str | Path) -> ImportReport:
+def import_words(opened: store.Store, path: str | Path) -> ImportReport:
     """Replace words and tags by those of a sheet; captures for which it has no words keep theirs.
 
     Words that begin after a capture's end are left out. Frame rates and skeletons decide how a file
     is read, so they do nothing for captures that are there.
     """
     sheet = read_sheet(path)
-    infos = {info.name: info for info in store.load_captures(database)}
+    infos = {info.name: info for info in store.load_captures(opened)}
     named = [(infos[name], entry) for name, entry in sheet.entries.items() if name in infos]
     notes = [*sheet.notes, *_read_already(sheet, infos)]
     numbers = [info.capture_id for info, _ in named]
-    with updating.changing(database, "words", {"sheet": str(path)}, numbers):
+    with updating.changing(opened, "words", {"sheet": str(path)}, numbers):
         for info, entry in named:
             captions = captions_within(info.name, entry.captions, info.duration, notes)
             if captions:
-                store.save_captions(database, info.capture_id, captions)
-            store.save_tags(database, info.capture_id, {**info.tags, **entry.tags})
+                store.save_captions(opened, info.capture_id, captions)
+            store.save_tags(opened, info.capture_id, {**info.tags, **entry.tags})
     return ImportReport(len(named), tuple(sheet.unknown(infos)), tuple(notes))
 
 
@@ -78,21 +78,21 @@ def _read_already(sheet: Sheet, infos: Mapping[str, CaptureInfo]) -> list[str]:
     return notes
 
 
-def import_events(database: store.Store, path: str | Path) -> EventReport:
+def import_events(opened: store.Store, path: str | Path) -> EventReport:
     """Replace the events of the captures that a sheet names, all in one transaction.
 
     Nothing is learned from events, so that what was learned stays as it is.
     """
     sheet = read_event_sheet(path)
-    infos = {info.name: info for info in store.load_captures(database)}
+    infos = {info.name: info for info in store.load_captures(opened)}
     problems = sheet.unknown(infos)
     captures = count = 0
-    with store.transaction(database):
-        run_id = store.start_run(database, "events", {"sheet": str(path)})
+    with store.transaction(opened):
+        run_id = store.start_run(opened, "events", {"sheet": str(path)})
         for name in sheet.entries:
             if name in infos:
                 events = sheet.within(name, infos[name].motion_frames, problems)
-                store.save_events(database, infos[name].capture_id, events)
+                store.save_events(opened, infos[name].capture_id, events)
                 captures, count = captures + 1, count + len(events)
-        store.finish_run(database, run_id)
+        store.finish_run(opened, run_id)
     return EventReport(captures, count, tuple(problems), sheet.notes)

@@ -3,47 +3,58 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
-from motiondb import store
+from motiondb import pictures, store
 from motiondb.database.catalogue.parts import write_bytes, write_clip
-from motiondb.database.generate.generating import Generated
 from motiondb.pose import retarget
-from motiondb.records import MOTION_FPS
+from motiondb.records import MOTION_FPS, Motion
 
 
-def write(made: Generated, words: str, seed: int, method: str, path: Path) -> dict[str, Any]:
-    """Write ``path`` and ``path``'s name with ``.provenance.json``; gives the facts, for JSON."""
-    facts = describe(made, words, seed, method)
+class Made(Protocol):
+    """What was generated in any way: a motion that knows where its frames come from."""
+
+    @property
+    def motion(self) -> Motion:
+        """The motion."""
+
+    @property
+    def provenance(self) -> store.Provenance:
+        """The origin of every frame."""
+
+
+def write_with_provenance(made: Made, facts: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """Write a motion, and beside it ``NAME.provenance.json``.
+
+    Parameters
+    ----------
+    made : Made
+        What was generated.
+    facts : dict
+        What the provenance file says beside the origin of the frames.
+    path : Path
+        The motion's file: .bvh, .glb or .gltf.
+
+    Returns
+    -------
+    dict
+        The facts with the names of both files.
+    """
     beside = path.with_name(f"{path.stem}.provenance.json")
     write_clip(retarget.to_clip(made.motion), path)
-    write_bytes(beside, json.dumps(facts | {"frames": frame_runs(made)}, indent=1).encode())
-    return facts | {"output": str(path), "provenance": str(beside)}
+    write_bytes(beside, json.dumps({**facts, "frames": frame_runs(made)}, indent=1).encode())
+    return {**facts, "output": str(path), "provenance": str(beside)}
 
 
-def describe(made: Generated, words: str, seed: int, method: str) -> dict[str, Any]:
-    """What was asked, decoded and used."""
-    return {
-        "words": words,
-        "seed": seed,
-        "method": method,
-        "seconds": round(made.motion.n_frames / MOTION_FPS, 3),
-        "actions": [list(action) for action in made.actions],
-        "symbols": list(made.symbols),
-        "recognised": list(made.recognised),
-        "decodings": [
-            {
-                "symbols": list(d.symbols), "log_probability": d.log_probability,
-                "nodes_expanded": d.nodes_expanded, "certificate": d.certificate,
-            }
-            for d in made.decodings
-        ],
-        "sources": source_facts(made),
-    }  # fmt: skip
+def draw_generated(made: Made, title: str, path: str | Path) -> Path:
+    """Draw a strip of stick figures over the sources of the frames, as PNG."""
+    timeline = pictures.Timeline("sources", source_spans(made))
+    return pictures.draw_strip(made.motion, path, title=title, timelines=[timeline])
 
 
 def source_facts(made: Made) -> list[dict[str, Any]]:
@@ -56,14 +67,6 @@ def source_facts(made: Made) -> list[dict[str, Any]]:
         }
         for n, s in enumerate(found.sources)
     ]  # fmt: skip
-
-
-class Made(Protocol):
-    """What was generated in any way: it knows where its frames come from."""
-
-    @property
-    def provenance(self) -> store.Provenance:
-        """The origin of every frame."""
 
 
 def frame_runs(made: Made) -> list[dict[str, Any]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,13 +9,11 @@ from typing import Any
 import numpy as np
 
 from motiondb import store
-from motiondb.database.catalogue.parts import write_bytes, write_clip
-from motiondb.database.generate.generated_files import frame_runs, source_facts
+from motiondb.database.generate.generated_files import source_facts, write_with_provenance
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg import context_free
-from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS
 
 
@@ -142,8 +139,4 @@ def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
 
 def write_sequence(sequence: GrammarSequence, seed: int, path: Path) -> dict[str, Any]:
     """Write the motion and, beside it, where every frame comes from; gives the facts, for JSON."""
-    facts = sequence_facts(sequence, seed)
-    beside = path.with_name(f"{path.stem}.provenance.json")
-    write_clip(retarget.to_clip(sequence.motion), path)
-    write_bytes(beside, json.dumps(facts | {"frames": frame_runs(sequence)}, indent=1).encode())
-    return facts | {"output": str(path), "provenance": str(beside)}
+    return write_with_provenance(sequence, sequence_facts(sequence, seed), path)

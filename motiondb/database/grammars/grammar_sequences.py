@@ -15,7 +15,8 @@ from functools import cached_property
 import numpy as np
 
 from motiondb import store
-from motiondb.database.generate.keeping import check_name_free, keep_generated
+from motiondb.database.catalogue.cataloguing import check_name_free
+from motiondb.database.generate.keeping import keep_generated
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar import synthesis
 from motiondb.grammar.cfg import context_free

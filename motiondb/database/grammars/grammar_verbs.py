@@ -1,7 +1,7 @@
 """The verbs of grammars: ``db.grammars.learn``, ``show``, ``parse``, ``suggest``, ``generate``, ...
 
 As with the other verbs, each loads, computes by the pure stages, and saves; a grammar that was
-loaded is kept in memory until it is learned anew, or captures come or go.
+loaded is kept by the session until the database changes.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import store
+from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
 from motiondb.database.grammars import (
     grammar_comparing,
     grammar_editing,
@@ -29,21 +30,20 @@ from motiondb.database.grammars.grammar_sequences import GrammarSequence, Materi
 from motiondb.database.grammars.grammar_words import Meaning, terminal_meanings
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import prefix
+from motiondb.grammar.cfg.context_free import Tree
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.terminals.labelling import Reader, Reading, make_reader, read_string
 from motiondb.records import CaptureInfo, Motion
 
 if TYPE_CHECKING:
-    from motiondb.database.motion_db import MotionDB
+    from motiondb.database.session import Session
 
 
 class Grammars:
     """The grammars of a database; reached as ``db.grammars``."""
 
-    def __init__(self, database: MotionDB) -> None:
-        self._database = database
-        self._loaded: dict[str, tuple[str, Material]] = {}
-        self._readers: dict[str, tuple[str, Reader]] = {}
+    def __init__(self, session: Session) -> None:
+        self._session = session
 
     def learn(
         self,
@@ -60,16 +60,16 @@ class Grammars:
         derived them was replaced.
         """
         return grammar_learning.learn_grammar(
-            self._database.store, list(captures), name, settings or GrammarSettings(), progress
+            self._session.store, list(captures), name, settings or GrammarSettings(), progress
         )
 
     def names(self) -> list[str]:
-        """Return the names of all grammars."""
-        return store.load_grammar_names(self._database.store)
+        """The names of all grammars."""
+        return store.load_grammar_names(self._session.store)
 
     def sizes(self) -> list[store.GrammarSize]:
         """How much each grammar holds, by name."""
-        return store.load_grammar_sizes(self._database.store)
+        return store.load_grammar_sizes(self._session.store)
 
     def size(self, name: str) -> store.GrammarSize:
         """How much a grammar holds (QueryError: none of this name)."""
@@ -82,23 +82,23 @@ class Grammars:
 
     def remove(self, name: str) -> list[str]:
         """Take a grammar out; gives the generated captures that can no longer be edited."""
-        with store.transaction(self._database.store):
-            run_id = store.start_run(self._database.store, "grammar remove", {"name": name})
-            lost = store.remove_grammar(self._database.store, name)
-            store.finish_run(self._database.store, run_id)
+        with store.transaction(self._session.store):
+            run_id = store.start_run(self._session.store, "grammar remove", {"name": name})
+            lost = store.remove_grammar(self._session.store, name)
+            store.finish_run(self._session.store, run_id)
         return lost
 
     def material(self, name: str) -> Material:
-        """Return a grammar with the captures it rests on, as far as they are there."""
-        mark = store.grammar_mark(self._database.store, name)
-        if name not in self._loaded or self._loaded[name][0] != mark:
-            self._loaded[name] = mark, grammar_sequences.load_material(self._database.store, name)
-        return self._loaded[name][1]
+        """A grammar with the captures it rests on, as far as they are there."""
+        return self._session.kept(
+            ("grammar", name), lambda: grammar_sequences.load_material(self._session.store, name)
+        )
 
     def meanings(self, name: str) -> tuple[Meaning, ...]:
         """Words and motion symbols of the terminals; empty where the database has not learned."""
         material = self.material(name)
-        learned = self._database.learned if store.is_learned(self._database.store) else None
+        with self._session.reading():
+            learned = self._session.learned if store.is_learned(self._session.store) else None
         return terminal_meanings(learned, material.learned, material.numbers)
 
     def show(self, name: str) -> dict[str, Any]:
@@ -135,11 +135,12 @@ class Grammars:
         ------
         QueryError : no such grammar or capture, or one that is too short to hold a terminal.
         """
-        material = self.material(name)
-        take = self._take(material, example)
-        if take is not None:
-            return grammar_parsing.as_learned(material.learned, take)
-        reading = self._read(material, self._database.motion(example))
+        with self._session.reading():
+            material = self.material(name)
+            take = self._take(material, example)
+            if take is not None:
+                return grammar_parsing.as_learned(material.learned, take)
+            reading = self._read(material, CatalogueVerbs(self._session).motion(example))
         return grammar_parsing.parse_reading(material.learned.grammar, reading)
 
     def _take(self, material: Material, example: str | Path | Motion) -> int | None:
@@ -150,16 +151,15 @@ class Grammars:
             sha256 = store.digest(Path(example).read_bytes())
             sources = enumerate(material.learned.sources)
             return next((take for take, source in sources if source.sha256 == sha256), None)
-        info = store.load_capture(self._database.store, str(example), or_file=True)
+        info = store.load_capture(self._session.store, str(example), or_file=True)
         return next((take for take, n in material.numbers.items() if n == info.capture_id), None)
 
     def _read(self, material: Material, motion: Motion) -> Reading:
-        name = material.learned.name
-        mark = self._loaded[name][0]
-        if name not in self._readers or self._readers[name][0] != mark:
-            reader = make_reader(material.learned.terminals, material.motions)
-            self._readers[name] = mark, reader
-        return read_string(self._readers[name][1], motion)
+        reader: Reader = self._session.kept(
+            ("reader", material.learned.name),
+            lambda: make_reader(material.learned.terminals, material.motions),
+        )
+        return read_string(reader, motion)
 
     def suggest(
         self, name: str, beginning: str | Sequence[str] = ""
@@ -211,6 +211,47 @@ class Grammars:
         """Compare a grammar with a finite state machine, Sequitur and flat rules."""
         return grammar_comparing.compare(self.load(name), seed)
 
+    def facts(self, sequence: GrammarSequence, seed: int = 0) -> dict[str, Any]:
+        """How a sequence came about, for JSON: string, tree, seams and sources.
+
+        Parameters
+        ----------
+        sequence : GrammarSequence
+            The sequence.
+        seed : int
+            The seed that the facts name.
+        """
+        return grammar_facts.sequence_facts(sequence, seed)
+
+    def write(self, sequence: GrammarSequence, path: str | Path, seed: int = 0) -> dict[str, Any]:
+        """Write a sequence, and beside it ``NAME.provenance.json`` with the origin of its frames.
+
+        Parameters
+        ----------
+        sequence : GrammarSequence
+            The sequence.
+        path : str or Path
+            The ending says the format: .bvh, .glb or .gltf.
+        seed : int
+            The seed that the facts name.
+
+        Returns
+        -------
+        dict
+            The facts, with the names of both files.
+
+        Raises
+        ------
+        MotionDBError
+            When the ending is another one, or a file cannot be written.
+        """
+        return grammar_facts.write_sequence(sequence, seed, Path(path))
+
+    @staticmethod
+    def format_tree(tree: Tree) -> str:
+        """A derivation tree on one line, every nonterminal with what it derives in brackets."""
+        return grammar_facts.format_tree(tree)
+
     def save(
         self,
         name: str,
@@ -220,9 +261,7 @@ class Grammars:
     ) -> CaptureInfo:
         """Keep a sequence as a generated capture, with its derivation, so that it can be edited."""
         material = self.material(sequence.grammar)
-        info = grammar_sequences.keep(material, sequence, name, seed, how or {})
-        self._database.forget()
-        return info
+        return grammar_sequences.keep(material, sequence, name, seed, how or {})
 
 
 def _is_file(example: str | Path) -> bool:

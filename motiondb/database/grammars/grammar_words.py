@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb import store
-from motiondb.database.learn.learned import Learned
+from motiondb.learning.learned import Learned
 from motiondb.records import FloatArray
 
 N_WORDS = 2
@@ -53,7 +53,7 @@ def terminal_meanings(
         return (Meaning(),) * n
     takes = {take: capture for take, capture in numbers.items() if capture in learned.rows}
     symbols = np.zeros((n, learned.symbols.n_symbols))
-    has_words = "word_weights" in learned.parameters
+    has_words = learned.fitted_word_map is not None
     words = np.zeros((n, len(learned.association.words) if has_words else 0))
     frames = np.zeros(n)
     for take, capture in takes.items():

@@ -1,15 +1,14 @@
-"""Which parts of captures show the actions of a motion grammar, by what people wrote.
+"""Which parts of captures show the actions of a motion grammar, by their captions.
 
-A caption speaks for an action where it tells of this one only: what it tells holds all words of one
-of the terminal's phrases, and of none of those that it is to be without. That the way turns or
-ends is no other action: "walk, veer left" and "run, stop" show walking and running, and steps
-that turn are welcome. A caption with times is about its part of the capture, one without about
-the whole.
+A caption shows an action if all actions that it names are this one: each has all words of one of
+the terminal's phrases, and of none of the phrases that the terminal excludes. Words about the path
+name no other action: "walk, veer left" and "run, stop" show walking and running. A caption with
+times is about its part of the capture, one without about the whole capture.
 
-Where a caption tells of several actions in their order, each one of the grammar and one of them a
-throw (its instant a release), hands show where the throw lies (see :mod:`~.clips.throws`): its
-clip is from there, and what is told before comes from before. A capture of which other captions
-say times does not need this.
+If a caption names several actions in order, all of them actions of the grammar and exactly one of
+them a throw (its event is a release), the hands tell when the throw is (see
+:mod:`motiondb.scene.clips.throws`). Its clip begins there, and what is named before it comes
+before. This is not done for captures with other captions that have times.
 """
 
 from __future__ import annotations
@@ -23,23 +22,32 @@ from motiondb.scene.language.motion_grammar import MotionGrammar, Terminal
 from motiondb.words.vocabulary import split_actions, words_of
 
 if TYPE_CHECKING:
-    from motiondb.database.motion_db import MotionDB
+    from motiondb.database.session import Session
 
 
 THROW, BEFORE = "throw", "before"
-"""Stretches of a part of a capture: somebody throws, and what they do before they do."""
+"""Sections of a part of a capture: a throw, and what comes before it."""
 _THROWN = "release"
 
 _WAY = frozenset(("turn", "veer", "curve", "left", "right", "stop", "sudden", "suddenly", "degree"))
-"""Words that tell of the way of an action, not of another one."""
+"""Words about the path of an action; they name no other action."""
 
 
 @dataclass(frozen=True)
 class ShownAction:
-    """A part of a capture that shows an action, seconds; None for the whole.
+    """A part of a capture that shows an action.
 
-    ``stretch`` says which stretch of it where it shows other actions, too: THROW, or what is BEFORE
-    a throw; "" for all of it.
+    Attributes
+    ----------
+    capture : str
+        Name of the capture.
+    start : float or None, s
+        Begin of the part; None for the begin of the capture.
+    end : float or None, s
+        End of the part; None for the end of the capture.
+    stretch : str
+        The section that shows the action if the part shows others too: THROW, or BEFORE a throw; ""
+        for all of it.
     """
 
     capture: str
@@ -49,7 +57,7 @@ class ShownAction:
 
 
 def shows(terminal: Terminal, caption: str, synonyms: Mapping[str, str] | None = None) -> bool:
-    """Whether a caption says that its part of a capture shows the action.
+    """Return whether a caption says that its part of a capture shows the action.
 
     >>> shoot = Terminal("shoot", ("shoot", "jump shot"), ("fake",))
     >>> [shows(shoot, text) for text in ("takes a jump shot", "fakes a shot", "runs, shoots")]
@@ -57,32 +65,31 @@ def shows(terminal: Terminal, caption: str, synonyms: Mapping[str, str] | None =
     >>> [shows(Terminal("walk", ("walk",)), text) for text in ("walk, veer left", "turn left")]
     [True, False]
     """
+    named = _named_actions(caption, synonyms)
+    return _all_show(named, _words(terminal.phrases, synonyms), _words(terminal.without, synonyms))
 
-    told = _told(caption, synonyms)
-    return _speaks(told, _words(terminal.phrases, synonyms), _words(terminal.without, synonyms))
 
-
-def find_actions(base: MotionDB, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
-    """For every terminal the parts of captures that show it, each once, in the order of names."""
+def find_actions(session: Session, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
+    """Return for every terminal the parts of captures that show it, each once."""
     found: dict[str, dict[ShownAction, None]] = {t.name: {} for t in grammar.terminals}
-    synonyms = store.load_synonyms(base.store)
-    captions = store.load_captions(base.store)
+    synonyms = store.load_synonyms(session.store)
+    captions = store.load_captions(session.store)
     asked = {
         t.name: (_words(t.phrases, synonyms), _words(t.without, synonyms))
         for t in grammar.terminals
     }
     thrown = {t.name for t in grammar.terminals if t.event == _THROWN}
-    for info in base.captures():
+    for info in store.load_captures(session.store):
         of_one = captions.get(info.capture_id, ())
         timed = any(caption.start is not None for caption in of_one)
         for caption in of_one:
-            told = _told(caption.words, synonyms)
+            named = _named_actions(caption.words, synonyms)
             part = ShownAction(info.name, caption.start, caption.end)
             for name, (phrases, without) in asked.items():
-                if _speaks(told, phrases, without):
+                if _all_show(named, phrases, without):
                     found[name][part] = None
             if caption.start is not None or not timed:
-                for name, stretch in _about_a_throw(told, asked, thrown):
+                for name, stretch in _about_a_throw(named, asked, thrown):
                     found[name][replace(part, stretch=stretch)] = None
     return {name: tuple(parts) for name, parts in found.items()}
 
@@ -91,16 +98,16 @@ _Words = tuple[frozenset[str], ...]
 
 
 def _about_a_throw(
-    told: _Words, asked: Mapping[str, tuple[_Words, _Words]], thrown: set[str]
+    named: _Words, asked: Mapping[str, tuple[_Words, _Words]], thrown: set[str]
 ) -> list[tuple[str, str]]:
-    """The actions of a caption that tells of a throw and others, each with its stretch."""
-    shown = [{n for n, (yes, no) in asked.items() if _speaks((w,), yes, no)} for w in told]
+    """Return the actions of a caption that names a throw and others, each with its section."""
+    shown = [{n for n, (yes, no) in asked.items() if _all_show((w,), yes, no)} for w in named]
     throws = [k for k, names in enumerate(shown) if names & thrown]
-    if len(told) < 2 or not all(shown) or len(throws) != 1:
+    if len(named) < 2 or not all(shown) or len(throws) != 1:
         return []
     at = throws[0]
     found = sorted(shown[at] & thrown)
-    if any(no <= words for name in found for no in asked[name][1] for words in told):
+    if any(no <= words for name in found for no in asked[name][1] for words in named):
         return []  # a feigned throw, which hands cannot tell from one
     before = set.intersection(*shown[:at]) if at else set()
     return [(name, THROW) for name in found] + [(name, BEFORE) for name in sorted(before)]
@@ -109,22 +116,23 @@ def _about_a_throw(
 def _words(
     phrases: Iterable[str], synonyms: Mapping[str, str] | None
 ) -> tuple[frozenset[str], ...]:
-    """The words of every phrase that has any."""
+    """Return the words of every phrase that has any."""
     return tuple(words for p in phrases if (words := frozenset(words_of(p, synonyms))))
 
 
-def _told(caption: str, synonyms: Mapping[str, str] | None) -> tuple[frozenset[str], ...]:
-    """The words of every action that a caption tells of."""
+def _named_actions(caption: str, synonyms: Mapping[str, str] | None) -> tuple[frozenset[str], ...]:
+    """Return the words of every action that a caption names."""
     actions = tuple(frozenset(words) for words in split_actions(caption, synonyms))
     return tuple(w for w in actions if not w <= _WAY) if len(actions) > 1 else actions
 
 
-def _speaks(
-    told: tuple[frozenset[str], ...],
+def _all_show(
+    named: tuple[frozenset[str], ...],
     phrases: tuple[frozenset[str], ...],
     without: tuple[frozenset[str], ...],
 ) -> bool:
-    return bool(told) and all(
+    """Return whether all actions that a caption names are one action."""
+    return bool(named) and all(
         any(phrase <= words for phrase in phrases) and not any(no <= words for no in without)
-        for words in told
+        for words in named
     )

@@ -1,4 +1,4 @@
-"""Motion grammars and tactics diagrams from files, or by the name of one that is shipped."""
+"""Motion grammars and tactics diagrams from files, or the shipped ones by name."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _KINDS = {GRAMMAR: "motion grammar", TACTICS: "tactics diagram"}
 
 
 def shipped(ending: str) -> tuple[str, ...]:
-    """The names of the shipped files with an ending, without it.
+    """Return the names, without ending, of the shipped files with an ending.
 
     >>> shipped(GRAMMAR)
     ('basketball', 'carrying')
@@ -28,38 +28,46 @@ def shipped(ending: str) -> tuple[str, ...]:
 
 
 def read_grammar(name: str | Path) -> MotionGrammar:
-    """A motion grammar from a file, or the shipped one of this name.
+    """Read a motion grammar from a file, or the shipped one of this name.
 
     Raises
     ------
-    SceneError where there is none, or it is wrong.
+    SceneError
+        There is none, or it has a fault.
     """
     return read_motion_grammar(*text_of(name, GRAMMAR))
 
 
 def read_tactics(name: str | Path) -> Diagram:
-    """A tactics diagram from a file, or the shipped one of this name.
+    """Read a tactics diagram from a file, or the shipped one of this name.
 
     Raises
     ------
-    SceneError where there is none, it is wrong, or it cannot be played.
+    SceneError
+        There is none, it has a fault, or it cannot be played.
     """
     return read_diagram(*text_of(name, TACTICS))
 
 
 def grammar_of(diagram: Diagram, beside: str | Path = "") -> MotionGrammar:
-    """The grammar that a diagram is played by: a file beside the diagram's, or a shipped one."""
+    """Read the grammar of a diagram: a file beside the diagram's, or a shipped one."""
     return read_grammar(grammar_file(diagram, beside))
 
 
 def grammar_file(diagram: Diagram, beside: str | Path = "") -> str | Path:
-    """The file beside the diagram's that holds its grammar, or the name of a shipped one."""
+    """Return the file beside the diagram's that holds its grammar, or the name of a shipped one."""
     path = Path(beside).parent / f"{diagram.grammar}{GRAMMAR}"
     return path if beside and path.is_file() else diagram.grammar
 
 
 def text_of(name: str | Path, ending: str) -> tuple[str, str]:
-    """The text of a file or of the shipped one, and how it is called in messages."""
+    """Return the text of a file or of a shipped one, and its name in messages.
+
+    Raises
+    ------
+    SceneError
+        There is none, or it is not UTF-8.
+    """
     path = Path(name)
     plain = str(name).removesuffix(ending)
     if not path.is_file() and plain in shipped(ending):

@@ -1,9 +1,9 @@
-"""The folder of a scene: motions, the whole scene, pictures, report and the record itself.
+"""The folder of a scene: motions, the whole scene, pictures, the report and the record.
 
 ``NAME.bvh`` for every character, in one world, so that all of them together are the scene, with
-``NAME.provenance.json`` beside; ``scene.glb`` with all characters and the ball; ``paths.png``,
-``above.gif`` and ``scene.gif``; ``report.txt`` and ``report.json``; ``scene.json``, which
-``scene update`` begins from; the diagram's and the grammar's text. The folder is written beside its
+``NAME.provenance.json`` beside it; ``scene.glb`` with all characters and the ball; ``paths.png``,
+``above.gif`` and ``scene.gif``; ``report.txt`` and ``report.json``; ``scene.json``, from which
+``scene update`` begins; the texts of the diagram and the grammar. The folder is written beside its
 place under another name and then renamed, so that it is there whole or not at all.
 """
 
@@ -34,13 +34,14 @@ from motiondb.database.scenes.scene_reports import report_facts, report_text
 from motiondb.errors import MotionDBError, SceneError
 from motiondb.pictures.scene_paths import performer_colours
 from motiondb.pose import body, retarget
-from motiondb.records import Clip, Motion
+from motiondb.records import Clip, IntArray, Motion
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import read_diagram
 
 RECORD = "scene.json"
+"""Name of the file with the record of a scene."""
 _LEFT_OUT = 2.0
-"""Frames of a capture between two of a scene, beyond which some were left out."""
+"""Frames of a capture between two frames of a scene, above which some were left out."""
 
 
 def fill_scene_folder(
@@ -51,11 +52,22 @@ def fill_scene_folder(
     progress: SceneProgress,
     drawn: bool = True,
 ) -> None:
-    """Write everything of a scene into an empty folder, as :func:`whole_folder` gives one.
+    """Write everything of a scene into an empty folder, such as :func:`whole_folder` gives.
 
     Parameters
     ----------
-    provenance : of every player's frames. drawn : whether pictures are made.
+    made : MadeScene
+        The scene.
+    record : store.StoredScene
+        Its record.
+    provenance : dict of str to store.Provenance
+        Origin of the frames of every player.
+    folder : Path
+        The folder.
+    progress : SceneProgress
+        Called with the progress of drawing.
+    drawn : bool
+        Whether pictures are made.
     """
     motions = {player.player: player.motion for player in made.polished.players}
     for player in made.polished.players:
@@ -81,7 +93,7 @@ def fill_scene_folder(
 
 
 def in_world(motion: Motion) -> Clip:
-    """A motion as a clip in the scene's metres: everybody on the same body, nothing scaled."""
+    """Return a motion as a clip in the scene's metres: every player has the same body."""
     return retarget.to_clip(replace(motion, leg_length=body.LEG_LENGTH))
 
 
@@ -105,7 +117,7 @@ def _write_gltf(
 
 
 def _linear(colour: str) -> tuple[float, float, float]:
-    """Red, green, blue in linear light, as glTF wants them, of "#rrggbb"."""
+    """Return red, green and blue in linear light, as glTF needs them, of "#rrggbb"."""
     red, green, blue = (round((int(colour[k : k + 2], 16) / 255.0) ** 2.2, 4) for k in (1, 3, 5))
     return red, green, blue
 
@@ -128,7 +140,7 @@ def _draw(
 
 
 def source_facts(found: store.Provenance) -> list[dict[str, Any]]:
-    """The captures that frames come from, with licence, digest and number of frames."""
+    """Return the captures that frames come from, with licence, digest and number of frames."""
     return [
         {
             "capture": source.name,
@@ -141,11 +153,11 @@ def source_facts(found: store.Provenance) -> list[dict[str, Any]]:
 
 
 def action_runs(
-    clips: Any, made: MadeScene, name: str, found: store.Provenance
+    clips: IntArray, made: MadeScene, name: str, found: store.Provenance
 ) -> list[dict[str, Any]]:
-    """Runs of frames [start, end) of one action: capture, its frames, and what was done to them.
+    """Return runs of frames of one action: their capture, its frames, and what was done to them.
 
-    Waiting is a run of its own, and so is what comes after frames that were left out.
+    Waiting is a run of its own, and so are the frames after frames that were left out.
     """
     actions = made.state.players[_number(made, name)].tree.leaves()
     numbers = np.asarray(clips)
@@ -176,12 +188,18 @@ def action_runs(
 
 
 def waiting(edits: Sequence[str]) -> NDArray[np.bool_]:
-    """The frames in which somebody waits, by what was done to them: array (frames,)."""
+    """Return the frames in which a player waits, by their edits: array (frames,)."""
     return np.array(["waits" in edit.split(", ") for edit in edits], dtype=bool)
 
 
 def check_scene_folder(folder: Path) -> None:
-    """Refuse a folder that cannot hold a scene: before anything is computed (MotionDBError)."""
+    """Refuse a folder that cannot hold a scene, before anything is computed.
+
+    Raises
+    ------
+    MotionDBError
+        It cannot be written, or holds something else.
+    """
     if not folder.absolute().parent.is_dir():
         raise MotionDBError(
             f"{folder}: expected the folder {folder.parent}, found none. Make the folder first."
@@ -209,11 +227,12 @@ def _unwritable(folder: Path, error: OSError) -> MotionDBError:
 
 
 def read_scene_folder(folder: Path) -> store.StoredScene:
-    """The record that lies in a scene's folder.
+    """Read the record in a scene's folder.
 
     Raises
     ------
-    SceneError : there is none, or it is not one of motiondb's.
+    SceneError
+        There is none, or it was not written by motiondb.
     """
     path = folder / RECORD
     try:
@@ -235,14 +254,26 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
 
 
 def read_motions(folder: Path, names: list[str]) -> dict[str, Motion]:
-    """The motions of a scene's characters from their BVH files (MotionDBError)."""
+    """Read the motions of a scene's characters from their BVH files.
+
+    Raises
+    ------
+    MotionDBError
+        A file is missing or has a fault.
+    """
     return {
         name: retarget.to_motion(capture.read_capture(folder / f"{name}.bvh")) for name in names
     }
 
 
 def draw_folder(folder: Path, png: Path) -> Path:
-    """Draw the ways of the characters of a scene's folder over its diagram (MotionDBError)."""
+    """Draw the paths of the characters of a scene's folder over its diagram.
+
+    Raises
+    ------
+    MotionDBError
+        The folder holds no scene, or the picture cannot be written.
+    """
     record = read_scene_folder(folder)
     diagram = read_diagram(record.diagram, str(folder))
     motions = read_motions(folder, [player.name for player in record.players])
@@ -250,9 +281,9 @@ def draw_folder(folder: Path, png: Path) -> Path:
 
 
 def _mend(folder: Path) -> None:
-    """Put right what processes left that were killed while they wrote this folder.
+    """Repair what killed processes left while they wrote this folder.
 
-    The earlier scene comes back where it had been moved away already; parts are removed.
+    An earlier scene that had been moved away comes back; partial folders are removed.
     """
     for left in folder.parent.glob(f".{glob.escape(folder.name)}.*.*"):
         owner, _, kind = left.name.removeprefix(f".{folder.name}.").rpartition(".")
@@ -265,7 +296,7 @@ def _mend(folder: Path) -> None:
 
 
 def _runs(process: int) -> bool:
-    """Whether a process lives, or nobody can tell."""
+    """Return whether a process is alive, or True if that cannot be known."""
     if os.name != "posix":
         return True
     try:
@@ -279,11 +310,12 @@ def _runs(process: int) -> bool:
 
 @contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
-    """A folder to write into, renamed to ``folder`` when the block ends well, removed when not.
+    """Give a folder to write into; rename it to ``folder`` on success, remove it otherwise.
 
     Raises
     ------
-    MotionDBError : the folder cannot be written, or holds something else than a scene.
+    MotionDBError
+        The folder cannot be written, or holds something other than a scene.
     """
     _mend(folder.absolute())
     check_scene_folder(folder)

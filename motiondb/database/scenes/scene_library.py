@@ -1,9 +1,9 @@
 """The clips of a motion grammar's terminals, from the captures of a database.
 
-Captions say which parts of captures show an action (:mod:`scene_clips`); events that were added
-with them, or else the motion, say where its instant lies and where it can be cut; the rest is
-:mod:`motiondb.scene.clips.clips`. A library takes a second or two, so the last ones are kept in
-memory as long as the database is open and nothing in it changes.
+Captions tell which parts of captures show an action (:mod:`.scene_clips`). Annotated events, or
+else the motion, tell when its event is and where it can be cut. The rest is done by
+:mod:`motiondb.scene.clips.clips`. Making a library takes a second or two, so the session keeps it
+until the database changes.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -27,53 +26,49 @@ from motiondb.scene.clips.throws import throw_frames
 from motiondb.scene.language.motion_grammar import MotionGrammar
 
 if TYPE_CHECKING:
-    from motiondb.database.motion_db import MotionDB
+    from motiondb.database.session import Session
 
 
 @dataclass(frozen=True, eq=False)
 class SceneClips:
-    """The clips of a grammar, and the motions of the captures that they come from, by name."""
+    """The clips of a grammar, and the motions of their captures by name."""
 
     library: ClipLibrary
     motions: Mapping[str, Motion]
 
 
-_KEPT = 4
 _Events = Mapping[int, tuple[Event, ...]]
-_Key = tuple[str, _Events, MotionGrammar, VariantSettings]
-_made: WeakKeyDictionary[MotionDB, list[tuple[_Key, SceneClips]]] = WeakKeyDictionary()
 
 
 def scene_clips(
-    base: MotionDB, grammar: MotionGrammar, settings: VariantSettings | None = None
+    session: Session, grammar: MotionGrammar, settings: VariantSettings | None = None
 ) -> SceneClips:
-    """The clips of all terminals of a grammar.
+    """Return the clips of all terminals of a grammar.
 
     Raises
     ------
-    SceneError where a terminal has no clip: names it, its phrases, and what to do.
+    SceneError
+        A terminal has no clip. The message names it, its phrases, and what to do.
     """
-    settings, events = settings or VariantSettings(), store.load_events(base.store)
-    key = (store.content_revision(base.store), events, grammar, settings)
-    kept = _made.setdefault(base, [])
-    for known, clips in kept:
-        if known == key:
-            return clips
-    clips = _make(base, grammar, events, settings)
-    kept[:] = [(key, clips), *kept[: _KEPT - 1]]
-    return clips
+    chosen = settings or VariantSettings()
+    return session.kept(
+        ("scene clips", grammar, chosen),
+        lambda: _make(session, grammar, store.load_events(session.store), chosen),
+    )
 
 
 def _make(
-    base: MotionDB, grammar: MotionGrammar, events: _Events, settings: VariantSettings
+    session: Session, grammar: MotionGrammar, events: _Events, settings: VariantSettings
 ) -> SceneClips:
-    infos = {info.name: info for info in base.captures() if info.kind == "captured"}
+    infos = {
+        info.name: info for info in store.load_captures(session.store) if info.kind == "captured"
+    }
     actions = {
         terminal: _evenly([part for part in parts if part.capture in infos], settings.most)
-        for terminal, parts in find_actions(base, grammar).items()
+        for terminal, parts in find_actions(session, grammar).items()
     }
     names = sorted({part.capture for parts in actions.values() for part in parts})
-    motions = {n: store.load_motion(base.store, infos[n].capture_id) for n in names}
+    motions = {n: store.load_motion(session.store, infos[n].capture_id) for n in names}
     shown, seen = [], dict[str, BodyFrames]()
     for terminal in grammar.terminals:
         for part in actions[terminal.name]:
@@ -99,13 +94,13 @@ def _make(
 
 
 def _evenly(parts: list[ShownAction], most: int) -> list[ShownAction]:
-    """At most ``most`` of the parts, evenly spaced: each gives a piece or more."""
+    """Return at most ``most`` of the parts, evenly spaced; each gives a piece or more."""
     chosen = np.linspace(0, len(parts) - 1, min(len(parts), max(most, 1))).round().astype(int)
     return [parts[k] for k in chosen]
 
 
 def _frames(part: ShownAction, motion: Motion, seen: dict[str, BodyFrames]) -> tuple[int, int]:
-    """The frames that show an action; ``seen`` keeps what captures with throws look like."""
+    """Return the frames that show an action; ``seen`` keeps analysed captures with throws."""
     start = 0 if part.start is None else round(part.start * MOTION_FPS)
     end = motion.n_frames if part.end is None else round(part.end * MOTION_FPS)
     end = min(end, motion.n_frames)
@@ -118,6 +113,7 @@ def _frames(part: ShownAction, motion: Motion, seen: dict[str, BodyFrames]) -> t
 
 
 def _check_terminals(grammar: MotionGrammar, found: set[str]) -> None:
+    """Refuse a grammar with terminals that no capture shows."""
     missing = [terminal for terminal in grammar.terminals if terminal.name not in found]
     if not missing:
         return

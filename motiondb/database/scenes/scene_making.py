@@ -1,9 +1,13 @@
-"""Making a scene: clips from the database, sampling, polishing, and what the rules say of it.
+"""Making a scene: clips from the database, sampling, polishing, and the report.
 
-Sampling and polishing are pure; what is here brings captures to them, has an eye on the clock, and
-tries again, from other random numbers, where a rule is still broken after polishing, somebody
-touches somebody, or goes faster than people do. The best of all tries is kept: the fewest such
-faults, then the lowest error.
+Sampling and polishing are pure. This module gives captures to them, limits their time if asked to,
+and tries again with other random numbers if a rule is still broken after polishing, players touch
+or go faster than people do, or a motion is impossible. Of all tries the one with the fewest such
+faults is kept, then the one with the lowest error.
+
+Settings fix the number of steps of the sampling. So the same seed gives the same scene on any
+machine, unless a limit of time is given and ends the sampling; the scene then says when. Compiling
+does not count as time.
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,41 +32,53 @@ from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.polish import PolishedScene, polish
-from motiondb.scene.polish.scene_report import SceneReport, report_scene
-from motiondb.scene.sampling.play import make_play
-from motiondb.scene.sampling.tempering import SamplerSettings, Trace, sample
+from motiondb.scene.report.report_records import SceneReport
+from motiondb.scene.report.scene_report import report_scene
+from motiondb.scene.sampling.play import Play, make_play
+from motiondb.scene.sampling.tempering import SamplerSettings, Trace, sample, warm_up
 from motiondb.scene.sampling.warm_start import WARM, warm_start
 from motiondb.scene.services import services
 
 SceneProgress = Callable[[str, float, float], None]
-"""Told what is being done, the share of it that is done, and the error (NaN: not known)."""
+"""Called with what is being done, the fraction of it that is done, and the error (NaN if
+unknown)."""
 
 _MOST_CHAINS = 64
+"""Most Markov chains; more only take memory."""
 FASTEST = 8.0
-"""Metres a second: who is polished into going faster than that goes as nobody does on a court."""
+"""Speed of a pelvis, m/s, above which a scene is begun again: nobody is as fast on a court. Chosen
+by hand."""
 
 
 Start = tuple[Diagram, SceneState]
-"""An earlier scene."""
+"""The diagram and the state of an earlier scene."""
 
 
 @dataclass(frozen=True)
 class SceneSettings:
-    """How to make a scene.
+    """Settings of a scene.
 
     Attributes
     ----------
-    seed : the same seed gives the same scene, unless ``minutes`` cut the work short (as
-        ``MadeScene.cut_short`` says).
-    chains : Markov chains at different temperatures; 1 is a single chain.
-    minutes : sample for no longer than that.
-    tries : how often to begin anew where rules stay broken.
-    gaze : whether heads follow the ball.
+    seed : int
+        The same seed gives the same scene, unless ``minutes`` cut the sampling short (see
+        :attr:`MadeScene.cut_short`).
+    chains : int
+        Number of Markov chains at different temperatures; 1 is a single chain.
+    rounds : int
+        Most rounds of sampling in a try; each has a fixed number of steps.
+    minutes : float or None
+        Limit of time for sampling, without compiling; None for no limit.
+    tries : int
+        Most tries, if faults remain.
+    gaze : bool
+        Whether heads follow the ball.
     """
 
     seed: int = 0
     chains: int = 4
-    minutes: float = 1.0
+    rounds: int = SamplerSettings().rounds
+    minutes: float | None = None
     tries: int = 3
     gaze: bool = True
 
@@ -71,17 +88,19 @@ class SceneSettings:
                 f"chains: expected 1 to {_MOST_CHAINS} Markov chains, found {self.chains}."
                 " A few more than processors do well."
             )
-        if not (math.isfinite(self.minutes) and self.minutes > 0.0):
+        if self.rounds < 1:
+            raise SceneError(f"rounds: expected at least 1, found {self.rounds}. Leave it out.")
+        if self.minutes is not None and not (math.isfinite(self.minutes) and self.minutes > 0.0):
             raise SceneError(
                 f"minutes: expected a number above 0, found {self.minutes:g}."
-                " Scenes take some seconds; 1 is plenty."
+                " Leave it out for no limit of time."
             )
         if self.tries < 1:
             raise SceneError(f"tries: expected at least 1, found {self.tries}. Try 3.")
 
     @property
     def temperatures(self) -> tuple[float, ...]:
-        """One for each chain, from cold to hot: the sampler's own, or more in the same ratio.
+        """Temperatures from cold to hot: those of the sampler, or more in the same ratio.
 
         >>> SceneSettings(chains=1).temperatures
         (0.15,)
@@ -94,7 +113,7 @@ class SceneSettings:
 
 @dataclass(frozen=True, eq=False)
 class SceneText:
-    """A diagram and its grammar, read, with the texts that they were read from."""
+    """A diagram and its grammar, with the texts that they were read from."""
 
     diagram: Diagram
     grammar: MotionGrammar
@@ -104,14 +123,37 @@ class SceneText:
 
 @dataclass(frozen=True, eq=False)
 class MadeScene:
-    """A scene, and how it came about.
+    """A scene, and how it was made.
 
     Attributes
     ----------
-    table : the rules that bind it. report : how far each is kept.
-    error : -log P(Z) before polish. seconds : what took how long, by name.
-    tries : how often it was begun. cut_short : whether time ended the sampling, or kept it from
-        being begun again; then the seed alone does not fix the scene.
+    text : SceneText
+        The diagram and the grammar.
+    settings : SceneSettings
+        The settings.
+    clips : SceneClips
+        The clips.
+    state : SceneState
+        The sampled scene.
+    table : RuleTable
+        Its rules.
+    polished : PolishedScene
+        The polished scene.
+    report : SceneReport
+        The report.
+    trace : Trace
+        The course of the sampling.
+    error : float
+        -log P(Z) before polishing.
+    tries : int
+        Number of the try that was kept.
+    seconds : dict of str to float
+        Time taken by each part of the work.
+    cut_short : bool
+        Whether the limit of time ended the sampling, or prevented another try. The seed alone then
+        does not fix the scene.
+    cut_at : tuple[int, int, int]
+        The last try, its rounds that were done, and the rounds of a try.
     """
 
     text: SceneText
@@ -126,15 +168,16 @@ class MadeScene:
     tries: int
     seconds: dict[str, float]
     cut_short: bool
+    cut_at: tuple[int, int, int] = (0, 0, 0)
 
     @property
     def too_fast(self) -> tuple[str, ...]:
-        """The players who had to go faster than people do, so that the rules hold."""
+        """The players who had to go faster than people do for the rules to hold."""
         return tuple(pace.player for pace in self.report.paces if pace.after > FASTEST)
 
     @property
     def clean(self) -> bool:
-        """Whether every rule is kept, nobody touches anybody, and nobody goes too fast."""
+        """Whether rules hold, no players touch or go too fast, and no motion is impossible."""
         return self.report.clean and not self.too_fast
 
     @property
@@ -144,7 +187,13 @@ class MadeScene:
 
 
 def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
-    """A diagram by its file or name, with its grammar, which allows what is drawn (SceneError)."""
+    """Read a diagram by its file or name, with its grammar, which must allow it.
+
+    Raises
+    ------
+    SceneError
+        Either has a fault, or the grammar does not allow what is drawn.
+    """
     text, where = text_of(str(diagram), TACTICS)
     read = read_diagram(text, where)
     grammar_text, grammar_where = text_of(grammar_file(read, str(diagram)), GRAMMAR)
@@ -160,22 +209,39 @@ def make(
     progress: SceneProgress,
     start: Start | None = None,
 ) -> MadeScene:
-    """Sample a scene and polish it; again, from other random numbers, while rules are broken.
+    """Sample a scene and polish it; repeat with other random numbers while faults remain.
 
     Parameters
     ----------
-    start : the diagram and state of an earlier scene to go on from; None: begin from nothing.
+    text : SceneText
+        The diagram and the grammar.
+    clips : SceneClips
+        The clips.
+    settings : SceneSettings
+        Settings.
+    progress : SceneProgress
+        Called with the progress.
+    start : Start or None
+        The diagram and state of an earlier scene to continue from; None to begin anew.
 
     Raises
     ------
-    SceneError : the grammar has no string that does what the diagram asks of a player.
+    SceneError
+        The grammar has no string that does what the diagram asks of a player.
     """
     seeds = np.random.default_rng(settings.seed).spawn(settings.tries)
-    until = time.monotonic() + 60.0 * settings.minutes
+    sampler = _sampler(settings, start is not None)
+    most, prices = sampler.most_actions, sampler.prices
+    play = make_play(text.diagram, text.grammar, clips.library, most, prices)
+    progress("compiling", 0.0, math.nan)
+    warm_up(play, sampler, np.random.default_rng(0))
+    progress("compiling", 1.0, math.nan)
+    until = math.inf if settings.minutes is None else time.monotonic() + 60.0 * settings.minutes
     best: MadeScene | None = None
     seconds = {"sampling": 0.0, "polishing": 0.0}
     for number, rng in enumerate(seeds):
-        made = _attempt(text, clips, settings, progress, (start, rng, until, number, seconds))
+        how = _How(play, sampler, start, rng, until, number, seconds)
+        made = _attempt(text, clips, settings, progress, how)
         if best is None or _badness(made) < _badness(best):
             best = made
         cut_short = made.cut_short
@@ -185,10 +251,30 @@ def make(
             cut_short |= number + 1 < settings.tries
             break
     assert best is not None
-    return replace(best, cut_short=cut_short)
+    cut_at = made.tries, len(made.trace.best) - 1, sampler.rounds
+    return replace(best, cut_short=cut_short, cut_at=cut_at)
 
 
-_How = tuple[Start | None, np.random.Generator, float, int, dict[str, float]]
+def _sampler(settings: SceneSettings, warm: bool) -> SamplerSettings:
+    """Return the settings of the sampler; they fix the number of its steps."""
+    if warm:
+        return WARM
+    threads = min(settings.chains, os.cpu_count() or 1)
+    return SamplerSettings(
+        temperatures=settings.temperatures, rounds=settings.rounds, threads=threads
+    )
+
+
+class _How(NamedTuple):
+    """How to make one try; ``until`` is a time of :func:`time.monotonic`."""
+
+    play: Play
+    sampler: SamplerSettings
+    start: Start | None
+    rng: np.random.Generator
+    until: float
+    number: int
+    seconds: dict[str, float]
 
 
 def _attempt(
@@ -198,10 +284,8 @@ def _attempt(
     progress: SceneProgress,
     how: _How,
 ) -> MadeScene:
-    start, rng, until, number, seconds = how
-    threads = min(settings.chains, os.cpu_count() or 1)
-    sampler = SamplerSettings(temperatures=settings.temperatures, threads=threads)
-    sampler = WARM if start else sampler
+    """Sample a scene once, polish it and measure it."""
+    play, sampler, start, rng, until, number, seconds = how
     what = "sampling" if number == 0 else f"sampling, try {number + 1}"
 
     cut_short = False
@@ -214,12 +298,13 @@ def _attempt(
 
     began = time.monotonic()
     progress(what, 0.0, math.nan)
-    first = _warm(text, clips, start, rng, sampler) if start else None
-    state, trace = sample(first, clips.library, text.diagram, text.grammar, sampler, rng, heard)
+    first = warm_start(start[1], start[0], play, rng) if start else None
+    state, trace = sample(play, sampler, rng, first, heard)
     seconds["sampling"] += time.monotonic() - began
     began = time.monotonic()
     progress("polishing", 0.0, trace.final)
-    table = Binder(text.diagram, text.grammar).bind(list(state.trees))
+    spans = [player.spans for player in state.players]
+    table = Binder(text.diagram, text.grammar).bind(list(state.trees), spans)
     polished = polish(state, clips.library, clips.motions, table, settings.gaze, start is not None)
     found = report_scene(state, clips.library, clips.motions, table, polished)
     seconds["polishing"] += time.monotonic() - began
@@ -229,20 +314,8 @@ def _attempt(
     )  # fmt: skip
 
 
-def _warm(
-    text: SceneText,
-    clips: SceneClips,
-    start: Start,
-    rng: np.random.Generator,
-    sampler: SamplerSettings,
-) -> SceneState:
-    """The earlier scene as far as it still does what is asked."""
-    before, state = start
-    most, prices = sampler.most_actions, sampler.prices
-    play = make_play(text.diagram, text.grammar, clips.library, most, prices)
-    return warm_start(state, before, play, rng)
-
-
 def _badness(made: MadeScene) -> tuple[int, float]:
-    wrong = len(made.report.broken) + len(made.report.collisions) + len(made.too_fast)
-    return wrong, made.error
+    """Return the number of faults of a scene, and its error."""
+    report = made.report
+    wrong = len(report.broken) + len(report.collisions) + len(made.too_fast)
+    return wrong + len(report.impossible), made.error

@@ -1,8 +1,8 @@
-"""A scene as a record that the store and a folder's ``scene.json`` keep, and back to a state.
+"""The record of a scene, which the store and a folder's ``scene.json`` keep, and back to a state.
 
-The record names captures, not entries of a library, so that it outlives the library: on the way
-back every clip is found by its capture, frames and edit, and where the library has it no longer,
-the entry of the same action that is most like it takes its place.
+The record names captures and not entries of a library, so that it remains valid when the library
+changes. On the way back every clip is found by its capture, frames and edit. If the library no
+longer has it, it is replaced by the most similar entry of the same action.
 """
 
 from __future__ import annotations
@@ -25,16 +25,24 @@ from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 
 FORMAT = "motiondb scene 1"
+"""Marks the files of records."""
 
 
 def scene_record(
     made: MadeScene, name: str, digests: Mapping[str, str], report: Mapping[str, Any]
 ) -> store.StoredScene:
-    """A made scene as it is kept.
+    """Return the record of a made scene.
 
     Parameters
     ----------
-    digests : sha256 of captures by name. report : facts beyond the rules, for JSON.
+    made : MadeScene
+        The scene.
+    name : str
+        Its name.
+    digests : dict of str to str
+        Sha256 of captures by name.
+    report : dict of str to Any
+        Further facts for JSON.
     """
     ball = made.polished.ball
     return store.StoredScene(
@@ -89,18 +97,25 @@ def _players(made: MadeScene, digests: Mapping[str, str]) -> tuple[store.ScenePl
 
 
 def record_text(record: store.StoredScene) -> SceneText:
-    """The diagram and grammar of a record, read again (SceneError)."""
+    """Read the diagram and grammar of a record again.
+
+    Raises
+    ------
+    SceneError
+        A text has a fault.
+    """
     diagram = read_diagram(record.diagram, f"{record.name}: diagram")
     grammar = read_motion_grammar(record.grammar, f"{record.name}: grammar")
     return SceneText(diagram, grammar, record.diagram, record.grammar)
 
 
 def record_state(record: store.StoredScene, text: SceneText, library: ClipLibrary) -> SceneState:
-    """The state of a record with the entries of a library.
+    """Return the state of a record with the entries of a library.
 
     Raises
     ------
-    SceneError : the record does not fit its own diagram or grammar, or the library has no clip.
+    SceneError
+        The record does not fit its own diagram or grammar, or the library has no clip.
     """
     players = []
     for who in text.diagram.players:
@@ -123,7 +138,7 @@ def record_state(record: store.StoredScene, text: SceneText, library: ClipLibrar
 
 
 def _entry(library: ClipLibrary, clip: store.SceneClip) -> int:
-    """The entry that a clip came from, or the one of its action most like it."""
+    """Return the entry that a clip came from, or the most similar one of its action."""
     if clip.terminal not in library.terminals or not len(library.of(clip.terminal)):
         raise SceneError(
             f"{clip.terminal}: expected clips of this action, found none. Add captures that show"
@@ -135,13 +150,14 @@ def _entry(library: ClipLibrary, clip: store.SceneClip) -> int:
 
 
 def _unlike(source: ClipSource, clip: store.SceneClip) -> tuple[float, ...] | float:
+    """Return how much an entry differs from a clip."""
     other = 100.0 * (source.capture != clip.capture) + 10.0 * (source.mirrored != clip.mirrored)
     frames = abs(source.start - clip.start) + abs(source.end - clip.end)
     return other + 0.1 * frames + abs(source.bend - clip.bend) + abs(source.stretch - clip.stretch)
 
 
 def to_json(record: store.StoredScene) -> str:
-    """The record as text."""
+    """Return the record as text."""
     facts = asdict(replace(record, ball=np.zeros((0, 3)))) | {
         "format": FORMAT,
         "ball": np.round(record.ball, 4).tolist(),
@@ -162,7 +178,13 @@ def _check_types(facts: Mapping[str, Any]) -> None:
 
 
 def from_json(text: str, where: str) -> store.StoredScene:
-    """The record of a text (SceneError: it is none)."""
+    """Read a record from its text.
+
+    Raises
+    ------
+    SceneError
+        It is not the text of a record.
+    """
     try:
         facts = json.loads(text)
         if facts.pop("format") != FORMAT:

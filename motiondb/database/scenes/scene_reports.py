@@ -1,15 +1,16 @@
-"""What a scene's rules, characters and sources say: as text to read and as facts for programs.
+"""The report of a scene as text and as facts for JSON.
 
 Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
-directions and frames for synchronisation. The threshold of a position, a line or a direction is the
-rule's weight, the deviation that costs 1; that of a synchronisation two frames; a distance must be
-kept. Both are measured on the motions that came out (:mod:`motiondb.scene.polish.scene_report`),
-in the frames that a rule looks at: one, or, throughout, those of its own actions and no others.
+directions and frames for synchronisations. The threshold of a position, a line or a direction is
+the weight of the rule, the deviation that costs 1; that of a synchronisation is two frames; a
+distance must be kept. All values are measured on the finished motions
+(:mod:`motiondb.scene.report.scene_report`), in the frames in which a rule is evaluated: one, or,
+for throughout, those of its own actions and no others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,10 +22,10 @@ _Span = tuple[int | None, int | None]
 
 
 def report_facts(record: store.StoredScene) -> dict[str, Any]:
-    """Everything that is known of how well a scene keeps its rules, for JSON.
+    """Return everything that is known of a scene, for JSON.
 
-    Of every rule the frames [start, end) that it looked at, and how many of them, ``frames``;
-    null in scenes of earlier versions, which did not note them.
+    Every rule has the frames [``start``, ``end``) in which it was evaluated and their number
+    ``frames``. They are null in scenes of earlier versions, which did not record them.
     """
     rest = {key: value for key, value in record.report.items() if key != "rule_frames"}
     return {
@@ -47,7 +48,7 @@ def report_facts(record: store.StoredScene) -> dict[str, Any]:
 
 
 def _spans(record: store.StoredScene) -> list[tuple[store.SceneRule, _Span]]:
-    """The rules, each with the first frame that it looked at and the one behind the last."""
+    """Return the rules, each with its first evaluated frame and the one after the last."""
     unknown: list[_Span] = [(None, None)] * len(record.rules)
     found = record.report.get("rule_frames", unknown)
     return [(rule, (start, end)) for rule, (start, end) in zip(record.rules, found, strict=True)]
@@ -74,7 +75,7 @@ def _rule_facts(rule: store.SceneRule, span: _Span) -> dict[str, Any]:
 
 
 def report_text(record: store.StoredScene) -> str:
-    """The report as lines of text."""
+    """Return the report as lines of text."""
     facts = report_facts(record)
     lines = [
         f"{record.name}: {facts['characters']} characters, {facts['clips']} clips,"
@@ -90,18 +91,22 @@ def report_text(record: store.StoredScene) -> str:
         ["player", "action", "rule", "about", "before", "after", "threshold", "frame", ""],
         [_rule_row(rule, span, record.n_frames) for rule, span in _spans(record)],
     )
-    lines += ["", *_contact_lines(record), *_feet_lines(record), "", *_source_lines(record)]
+    lines += ["", *_contact_lines(record), *impossible_lines(record.report)]
+    lines += [*_limb_lines(record), *_guard_lines(record), *_feet_lines(record)]
+    lines += ["", *_source_lines(record)]
     return "\n".join(lines)
 
 
 def cut_short_lines(record: store.StoredScene) -> list[str]:
-    """A line where time ended the sampling before it was done, else none."""
+    """Return a line if a limit of time ended the sampling, else no line."""
     if not record.report.get("cut_short", False):
         return []
-    minutes = float(record.settings.get("minutes", 0.0))
+    minutes = float(record.settings.get("minutes") or 0.0)
+    at = record.report.get("cut_at", {})
+    ended = f"; it ended after {at['rounds']} of {at['of']} rounds of try {at['try']}" if at else ""
     return [
         f"sampling was cut short by --minutes {minutes:g}: the seed alone does not fix this scene,"
-        " and with more minutes it may be better"
+        f" and with more minutes it may be better{ended}"
     ]
 
 
@@ -137,10 +142,68 @@ def _contact_lines(record: store.StoredScene) -> list[str]:
     ]
 
 
+_IMPOSSIBLE = {
+    "airborne": "both feet in the air for {value:.0f} frames, at most {limit:.0f} are possible",
+    "speed": "travels at {value:.1f} m/s, at most {limit:.1f} m/s is possible",
+    "step": "feet {value:.2f} m apart, at most {limit:.2f} m is possible",
+    "foot jump": "a planted foot jumps by {value:.2f} m, at most {limit:.2f} m is possible",
+    "limbs": "limbs pass through one another",
+}
+
+
+def impossible_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return the impossible motion of a scene, one line each; none for scenes without this fact."""
+    if "impossible" not in report:
+        return []
+    motions = report["impossible"]
+    if not motions:
+        return ["impossible motion: none"]
+    return ["impossible motion:"] + [
+        f"  {' and '.join(m['players'])}{' ' * bool(m['action'])}{m['action']}, {_frames(m)}: "
+        + _IMPOSSIBLE[m["kind"]].format(**m)
+        for m in motions
+    ]
+
+
+def _frames(facts: Mapping[str, Any]) -> str:
+    start, last = facts["start"], facts["end"] - 1
+    if start == last:
+        return f"frame {start}"
+    return f"frames {start} to {last}, most at {facts['frame']}"
+
+
+def _limb_lines(record: store.StoredScene) -> list[str]:
+    pairs = record.report.get("near_limbs", [])
+    return ["limbs of two players within 5 cm:"] * bool(pairs) + [
+        f"  {' and '.join(p['players'])}, {p['n_frames']} frames,"
+        f" nearest {p['metres']:.2f} m at frame {p['frame']}"
+        for p in pairs
+    ]
+
+
+def _guard_lines(record: store.StoredScene) -> list[str]:
+    guards = record.report.get("guards", [])
+    return ["distance of guards over all frames (rules look at those of guarding):"] * bool(
+        guards
+    ) + [
+        f"  {g['player']} from {g['target']}: outside {g['near']:g} to {g['far']:g} m in"
+        f" {100 * g['outside']:.0f} % of {record.n_frames} frames (rules look at {g['n_frames']}),"
+        f" farthest {g['farthest']:.1f} m at frame {g['frame']}"
+        for g in guards
+    ]
+
+
 def _feet_lines(record: store.StoredScene) -> list[str]:
     feet = record.report.get("feet", {})
     lines = ["feet on the ground slide (in the captures), m/s:"]
     lines += [f"  {name:6} {own:.3f} ({there:.3f})" for name, (own, there) in feet.items()]
+    jumps = record.report.get("planted_feet", [])
+    lines += ["largest jump of a planted foot within 0.3 s (in the captures), m:"] * bool(jumps)
+    lines += [
+        f"  {j['player']:6} {j['metres']:.3f} ({j['source_metres']:.3f})"
+        + f", {j['foot']} foot, frames {j['start']} to {j['end']}" * bool(j["foot"])
+        for j in jumps
+    ]
     paces = record.report.get("paces", [])
     lines += ["fastest on the ground, as sampled and after polish, m/s:"] * bool(paces)
     lines += [f"  {p['player']:6} {p['before']:.1f} {p['after']:.1f}" for p in paces]
@@ -158,7 +221,7 @@ def _source_lines(record: store.StoredScene) -> list[str]:
 
 
 def source_list(found: Sequence[store.Provenance]) -> list[dict[str, Any]]:
-    """The captures that a scene's frames come from, each once, with licence and frames."""
+    """Return the captures that a scene's frames come from, each once, with licence and frames."""
     frames: dict[store.SourceCapture, int] = {}
     for one in found:
         for number, source in enumerate(one.sources):
@@ -177,7 +240,7 @@ def source_list(found: Sequence[store.Provenance]) -> list[dict[str, Any]]:
 
 
 def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
-    """Columns as wide as they need to be."""
+    """Return the lines of a table, with columns as wide as necessary."""
     widths = [max(len(cell) for cell in column) for column in zip(columns, *rows, strict=True)]
     return [
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()

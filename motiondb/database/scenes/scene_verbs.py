@@ -1,28 +1,29 @@
-"""The verbs of scenes: ``db.scenes.make``, ``update``, ``report``, ``names``, ``remove``.
+"""The verbs of scenes: ``db.scenes.make``, ``update``, ``write``, ``keep``, ``find``, ``remove``.
 
-A diagram says what is to happen, a motion grammar how, the database's captures move. What is made
-can be written into a folder, and kept in the store under a name; every player's motion is then a
-capture, ``NAME/PLAYER``, with the origin of its frames.
+A diagram tells what happens, a motion grammar how, and the database's captures are the motion. A
+scene can be written into a folder, and kept in the store under a name. Every player's motion is
+then a capture, ``NAME/PLAYER``, with the origin of its frames.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
-from itertools import groupby, pairwise
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from motiondb import pictures, store
-from motiondb.database.generate.keeping import check_name_free, keep_generated
+from motiondb.database.catalogue.cataloguing import check_name_free
+from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.learn import updating
+from motiondb.database.scenes.scene_clips import ShownAction, find_actions
+from motiondb.database.scenes.scene_facts import action_captions, report_details
 from motiondb.database.scenes.scene_folder import (
     check_scene_folder,
     fill_scene_folder,
     read_scene_folder,
-    waiting,
     whole_folder,
 )
 from motiondb.database.scenes.scene_library import scene_clips
@@ -38,17 +39,27 @@ from motiondb.database.scenes.scene_records import record_state, record_text, sc
 from motiondb.database.scenes.scene_reports import source_list
 from motiondb.errors import QueryError, suggestion
 from motiondb.pose import body
-from motiondb.records import MOTION_FPS, Caption
+from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.polish.polish import Placed
+from motiondb.scene.polish.placed import Placed
 
 if TYPE_CHECKING:
-    from motiondb.database.motion_db import MotionDB
+    from motiondb.database.session import Session
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A scene that was made: the work, its record, and where every frame comes from."""
+    """A made scene.
+
+    Attributes
+    ----------
+    made : MadeScene
+        The scene, and how it was made.
+    record : store.StoredScene
+        Its record.
+    provenance : dict of str to store.Provenance
+        Where every frame of each player comes from.
+    """
 
     made: MadeScene
     record: store.StoredScene
@@ -56,19 +67,19 @@ class Scene:
 
     @property
     def broken(self) -> tuple[store.SceneRule, ...]:
-        """The rules that are not kept."""
+        """The rules that do not hold."""
         return tuple(rule for rule in self.record.rules if not rule.kept)
 
 
 def _quiet(_what: str, _share: float, _error: float) -> None:
-    """Tell nobody."""
+    """Ignore the progress."""
 
 
 class Scenes:
     """The scenes of a database; reached as ``db.scenes``."""
 
-    def __init__(self, database: MotionDB) -> None:
-        self._database = database
+    def __init__(self, session: Session) -> None:
+        self._session = session
 
     def make(
         self,
@@ -77,15 +88,27 @@ class Scenes:
         progress: SceneProgress = _quiet,
         name: str = "",
     ) -> Scene:
-        """A scene of a diagram: a tactics file, or the name of a shipped one. Nothing is kept.
+        """Make a scene of a diagram: a tactics file, or the name of a shipped one. Nothing is kept.
+
+        Parameters
+        ----------
+        diagram : str | Path
+            The file or name.
+        settings : SceneSettings or None
+            Settings of the scene.
+        progress : SceneProgress
+            Called with the progress.
+        name : str
+            Name of the scene; by default the title of the diagram.
 
         Raises
         ------
-        SceneError : the diagram or its grammar is wrong, or an action has no clips.
+        SceneError
+            The diagram or its grammar has a fault, or an action has no clips.
         """
         text = read_scene_text(diagram)
         progress("loading", 0.0, np.nan)
-        clips = scene_clips(self._database, text.grammar)
+        clips = scene_clips(self._session, text.grammar)
         progress("loading", 1.0, np.nan)
         made = make(text, clips, settings or SceneSettings(), progress)
         return self._finished(made, name or text.diagram.name)
@@ -97,29 +120,41 @@ class Scenes:
         settings: SceneSettings | None = None,
         progress: SceneProgress = _quiet,
     ) -> Scene:
-        """The scene of a changed diagram, begun from an earlier one; what did not change stays.
+        """Make the scene of a changed diagram from an earlier scene; unchanged parts stay.
+
+        Parameters
+        ----------
+        earlier : store.StoredScene
+            The record of the earlier scene.
+        diagram : str | Path
+            The changed diagram's file or name.
+        settings : SceneSettings or None
+            Settings of the scene; by default the earlier ones.
+        progress : SceneProgress
+            Called with the progress.
 
         Raises
         ------
-        SceneError : as :meth:`make`.
+        SceneError
+            As for :meth:`make`.
         """
         old, new = record_text(earlier), read_scene_text(diagram)
         settings = settings or SceneSettings(**earlier.settings)
         if new.grammar_text != old.grammar_text:
             return self.make(diagram, settings, progress, earlier.name)
-        clips = scene_clips(self._database, new.grammar)
+        clips = scene_clips(self._session, new.grammar)
         state = record_state(earlier, old, clips.library)
         made = make(new, clips, settings, progress, (old.diagram, state))
         return self._finished(made, earlier.name)
 
     def _finished(self, made: MadeScene, name: str) -> Scene:
-        infos = {info.name: info for info in self._database.captures()}
+        infos = {info.name: info for info in store.load_captures(self._session.store)}
         provenance = {
             player.player: self._provenance(player, {n: i.capture_id for n, i in infos.items()})
             for player in made.polished.players
         }
         facts: dict[str, Any] = {
-            **_report_rest(made),
+            **report_details(made),
             "sources": source_list(list(provenance.values())),
         }
         digests = {n: info.sha256 for n, info in infos.items()}
@@ -128,7 +163,7 @@ class Scenes:
     def _provenance(self, player: Placed, numbers: Mapping[str, int]) -> store.Provenance:
         captures = np.array([numbers[capture] for capture in player.captures], dtype=np.int64)
         return store.to_provenance(
-            self._database.store,
+            self._session.store,
             captures[player.source_numbers],
             player.source_frames,
             player.warps,
@@ -143,13 +178,29 @@ class Scenes:
         drawn: bool = True,
         kept: bool = False,
     ) -> None:
-        """Write a scene's folder, in place of an earlier scene's; ``kept``: keep it as well.
+        """Write a scene's folder, in place of an earlier scene's; with ``kept``, keep it as well.
 
-        Whatever goes wrong, the folder stays as it was, and so does the database.
+        If anything fails, folder and database stay as they were.
+
+        Parameters
+        ----------
+        scene : Scene
+            The scene.
+        folder : str | Path
+            The folder.
+        progress : SceneProgress
+            Called with the progress of drawing.
+        drawn : bool
+            Whether pictures are made.
+        kept : bool
+            Whether to keep the scene in the database too.
 
         Raises
         ------
-        MotionDBError : the folder cannot be written. QueryError : as :meth:`keep`.
+        MotionDBError
+            The folder cannot be written.
+        QueryError
+            As for :meth:`keep`.
         """
         with whole_folder(Path(folder)) as part:
             fill_scene_folder(scene.made, scene.record, scene.provenance, part, progress, drawn)
@@ -163,11 +214,11 @@ class Scenes:
 
         Raises
         ------
-        QueryError : a player's capture would have the name of another capture.
+        QueryError
+            A player's capture would have the name of another capture.
         """
-        database, name = self._database.store, scene.record.name
+        database, name = self._session.store, scene.record.name
         made = scene.made
-        old = store.load_scene_captures(database, name)
         parameters = {"scene": name, "diagram": made.text.diagram.name, **scene.record.settings}
         with store.transaction(database):
             if name in store.load_scene_names(database):
@@ -185,15 +236,20 @@ class Scenes:
             record = replace(scene.record, players=tuple(kept), run_id=run_id)
             store.save_scene(database, record, run_id)
             store.finish_run(database, run_id)
-        if old:
-            self._database.forget()
         return record
 
     def check_name(self, name: str, players: Iterable[str]) -> None:
-        """Refuse a name under which a scene with these players cannot be kept (QueryError)."""
+        """Refuse a name under which a scene with these players cannot be kept.
+
+        Raises
+        ------
+        QueryError
+            The name is empty, or a capture has the name of a player's.
+        """
         if not name.strip():
             raise QueryError("name: expected a name for the scene, found nothing. Give one.")
-        database = self._database.store
+        store.check_new_name(name, "scene")
+        database = self._session.store
         replaced = (
             store.load_scene_captures(database, name)
             if name in store.load_scene_names(database)
@@ -203,20 +259,40 @@ class Scenes:
             if (capture := f"{name}/{player}") not in replaced:
                 check_name_free(database, capture)
 
+    def find_actions(self, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
+        """Parts of captures whose captions show the terminals of a grammar.
+
+        Parameters
+        ----------
+        grammar : MotionGrammar
+            A motion grammar.
+        """
+        with self._session.reading():
+            return find_actions(self._session, grammar)
+
     def names(self) -> list[str]:
-        """The names of the scenes that are kept."""
-        return store.load_scene_names(self._database.store)
+        """Return the names of the kept scenes."""
+        return store.load_scene_names(self._session.store)
 
     def load(self, name: str) -> store.StoredScene:
-        """A kept scene (QueryError)."""
-        return store.load_scene(self._database.store, name)
-
-    def find(self, place: str | Path) -> store.StoredScene:
-        """The scene of a folder, or the kept one of this name.
+        """Return a kept scene.
 
         Raises
         ------
-        QueryError, SceneError : there is neither.
+        QueryError
+            There is none of this name.
+        """
+        return store.load_scene(self._session.store, name)
+
+    def find(self, place: str | Path) -> store.StoredScene:
+        """Return the scene of a folder, or the kept one of this name.
+
+        Raises
+        ------
+        QueryError
+            There is neither.
+        SceneError
+            The folder's record has a fault.
         """
         if Path(place).is_dir():
             return read_scene_folder(Path(place))
@@ -232,23 +308,29 @@ class Scenes:
         return self.load(str(place))
 
     def remove(self, name: str) -> list[str]:
-        """Take a kept scene out with its players' captures; gives their names (QueryError)."""
-        database = self._database.store
+        """Remove a kept scene with its players' captures, and return the names of these.
+
+        Raises
+        ------
+        QueryError
+            There is none of this name.
+        """
+        database = self._session.store
         captures = store.load_scene_captures(database, name)
         numbers = [store.load_capture(database, capture).capture_id for capture in captures]
         with updating.changing(database, "scene remove", {"scene": name}, numbers):
             store.remove_scene(database, name)
             for number in numbers:
                 store.remove_capture(database, number)
-        self._database.forget()
         return captures
 
     def draw(self, name: str, png: Path) -> Path:
-        """Draw the ways of a kept scene's characters over its diagram.
+        """Draw the paths of a kept scene's characters over its diagram.
 
         Raises
         ------
-        QueryError : no such scene, or captures of its players were removed.
+        QueryError
+            There is no such scene, or captures of its players were removed.
         """
         record = self.load(name)
         gone = [player.name for player in record.players if player.capture_id == -1]
@@ -258,7 +340,7 @@ class Scenes:
                 f" {', '.join(gone)} were removed. Make the scene anew."
             )
         motions = {
-            player.name: store.load_motion(self._database.store, player.capture_id)
+            player.name: store.load_motion(self._session.store, player.capture_id)
             for player in record.players
         }
         return pictures.draw_scene_paths(
@@ -267,51 +349,14 @@ class Scenes:
 
 
 def check_folder(folder: str | Path) -> None:
-    """Refuse a folder that cannot hold a scene (MotionDBError)."""
+    """Refuse a folder that cannot hold a scene.
+
+    Raises
+    ------
+    MotionDBError
+        It cannot be written, or holds something else.
+    """
     check_scene_folder(Path(folder))
-
-
-def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:
-    """What a player does when, neighbours of one action together, seconds; nothing in waiting."""
-    clips, waits = np.asarray(placed.clips).tolist(), waiting(placed.edits).tolist()
-    words = [
-        "" if wait else actions[clip].replace("_", " ")
-        for clip, wait in zip(clips, waits, strict=True)
-    ]
-    bounds = [0]
-    for _, run in groupby(words):
-        bounds.append(bounds[-1] + len(list(run)))
-    return [
-        Caption(words[start], start / MOTION_FPS, end / MOTION_FPS)
-        for start, end in pairwise(bounds)
-        if words[start]
-    ]
-
-
-def _report_rest(made: MadeScene) -> dict[str, Any]:
-    """Frames that rules looked at, collisions, feet, bones and the ball, for the report."""
-    report = made.report
-    return {
-        "rule_frames": [[rule.start, rule.end] for rule in report.rules],
-        "collisions": [_rounded(asdict(touch)) for touch in report.collisions],
-        "collisions_before": len(report.collisions_before),
-        "feet": {f.player: [round(f.slip, 4), round(f.source_slip, 4)] for f in report.feet},
-        "paces": [_paced(asdict(pace)) for pace in report.paces],
-        "bone_error": round(report.bone_error, 6),
-        "ball_gap": None if np.isnan(report.ball_gap) else round(report.ball_gap, 4),
-        "too_fast": list(made.too_fast),
-        "settled": bool(made.polished.settled),
-        "tries": made.tries,
-        "cut_short": made.cut_short,
-    }
-
-
-def _paced(facts: dict[str, Any]) -> dict[str, Any]:
-    return {k: round(v, 3) if isinstance(v, float) else v for k, v in facts.items()}
-
-
-def _rounded(facts: dict[str, Any]) -> dict[str, Any]:
-    return facts | {"players": list(facts["players"]), "depth": round(facts["depth"], 4)}
 
 
 __all__ = ["Scene", "SceneSettings", "SceneText", "Scenes", "check_folder"]

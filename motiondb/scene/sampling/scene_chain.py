@@ -1,24 +1,28 @@
 """A Markov chain over whole scenes: derivations, clips, places and times (the outer loop).
 
-The target is P(Z)^(1/T) = P(X)^(1/T) P(Y)^(1/T) over scenes of g_user = 0 and at most so many
+The target is P(Z)^(1/T) = P(X)^(1/T) P(Y)^(1/T) over scenes with g_user = 0 and a limited number of
 actions a player, relative to drawing every action's clip uniformly (so that an action with many
 clips weighs no more than one with few). Without that limit P(X), as printed, is no distribution:
-every longer string that fits weighs the same. Prices may be added (:mod:`.play`).
+every longer string that fits has the same weight. Prices may be added (:mod:`.play`).
 
-A jump chooses a nonterminal node v of one of the trees by its error, s(v) = E(v) / sum E; derives
-it anew with what stands behind still possible (:mod:`.derivations`); draws the new actions' clips
-by their seams; lets what stands before, or, as often, what stands behind stay where and when it
-was; and walks M steps of the inner loop. It is taken with probability
+A jump chooses a nonterminal node v of one of the trees by its error, s(v) = E(v) / sum E. It
+derives the node anew so that what follows stays possible (:mod:`.random_subtrees`), draws the new
+actions' clips by their seams, keeps in place and time either what comes before or, as often, what
+comes after, and does M steps of the inner loop. It is accepted with probability
 
     min(1, exp((E_old - E_new) / T) * [s'(v) q(old subtree)] / [s(v) q(new subtree)])
 
-q being products of rule probabilities and, for M = 0, those of the clips relative to uniform draws.
-A growth puts one link into a chain A -> B A of a tree, or takes one away, and keeps all other
-actions and clips (:mod:`.tree_growth`); it is taken likewise, with s one over the number of nodes
-where it could have been. A recasting keeps all actions, and draws the clips of a stretch anew.
-The reverse move is the one at the same v, so for each v by itself detailed balance holds, and
-exactly so for M = 0. With M > 0, where other clips are at the end than were drawn and the ratio is
-the paper's, of the trees alone, the chain is a good optimiser but no exact sampler; nor is print's.
+where q are products of rule probabilities and, for M = 0, of the clips relative to uniform draws. A
+growth inserts one link into a chain A -> B A of a tree, or removes one, and keeps all other actions
+and clips (:mod:`.tree_growth`); its acceptance is the same with s one over the number of nodes
+where it could have been. A recasting keeps all actions and draws the clips of some of them anew.
+The reverse move is the one at the same v, so detailed balance holds for each v by itself, exactly
+for M = 0. With M > 0 the clips at the end are not those that were drawn, and the ratio is that of
+the paper, of the trees alone: the chain is then a good optimiser but not an exact sampler. Neither
+is the paper's.
+
+A string may fit its player's expression in several ways: which of its walks is which of the
+diagram's. Of these the one with the least error is taken (:meth:`Chain.assign`).
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 5, algorithm 1.
@@ -36,24 +40,38 @@ from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.clips.ground import compose, inverse
 from motiondb.scene.energy.energy import token_errors
-from motiondb.scene.energy.rule_table import RuleTable
 from motiondb.scene.energy.scene_arrays import SceneArrays, scene_state
 from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.language.expressions import Spans
 from motiondb.scene.sampling.clip_choice import ClipGroups, smooth_string
 from motiondb.scene.sampling.metropolis import DRAWS, EVERYBODY, KINDS, Focus, Walk, walk
 from motiondb.scene.sampling.play import Play
+from motiondb.scene.sampling.structure import Structure, least_error
 from motiondb.scene.sampling.tree_growth import places
 from motiondb.scene.sampling.tree_shapes import TreeShape, exchanged, subtree_errors, tree_shape
 
 AROUND = 3
-"""Clips before and behind a link that are looked at first when it comes or goes."""
+"""Clips before and after an inserted or removed link that the following inner steps favour. Chosen
+by hand."""
 LONGEST = 5
-"""Actions of a stretch whose clips are drawn anew at once, at most."""
+"""Largest number of actions whose clips are drawn anew at once. Chosen by hand."""
 
 
 @dataclass
 class Jumps:
-    """How often a chain jumped: tried, too long, taken; and its inner steps by kind."""
+    """Counts of a chain's jumps.
+
+    Attributes
+    ----------
+    tried : int
+        Proposed jumps.
+    refused : int
+        Jumps that gave a string that is too long or begins too early.
+    taken : int
+        Accepted jumps.
+    steps : array of int (kinds, 2)
+        Inner steps of each kind, proposed and accepted.
+    """
 
     tried: int
     refused: int
@@ -62,14 +80,21 @@ class Jumps:
 
 
 class Chain:
-    """A chain: its state, its random numbers, the best scene it has come by."""
+    """A Markov chain: its state, its random numbers, and the best scene so far."""
 
     def __init__(self, play: Play, state: SceneState, rng: np.random.Generator) -> None:
         self.play, self.rng = play, rng
         self.trees = list(state.trees)
         self.shapes = [play.shape(player, tree) for player, tree in enumerate(self.trees)]
-        self.table = play.binder.bind(self.trees)
+        new = [player.spans is None for player in state.players]
+        self.spans: list[Spans | None] = [
+            player.spans or next(iter(play.binder.assignments(number, shape.actions)), None)
+            for number, (player, shape) in enumerate(zip(state.players, self.shapes, strict=True))
+        ]
+        self.table = play.binder.bind(self.trees, self.spans)
         self.scene = play.arrays(state, self.table)
+        for player in np.flatnonzero(new).tolist():
+            self.assign(player)
         self.jumps = Jumps(0, 0, 0, np.zeros((len(KINDS), 2), np.int64))
         self.best = math.inf
         self.best_state = state
@@ -77,16 +102,36 @@ class Chain:
 
     @property
     def energy(self) -> float:
-        """-log P(Z), as g_user = 0 that of P(Y), and all prices."""
+        """-log P(Z) with g_user = 0, which is that of P(Y), with all prices."""
         return self.play.energy(self.scene, self.table)
 
     @property
     def state(self) -> SceneState:
-        """The scene."""
-        return scene_state(self.scene, self.trees)
+        """The current scene."""
+        return scene_state(self.scene, self.trees, self.spans)
+
+    def assign(self, player: int) -> bool:
+        """Assign a player's actions to their items with the least error; return if it changed.
+
+        It only lowers the error, so a chain that does it is no exact sampler. Most strings can be
+        assigned in one way only.
+        """
+        before = self.energy
+        if len(self.play.binder.assignments(player, self.shapes[player].actions)) < 2:
+            return False
+        best = least_error(self.play, self.state, self.trees, self.spans, player)
+        if self.play.energy(best.scene, best.table) >= before - 1e-9:
+            return False
+        self.scene, self.trees, self.table, self.spans = best
+        return True
+
+    def assign_all(self) -> None:
+        """Assign the actions of every player, one after another, with the least error."""
+        for player in range(len(self.trees)):
+            self.assign(player)
 
     def note_best(self) -> None:
-        """Keep the scene if it is the best so far."""
+        """Keep the current scene if it is the best so far."""
         if self.energy < self.best:
             self.best, self.best_state = self.energy, self.state
 
@@ -98,7 +143,7 @@ class Chain:
         shares: FloatArray,
         focus: Focus = EVERYBODY,
     ) -> None:
-        """Inner steps with the structure fixed; ``focus`` on a stretch of a player."""
+        """Do inner steps with the structure fixed; ``focus`` favours some clips of a player."""
         self._walk(self.scene, steps, groups, temperature, shares, focus)
 
     def _walk(
@@ -126,7 +171,7 @@ class Chain:
         shares: FloatArray,
         attention: float,
     ) -> bool:
-        """A structural jump with ``steps`` inner steps; whether it was taken."""
+        """Derive a node of a tree anew and do ``steps`` inner steps; return whether accepted."""
         self.jumps.tried += 1
         errors = self._subtree_errors(self.scene, self.shapes)
         sums = np.cumsum(np.concatenate(errors))
@@ -140,29 +185,28 @@ class Chain:
         if offer is None:
             self.jumps.refused += 1
             return False
-        shape, scene, trees, table, log_ratio = offer
+        shape, new, log_ratio = offer
         focus = player, 0, self.play.most_actions, attention
-        self._walk(scene, steps, groups, temperature, shares, focus)
+        self._walk(new.scene, steps, groups, temperature, shares, focus)
         shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
-        after = self._subtree_errors(scene, shapes)
+        after = self._subtree_errors(new.scene, shapes)
         log_ratio += math.log(after[player][number] / sum(e.sum() for e in after))
         log_ratio -= math.log(errors[player][number] / sums[-1])
-        return self._taken(shapes, scene, trees, table, temperature, log_ratio)
+        return self._taken(shapes, new, temperature, log_ratio)
 
     def _taken(
         self,
         shapes: list[TreeShape],
-        scene: SceneArrays,
-        trees: list[Tree],
-        table: RuleTable,
+        new: Structure,
         temperature: float,
         log_ratio: float,
     ) -> bool:
-        """Go to another structure, or stay."""
-        gain = (self.energy - self.play.energy(scene, table)) / temperature + log_ratio
+        """Accept another structure or stay; return whether it was accepted."""
+        gain = (self.energy - self.play.energy(new.scene, new.table)) / temperature + log_ratio
         if gain < 0.0 and self.rng.random() >= math.exp(gain):
             return False
-        self.shapes, self.scene, self.trees, self.table = shapes, scene, trees, table
+        self.shapes = shapes
+        self.scene, self.trees, self.table, self.spans = new
         self.jumps.taken += 1
         return True
 
@@ -174,7 +218,7 @@ class Chain:
         shares: FloatArray,
         attention: float,
     ) -> bool:
-        """Put a link into a chain of one of the trees, or take one away; whether it was done."""
+        """Insert or remove a link of a chain in one of the trees; return whether accepted."""
         self.jumps.tried += 1
         growing = bool(self.rng.random() < 0.5)
         found = places(self.play.chains, self.shapes, growing)
@@ -191,13 +235,13 @@ class Chain:
         if offer is None or linked is None:
             self.jumps.refused += 1
             return False
-        scene, trees, table, clip_ratio = offer
+        new, clip_ratio = offer
         shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
         log_ratio = linked.log_ratio + clip_ratio + math.log(len(found))
         log_ratio -= math.log(len(places(self.play.chains, shapes, not growing)))
         near = max(span[0] - AROUND, 0), span[0] + len(actions) + AROUND
-        self._walk(scene, steps, groups, temperature, shares, (player, *near, attention))
-        return self._taken(shapes, scene, trees, table, temperature, log_ratio)
+        self._walk(new.scene, steps, groups, temperature, shares, (player, *near, attention))
+        return self._taken(shapes, new, temperature, log_ratio)
 
     def recast(
         self,
@@ -207,9 +251,10 @@ class Chain:
         shares: FloatArray,
         attention: float,
     ) -> bool:
-        """Draw the clips of a stretch of actions anew by their seams; whether it was done.
+        """Draw the clips of some consecutive actions anew by their seams; return whether accepted.
 
-        Steps in a flow cannot be exchanged one by one: each fits its neighbours alone.
+        Steps in continuous motion cannot be exchanged one by one, because each fits its neighbours
+        only.
         """
         self.jumps.tried += 1
         n_clips = self.scene.n_clips
@@ -223,13 +268,13 @@ class Chain:
         if offer is None:
             self.jumps.refused += 1
             return False
-        scene, trees, table, log_ratio = offer
+        new, log_ratio = offer
         near = max(span[0] - AROUND, 0), span[1] + AROUND
-        self._walk(scene, steps, groups, temperature, shares, (player, *near, attention))
-        return self._taken(self.shapes, scene, trees, table, temperature, log_ratio)
+        self._walk(new.scene, steps, groups, temperature, shares, (player, *near, attention))
+        return self._taken(self.shapes, new, temperature, log_ratio)
 
     def _subtree_errors(self, scene: SceneArrays, shapes: Sequence[TreeShape]) -> list[FloatArray]:
-        """E of all nodes of all players' trees."""
+        """Return E of all nodes of all players' trees."""
         errors = np.zeros(scene.entry.shape)
         token_errors(scene, self.play.library, errors)
         found = []
@@ -241,8 +286,8 @@ class Chain:
 
     def _offer(
         self, player: int, node: int, groups: ClipGroups, exact: bool
-    ) -> tuple[TreeShape, SceneArrays, list[Tree], RuleTable, float] | None:
-        """A node derived anew, not yet accepted, with log q(old) / q(new); None: not allowed."""
+    ) -> tuple[TreeShape, Structure, float] | None:
+        """Return a proposal with a node derived anew and log q(old) / q(new), or None."""
         play, shape = self.play, self.shapes[player]
         derivations = play.derivations[player]
         end, first, last = shape.spans[node].tolist()
@@ -259,8 +304,8 @@ class Chain:
         offer = self._respelled_scene(player, after, (first, last), new.actions, groups, exact)
         if offer is None:
             return None
-        scene, trees, table, clip_ratio = offer
-        return after, scene, trees, table, ratio + clip_ratio
+        new_structure, clip_ratio = offer
+        return after, new_structure, ratio + clip_ratio
 
     def _respelled_scene(
         self,
@@ -270,8 +315,8 @@ class Chain:
         actions: Sequence[str],
         groups: ClipGroups,
         exact: bool,
-    ) -> tuple[SceneArrays, list[Tree], RuleTable, float] | None:
-        """The scene with other actions in ``span`` of a player, and the ratio of their clips."""
+    ) -> tuple[Structure, float] | None:
+        """Return the scene with other actions in ``span``, and the log ratio of their clips."""
         play, state = self.play, self.state
         entries, log_ratio = self._clips(player, span, actions, groups)
         same = shape is self.shapes[player]
@@ -281,14 +326,16 @@ class Chain:
             return None
         players = (*state.players[:player], one, *state.players[player + 1 :])
         trees = [*self.trees[:player], tree, *self.trees[player + 1 :]]
-        table = play.binder.bind(trees)
-        scene = play.arrays(SceneState(players), table)
-        return scene, trees, table, log_ratio if exact else 0.0
+        spans = list(self.spans)
+        if not same:
+            spans[player] = play.binder.assignments(player, shape.actions)[0]
+        new = least_error(play, SceneState(players), trees, spans, player)
+        return new, log_ratio if exact else 0.0
 
     def _clips(
         self, player: int, span: tuple[int, int], actions: Sequence[str], groups: ClipGroups
     ) -> tuple[IntArray, float]:
-        """Clips for new actions in a span, and log(q(old) / q(new)) relative to uniform draws."""
+        """Return clips for new actions, and log(q(old) / q(new)) relative to uniform draws."""
         play, n = self.play, int(self.scene.n_clips[player])
         own, seams = self.scene.entry[player, :n], play.library.clips["seam"]
         before = int(seams[own[span[0] - 1]]) if span[0] > 0 else -1
@@ -306,7 +353,7 @@ class Chain:
     def _respelled(
         self, player: int, tree: Tree, span: tuple[int, int], entries: IntArray
     ) -> PlayerState | None:
-        """A player with other clips in ``span``; None where they had to begin before time 0."""
+        """Return a player with other clips in ``span``; None if they had to begin before time 0."""
         scene, clips = self.scene, self.play.library.clips
         first, last = span
         n = int(scene.n_clips[player])

@@ -12,7 +12,6 @@ import pytest
 import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
-from motiondb.database.ask.showing import describe_capture
 from motiondb.database.grammars import grammar_facts, grammar_sequences
 from motiondb.database.grammars.grammar_learning import GrammarSettings
 from motiondb.errors import MotionDBError, QueryError
@@ -172,7 +171,7 @@ def test_a_kept_sequence_is_a_capture_that_can_be_edited(dances: MotionDB, tmp_p
     assert store.load_derivation(dances.store, info.capture_id) is not None
     assert dances.check() == []
     assert dances.export("new/dance", tmp_path / "a.bvh").stat().st_size > 1000
-    facts = describe_capture(dances, "new/dance")
+    facts = dances.show("new/dance")
     assert (facts["grammar"], facts["string"]) == ("nested", " ".join(made.string))
     at = len(made.tree.children[0].children)  # the first position of the middle part, C
     edited = dances.grammars.edit("nested", "new/dance", at, n=3, seed=2)

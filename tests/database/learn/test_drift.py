@@ -9,7 +9,7 @@ import pytest
 
 import motiondb
 from motiondb import store
-from motiondb.database.learn import captures_drift
+from motiondb.learning import drift
 from motiondb.records import FloatArray, SegmentTable
 
 
@@ -25,9 +25,9 @@ def table_of(ids: list[int], explained: FloatArray, lengths: list[int]) -> Segme
 def test_baseline_by_hand() -> None:
     """Twenty segments of 10 frames: the worst twentieth of the motion is one of them."""
     explained = np.arange(20.0)
-    found = captures_drift.baseline(table_of([3] * 10 + [5] * 10, explained, [10] * 20))
-    assert found["learned_from"].tolist() == [3.0, 5.0]
-    assert found["drift_baseline"].tolist() == [9.5, 0.0, 200.0]
+    found = drift.fit_baseline(table_of([3] * 10 + [5] * 10, explained, [10] * 20))
+    assert found.captures.tolist() == [3, 5]
+    assert (found.mean, found.worst, found.frames) == (9.5, 0.0, 200.0)
 
 
 def test_nothing_changed_is_no_drift(learned_file: Path) -> None:
@@ -47,7 +47,7 @@ def test_new_words_make_learning_worthwhile(learned_copy: Path) -> None:
         assert few is not None
         assert few.words == ("moonwalk",)
         assert not few.relearn
-        assert 0 < few.new_words < captures_drift.NEW_WORDS
+        assert 0 < few.new_words < drift.NEW_WORDS
         db.set_words("ana/run_1", " ".join(["zorb"] * 200))
         many = db.drift()
         assert many is not None

@@ -14,9 +14,9 @@ import pytest
 
 import motiondb
 from motiondb import store
-from motiondb.database.learn import learning
-from motiondb.database.learn.learning import FeaturePool, LearnSettings
 from motiondb.errors import MotionDBError
+from motiondb.learning import symbol_fitting
+from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings
 from motiondb.pose.features import N_FEATURES
 from motiondb.records import Float32Array, IntArray, MotionSymbols, SegmentTable
 from motiondb.symbols.acquisition import AcquisitionSettings, Cutting
@@ -24,7 +24,7 @@ from motiondb.symbols.acquisition import AcquisitionSettings, Cutting
 LEARN_AND_DIGEST = """
 import hashlib, sys
 import motiondb
-from motiondb.database.learning import LearnSettings
+from motiondb.learning.symbol_fitting import LearnSettings
 with motiondb.open(sys.argv[1]) as db:
     found = db.learn(LearnSettings(seed=5))
 digest = hashlib.sha256()
@@ -69,11 +69,11 @@ def test_stored_symbols_are_the_likeliest(table: SegmentTable) -> None:
 def test_every_symbol_wins_and_is_left_to_right(learned_file: Path, table: SegmentTable) -> None:
     """A3, A4: no idle symbol stays; every state is left for the next."""
     with motiondb.open(learned_file, read_only=True) as db:
-        symbols, parameters = db.learned.symbols, db.learned.parameters
+        symbols, lengths = db.learned.symbols, db.learned.description_lengths
     np.testing.assert_array_equal(np.unique(table.symbols), np.arange(symbols.n_symbols))
     real = np.arange(symbols.self_loops.shape[1]) < symbols.n_states[:, None]
     assert np.all((symbols.self_loops[real] > 0) & (symbols.self_loops[real] < 1))
-    assert np.all(np.diff(parameters["description_lengths"]) < 0)
+    assert np.all(np.diff(lengths) < 0)
 
 
 def test_two_symbols_tie_to_the_lowest() -> None:
@@ -82,7 +82,7 @@ def test_two_symbols_tie_to_the_lowest() -> None:
     )
     pool = pool_of([6])
     cutting = Cutting(*(np.array(c) for c in ([0, 3], [3, 6], [0, 0])))
-    found = learning.segment_table(pool.features[:, :1], pool, one, cutting)
+    found = symbol_fitting.segment_table(pool.features[:, :1], pool, one, cutting)
     np.testing.assert_array_equal(found.symbols, [0, 0])
     np.testing.assert_array_equal(found.scores[:, 0], found.scores[:, 1])
 
@@ -105,7 +105,7 @@ def test_frames_of_the_table_are_frames_of_the_motion() -> None:
     )
     pool = pool_of([4, 5], odd=1)
     cutting = Cutting(*(np.array(c) for c in ([0, 4, 6], [4, 6, 9], [0, 0, 0])))
-    found = learning.segment_table(pool.features[:, :1], pool, one, cutting)
+    found = symbol_fitting.segment_table(pool.features[:, :1], pool, one, cutting)
     np.testing.assert_array_equal(found.capture_ids, [7, 8, 8])
     np.testing.assert_array_equal(found.starts, [0, 0, 4])
     np.testing.assert_array_equal(found.ends, [7, 4, 9])
@@ -114,7 +114,7 @@ def test_frames_of_the_table_are_frames_of_the_motion() -> None:
 def test_background_by_hand() -> None:
     """-(x^2 + y^2) / 2 - ln 2 pi, a frame's mean: x = 0, 2 and y = 0, 1 make -1.25 - ln 2 pi."""
     frames = np.array([[0.0, 0.0], [2.0, 1.0], [3.0, 0.0]], dtype=np.float32)
-    found = learning.background(frames, np.array([0, 2]), np.array([2, 3]))
+    found = symbol_fitting.background(frames, np.array([0, 2]), np.array([2, 3]))
     np.testing.assert_allclose(found, np.array([-1.25, -4.5]) - 1.8378770664)
 
 

@@ -11,8 +11,8 @@ import motiondb
 from motiondb import store
 from motiondb.capture import read_capture
 from motiondb.database.catalogue.parts import cut_clip
-from motiondb.database.learn.learning import LearnSettings
 from motiondb.errors import MotionDBError, NotLearnedError
+from motiondb.learning.symbol_fitting import LearnSettings
 
 
 def test_no_captures(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def base(learned_file: Path) -> Iterator[motiondb.MotionDB]:
 
 @pytest.fixture(scope="module")
 def clips(base: motiondb.MotionDB) -> SceneClips:
-    return scene_clips(base, read_grammar("basketball"))
+    return scene_clips(base.session, read_grammar("basketball"))
 
 
 def test_every_terminal_has_entries_with_licences(clips: SceneClips) -> None:
@@ -84,7 +84,7 @@ def test_shots_go_up_and_pivots_turn(clips: SceneClips) -> None:
 def test_of_many_captures_few_are_looked_at(base: motiondb.MotionDB) -> None:
     """Two of the 20 walks are cut, the first and the last, and one of them is enough."""
     grammar = read_motion_grammar('start S\nS -> walk\nwalk := "walk"\n', "g")
-    clips = scene_clips(base, grammar, replace(FEW, most=2))
+    clips = scene_clips(base.session, grammar, replace(FEW, most=2))
     assert len(clips.motions) == 1
     assert len(clips.library.of("walk")) > 2
 
@@ -92,8 +92,8 @@ def test_of_many_captures_few_are_looked_at(base: motiondb.MotionDB) -> None:
 def test_a_library_is_kept_until_something_changes(
     base: motiondb.MotionDB, clips: SceneClips
 ) -> None:
-    assert scene_clips(base, read_grammar("basketball")) is clips
-    few = scene_clips(base, read_grammar("basketball"), FEW)
+    assert scene_clips(base.session, read_grammar("basketball")) is clips
+    few = scene_clips(base.session, read_grammar("basketball"), FEW)
     assert few is not clips
     assert len(few.library.source) < len(clips.library.source)
 
@@ -101,16 +101,16 @@ def test_a_library_is_kept_until_something_changes(
 def test_other_events_make_another_library(learned_copy: Path) -> None:
     grammar = read_motion_grammar('start S\nS -> shoot\nshoot := "jump shot" event release\n', "g")
     with motiondb.open(learned_copy) as base:
-        first = scene_clips(base, grammar, FEW)
+        first = scene_clips(base.session, grammar, FEW)
         source = first.library.source[0]
         number = store.load_capture(base.store, source.capture).capture_id
         frame = source.start + 10
         store.save_events(base.store, number, [Event(frame, "release")])
-        second = scene_clips(base, grammar, FEW)
+        second = scene_clips(base.session, grammar, FEW)
         assert second is not first
         assert frame in instants(second, source.capture)
         store.save_events(base.store, number, [])
-        third = scene_clips(base, grammar, FEW)
+        third = scene_clips(base.session, grammar, FEW)
         kinds = {s.instant for s in third.library.source if s.capture == source.capture}
         assert kinds == {"wrists"}
 
@@ -131,7 +131,7 @@ def test_a_terminal_without_clips_is_named_with_its_phrases(base: motiondb.Motio
         'b := "juggle", "throw up" without "ball"\nc := "moonwalk"\n'
     )
     with pytest.raises(SceneError) as error:
-        scene_clips(base, read_motion_grammar(text, "odd.grammar"))
+        scene_clips(base.session, read_motion_grammar(text, "odd.grammar"))
     assert str(error.value) == (
         "odd: expected captures for every terminal, found none for 2 terminals: b ('juggle',"
         " 'throw up' without 'ball'); c ('moonwalk'). Add captures whose words say so, one action"
@@ -210,7 +210,7 @@ def stretches(base: motiondb.MotionDB, grammar: MotionGrammar) -> dict[str, str]
     """Of each action that a capture shows, which stretch of it."""
     return {
         name: part.stretch
-        for name, parts in find_actions(base, grammar).items()
+        for name, parts in find_actions(base.session, grammar).items()
         for part in parts
         if part.capture == "goran/shoot_1"
     }

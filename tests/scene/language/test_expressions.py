@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, pairwise, product
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.database.scenes import scene_files
-from motiondb.scene.language.expressions import Item, auxiliary_rules, expressions, g_user, spans
+from motiondb.scene.language.expressions import (
+    MOST_ASSIGNMENTS,
+    Item,
+    assignments,
+    auxiliary_rules,
+    expressions,
+    g_user,
+    spans,
+)
 from motiondb.scene.language.semantic_rules import (
     DirectionRule,
     PositionRule,
@@ -153,3 +161,73 @@ def test_a_move_may_be_against_somebody_else() -> None:
     assert [str(item) for item in found["D2"]] == ["(run)*", "(guard)*"]
     assert [item.other for item in found["D2"]] == ["A1", "A1"]
     assert [item.other_item for item in found["D2"]] == [-1, -1]
+
+
+def every_assignment(string: list[str], items: list[Item]) -> set:
+    """All assignments by trying all intervals: the slow twin."""
+    found = set()
+    n = len(string)
+    intervals = [(a, b) for a in range(n) for b in range(a + 1, n + 1)]
+    for choice in product(intervals, repeat=len(items)):
+        if any(one[1] > other[0] for one, other in pairwise(choice)):
+            continue
+        taken = {k for a, b in choice for k in range(a, b)}
+        for item, (a, b) in zip(items, choice):
+            fits = all(action in item.actions for action in string[a:b])
+            around = [k for k in (a - 1, b) if 0 <= k < n and k not in taken]
+            left_over = item.repeated and any(string[k] in item.actions for k in around)
+            if not fits or left_over or (b - a > 1 and not item.repeated):
+                break
+        else:
+            found.add(choice)
+    return found
+
+
+WALKS = [Item(("walk",), True), Item(("walk",), True)]
+
+
+def test_two_walks_with_a_bow_between_can_be_assigned_in_three_ways() -> None:
+    string = ["walk", "bow", "walk", "walk", "walk"]
+    found = assignments(string, WALKS)
+    assert found[0] == spans(string, WALKS) == ((0, 1), (2, 5))
+    assert set(found) == {((0, 1), (2, 5)), ((2, 3), (3, 5)), ((2, 4), (4, 5))}
+
+
+def test_strings_that_miss_an_item_cannot_be_assigned() -> None:
+    assert assignments(["walk"], WALKS) == ()
+    assert assignments(["bow", "bow"], [Item(("walk",), True)]) == ()
+    assert assignments(["bow"], []) == ((),)
+
+
+@settings(deadline=None)
+@given(
+    st.lists(st.sampled_from(["walk", "bow", "run"]), min_size=1, max_size=6),
+    st.lists(
+        st.tuples(st.sampled_from([("walk",), ("bow",), ("walk", "run")]), st.booleans()),
+        min_size=1,
+        max_size=3,
+    ),
+)
+def test_assignments_beside_a_slow_twin(string: list[str], kinds: list) -> None:
+    items = [Item(actions, repeated) for actions, repeated in kinds]
+    found = assignments(string, items)
+    first = spans(string, items)
+    if first is None:
+        assert found == ()
+        return
+    assert found[0] == first
+    assert len(set(found)) == len(found)
+    assert set(found) | {first} == every_assignment(string, items) | {first}
+
+
+def test_many_assignments_are_thinned_out() -> None:
+    string = ["walk"] * 12
+    found = assignments(string, WALKS * 2)
+    assert len(found) == MOST_ASSIGNMENTS
+    assert found[0] == spans(string, WALKS * 2)
+    assert set(found) <= {
+        ((0, a), (a, b), (b, c), (c, 12))
+        for a in range(1, 10)
+        for b in range(a + 1, 11)
+        for c in range(b + 1, 12)
+    }

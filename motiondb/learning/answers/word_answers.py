@@ -1,0 +1,280 @@
+"""Search by words, and the words of a motion over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.errors import QueryError
+from motiondb.learning.answers import question_search
+from motiondb.learning.learned import Learned
+from motiondb.learning.recognition import decode, recognise, understand
+from motiondb.pose.features import FEATURE_STEP
+from motiondb.records import MOTION_FPS, Match, Motion
+from motiondb.search import alignment, by_question, by_words, reasons
+from motiondb.words import decoding
+from motiondb.words.question.known import KnownQuestion
+from motiondb.words.question.manner import manner_of
+from motiondb.words.question.plain import plain_actions
+from motiondb.words.question.readings import Reading
+from motiondb.words.question.tree import NotUsed, actions_of
+
+MOST_DECODED = 50
+"""Words that are decoded to symbols at once: 200 take 2 GB, and sequences are short."""
+
+
+@dataclass(frozen=True, eq=False)
+class WordAnswer:
+    """Matches of a question in words, and how the question was understood.
+
+    Attributes
+    ----------
+    matches : tuple of Match
+        Best first.
+    question : KnownQuestion
+        The question as it was understood.
+    actions : tuple of tuple of str
+        The question as a plain order of actions; () stands for any action.
+    not_used : tuple of NotUsed
+        What of the question played no part in the search.
+    decoding : Decoding or None
+        Decoded symbols of a search by symbols; None where no sequence was found.
+    reasons : tuple
+        Per match what every asked word adds to its log-odds; ``search.reasons.total`` of them is
+        the number that ranks the match, and ``score`` its logistic function.
+    strength : float or None
+        Of the best match: nats by which the action that it shows least clearly is likelier than
+        usual for the words asked.
+    threshold : float or None
+        Strength below which nothing in the database matches; None where it could not be learned
+        (``search.certainty``).
+    """
+
+    matches: tuple[Match, ...]
+    question: KnownQuestion
+    actions: tuple[tuple[str, ...], ...]
+    not_used: tuple[NotUsed, ...] = ()
+    decoding: decoding.Decoding | None = None
+    reasons: tuple[tuple[reasons.WordReason, ...], ...] = ()
+    strength: float | None = None
+    threshold: float | None = None
+
+    @property
+    def unknown(self) -> Mapping[str, tuple[str, ...]]:
+        """Word of the question that is not known -> nearest known words."""
+        return self.question.unknown
+
+    @property
+    def matches_anything(self) -> bool | None:
+        """Whether anything in the database shows what was asked; None where this is not known."""
+        return reaches(self.matches, self.strength, self.threshold)
+
+
+def reaches(
+    matches: Sequence[Match], strength: float | None, threshold: float | None
+) -> bool | None:
+    """Whether a best match is good enough; None where no threshold was learned."""
+    if not matches:
+        return False
+    return None if strength is None or threshold is None else strength >= threshold
+
+
+def search_words(
+    learned: Learned,
+    text: str,
+    allowed: Sequence[int],
+    limit: int = 10,
+    by_symbols: bool = False,
+    written: bool = True,
+) -> WordAnswer:
+    """The intervals that show what a text asks for, best first.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    text : str
+        The question.
+    allowed : sequence of int
+        Numbers of the captures to search; those without segments are left out.
+    limit : int
+        Largest number of matches.
+    by_symbols : bool
+        Decode the words to symbols and align these with the captures, as in paper A.
+    written : bool
+        Whether captions count as evidence beside the motion.
+
+    Raises
+    ------
+    QueryError
+        When the text is empty, no word of it is known, or it cannot be read.
+    NotLearnedError
+        When no words were learned.
+    """
+    allowed = [capture for capture in allowed if capture in learned.rows]
+    if not text.strip():
+        raise QueryError("search: expected words, found an empty question. Say what to look for.")
+    question = understand(learned, text)
+    if by_symbols:
+        return _search_decoded(learned, question, allowed, limit)
+    found, read, left_out = question_search.find(learned, question, allowed, limit, written)
+    number = learned.word_numbers
+    takes = learned.takes if written else learned.seen_takes
+    matches = tuple(
+        Match(
+            rank,
+            learned.captures[each.capture].name,
+            *to_seconds(learned, each.capture, each.hit.start, each.hit.end),
+            float(1.0 / (1.0 + np.exp(-reasons.total(each.why)))),
+            _matched(takes[each.capture], question, number),
+            _reason(each.hit, read) + mark_generated(learned, each.capture, "; "),
+            each.probability,
+        )
+        for rank, each in enumerate(found, start=1)
+    )
+    sure = learned.word_certainty
+    threshold = None if sure is None or np.isnan(sure.threshold) else sure.threshold
+    return WordAnswer(
+        matches, question, plain_actions(question.tree)[0], (*question.not_used, *left_out),
+        reasons=tuple(each.why for each in found),
+        strength=max((question_search.strength(learned, each.why, threshold) for each in found),
+                     default=None),
+        threshold=threshold,
+    )  # fmt: skip
+
+
+def _search_decoded(
+    learned: Learned, question: KnownQuestion, allowed: Sequence[int], limit: int
+) -> WordAnswer:
+    actions, left_out = plain_actions(question.tree)
+    not_used = (*question.not_used, *left_out)
+    words = tuple(word for action in actions for word in action)
+    if len(words) > MOST_DECODED:
+        raise QueryError(
+            f"search --by-symbols: expected at most {MOST_DECODED} words, found {len(words)}. "
+            "Ask for fewer actions, or leave out --by-symbols."
+        )
+    decoded = decode(learned, words)
+    if decoded is None:
+        return WordAnswer((), question, actions, not_used)
+    symbols = np.array(decoded.symbols)
+    weights = np.full(len(symbols), 1.0 / len(symbols))
+    scale = alignment.distance_scale(learned.distances)
+    found = []
+    for capture in allowed:
+        rows = learned.rows[capture]
+        score, first, last = alignment.align(
+            symbols, weights, learned.segments.symbols[rows], learned.distances, scale
+        )
+        if last > first:
+            start = int(learned.segments.starts[rows][first])
+            found.append((score, capture, start, int(learned.segments.ends[rows][last - 1])))
+    found.sort(key=lambda hit: (-hit[0], hit[1]))
+    number = learned.word_numbers
+    occurs = any(np.isclose(hit[0], 1.0) for hit in found)
+    note = "" if occurs else "; this sequence of symbols never occurred, the nearest are given"
+    matches = tuple(
+        Match(
+            rank,
+            learned.captures[capture].name,
+            *to_seconds(learned, capture, start, end),
+            float(score),
+            _matched(learned.takes[capture], question, number),
+            f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
+            + mark_generated(learned, capture, "; "),
+        )
+        for rank, (score, capture, start, end) in enumerate(found[:limit], start=1)
+    )
+    return WordAnswer(matches, question, actions, not_used, decoded)
+
+
+@dataclass(frozen=True)
+class Description:
+    """What an interval of a motion shows.
+
+    Attributes
+    ----------
+    start : float
+        Seconds.
+    end : float
+        Seconds.
+    words : tuple of (str, float)
+        Words with their probabilities, most probable first.
+    symbols : tuple of int
+        Symbols of the interval's segments.
+    """
+
+    start: float
+    end: float
+    words: tuple[tuple[str, float], ...]
+    symbols: tuple[int, ...] = ()
+
+
+def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Description, ...]:
+    """The words of a motion over time; neighbours with the same likeliest words become one."""
+    seen = recognise(learned, motion)
+    starts, ends, symbols = seen.starts, seen.ends, seen.symbols
+    probabilities = learned.word_map.probabilities(seen.window_vectors()) * learned.is_known()
+    groups: list[list[int]] = []
+    for n, row in enumerate(probabilities):
+        likeliest = set(np.argsort(-row)[:2])
+        if groups and set(np.argsort(-probabilities[groups[-1]].mean(axis=0))[:2]) == likeliest:
+            groups[-1].append(n)
+        else:
+            groups.append([n])
+    seconds = FEATURE_STEP / MOTION_FPS
+    answers = []
+    for group in groups:
+        mean = np.average(probabilities[group], axis=0, weights=(ends - starts)[group])
+        order = [w for w in np.argsort(-mean, kind="stable")[:n_words] if mean[w] > 0.0]
+        answers.append(
+            Description(
+                round(float(starts[group[0]]) * seconds, 3),
+                round(min(float(ends[group[-1]]) * seconds, motion.n_frames / MOTION_FPS), 3),
+                tuple((learned.association.words[w], float(mean[w])) for w in order),
+                tuple(int(s) for s in symbols[group]),
+            )
+        )
+    return tuple(answers)
+
+
+def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[float, float]:
+    """An interval of a capture in seconds, from frames [start, end) at 30 a second."""
+    duration = learned.captures[capture].duration
+    low = round(start / MOTION_FPS, 3)
+    return min(low, duration), round(min(end / MOTION_FPS, duration), 3)
+
+
+def _matched(
+    take: by_words.TakeScores, question: KnownQuestion, number: Mapping[str, int]
+) -> tuple[str, ...]:
+    """Asked words that are likelier than not in the capture."""
+    asked = dict.fromkeys(word for action in actions_of(question.tree) for word in action.all_words)
+    top = np.maximum(take.windows.max(axis=0), take.whole)
+    return tuple(word for word in asked if top[number[word]] > 0.0)
+
+
+def mark_generated(learned: Learned, capture: int, before: str = "") -> str:
+    """The word "generated" for a generated capture, otherwise nothing."""
+    return f"{before}generated" if learned.captures[capture].kind == "generated" else ""
+
+
+def _reason(hit: by_question.QuestionHit, read: Sequence[Reading]) -> str:
+    """Every part of an answer with its interval."""
+    reading = read[hit.reading]
+    said = []
+    for k, part in enumerate(reading.parts):
+        asked = [" ".join(action) for action in part.actions]
+        only = [e for e in reading.exclusions if (e.first, e.last) == (k, k + 1)]
+        excluded = [f"not {' and '.join(map(' '.join, e.actions))}" for e in only]
+        joined = "".join(
+            text if n == 0 else f" {text}" if manner_of(text) else f" while {text}"
+            for n, text in enumerate(asked)
+        )
+        said.append(joined or ", ".join(excluded) or "?")
+    return "; ".join(
+        f"{words} {start / MOTION_FPS:.2f}-{end / MOTION_FPS:.2f} s"
+        for words, (start, end) in zip(said, hit.parts)
+    )

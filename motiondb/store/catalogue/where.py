@@ -1,0 +1,207 @@
+"""Filters on the catalogue: ``performer in (14, 16) and not (duration<2.5 or caption~walk)``.
+
+    filter      all {"or" all}
+    all         single {"and" single}
+    single      "not" single | "(" filter ")" | condition
+    condition   name operator value | name ["not"] "in" "(" value {"," value} ")"
+    operator    = != < <= > >= ~ !~         ~ asks whether the value stands within
+    value       text up to the next "and", "or" or closing parenthesis, or anything in quotes
+
+A name is a column of the catalogue, ``caption`` (the texts that people wrote about the capture) or
+a tag. Two values are compared as numbers when both are numbers, otherwise as text without regard to
+case. A capture with several captions answers where one of them does; to !=, !~ and "not in" where
+none of them is the value. A capture without the tag, or without captions, answers only to these.
+"""
+
+from __future__ import annotations
+
+import re
+
+from motiondb.errors import QueryError
+from motiondb.store.catalogue.filters import (
+    COLUMNS,
+    Condition,
+    Filter,
+    NoneOf,
+    OneOf,
+    asks_captions,
+    check_names,
+    matches,
+)
+
+__all__ = ["COLUMNS", "Condition", "asks_captions", "check_names", "matches", "parse_where"]
+
+MOST_CHARACTERS = 100_000
+"""Longest filter; a list of a thousand captures has some 20,000 characters. Chosen by hand."""
+MOST_DEPTH = 50
+"""Parentheses and negations within one another. Chosen by hand."""
+
+_TOKEN = re.compile(
+    r"""(?P<quoted>"[^"]*"|'[^']*')|(?P<operator>!=|!~|<=|>=|==|=|<|>|~)|(?P<sign>[(),])
+        |(?P<word>[^\s=!<>~"'(),]+)|(?P<other>[!"'])""",
+    re.VERBOSE,
+)
+
+
+def parse_where(text: str) -> tuple[Filter, ...]:
+    """The filters that must all hold; none for an empty text.
+
+    >>> parse_where("performer=14 and words ~ 'walk and turn'")[1].value
+    'walk and turn'
+    >>> parse_where("not performer in (14, 16)")[0].filters[0].alternatives[1]
+    (Condition(name='performer', operator='=', value='16'),)
+
+    Raises
+    ------
+    QueryError
+        The text is no filter; shows what one looks like.
+    """
+    if len(text) > MOST_CHARACTERS:
+        raise QueryError(
+            f"filter: expected at most {MOST_CHARACTERS:,} characters, found {len(text):,}. "
+            "Ask for less at a time."
+        )
+    reader = _Reader(text)
+    if not reader.tokens:
+        if text.strip():
+            raise reader.refusal(0)
+        return ()
+    filters = reader.one_of(0)
+    if reader.place < len(reader.tokens):
+        raise QueryError(
+            f"filter {_short(text)!r}: expected '(' before ')', found none. Leave out ')', or put "
+            "the value into quotes."
+        )
+    return filters
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 200 else f"{text[:197]}..."
+
+
+class _Reader:
+    """A place in the tokens of a filter; a method per rule of the module's grammar."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.tokens = list(_TOKEN.finditer(text))
+        self.place = 0
+
+    def next(self, offset: int = 0) -> str:
+        """The token at an offset from the place, "" behind the end."""
+        place = self.place + offset
+        return self.tokens[place].group() if place < len(self.tokens) else ""
+
+    def kind(self, offset: int = 0) -> str:
+        """The kind of that token, "end" behind the end."""
+        place = self.place + offset
+        return str(self.tokens[place].lastgroup) if place < len(self.tokens) else "end"
+
+    def says(self, *words: str, offset: int = 0) -> bool:
+        """Whether that token is one of some words, written without quotes."""
+        return self.kind(offset) == "word" and self.next(offset).lower() in words
+
+    def refusal(self, place: int) -> QueryError:
+        """What is wrong with the condition that begins at a token."""
+        rest = self.text[self.tokens[place].start() :] if place < len(self.tokens) else ""
+        return QueryError(
+            f"filter {_short(self.text)!r}: expected NAME OPERATOR VALUE with one of "
+            f"= != < <= > >= ~, found {_short(rest.strip() or 'nothing')!r}. "
+            "Write for example: performer=14 and duration>2.5."
+        )
+
+    def one_of(self, depth: int) -> tuple[Filter, ...]:
+        """Filters that must all hold, of alternatives one filter."""
+        if depth > MOST_DEPTH:
+            raise QueryError(
+                f"filter {_short(self.text)!r}: expected at most {MOST_DEPTH} parentheses and "
+                "negations within one another, found more. Ask for less at a time."
+            )
+        alternatives = [self.all_of(depth)]
+        while self.says("or"):
+            self.place += 1
+            alternatives.append(self.all_of(depth))
+        return alternatives[0] if len(alternatives) == 1 else (OneOf(tuple(alternatives)),)
+
+    def all_of(self, depth: int) -> tuple[Filter, ...]:
+        """Filters joined by "and"."""
+        filters = list(self.single(depth))
+        while self.says("and"):
+            self.place += 1
+            filters.extend(self.single(depth))
+        return tuple(filters)
+
+    def single(self, depth: int) -> tuple[Filter, ...]:
+        """A negation, a group, or a condition."""
+        if self.says("not") and (self.kind(1) == "word" or self.next(1) == "("):
+            self.place += 1
+            if depth >= MOST_DEPTH:
+                return self.one_of(depth + 1)  # refuses
+            return (NoneOf(self.single(depth + 1)),)
+        if self.next() != "(":
+            return (self.condition(),)
+        self.place += 1
+        filters = self.one_of(depth + 1)
+        if self.next() != ")":
+            raise QueryError(
+                f"filter {_short(self.text)!r}: expected ')' for every '(', found "
+                f"{_short(self.next()) or 'the end'!r}. Close the parentheses."
+            )
+        self.place += 1
+        return filters
+
+    def condition(self) -> Filter:
+        """A comparison, or a name among values."""
+        start = self.place
+        while self.kind() == "word" and not self.says("and", "or") and not self._begins_list():
+            self.place += 1
+        if self.place == start:
+            raise self.refusal(start)
+        name = self.text[self.tokens[start].start() : self.tokens[self.place - 1].end()]
+        if self._begins_list():
+            return self._list(name, start)
+        if self.kind() != "operator":
+            raise self.refusal(start)
+        sign = self.next().replace("==", "=")
+        self.place += 1
+        value = self._value(start, ())
+        ends = self.kind() == "end" or self.says("and", "or") or self.next() == ")"
+        if not ends:
+            raise self.refusal(start)
+        return Condition(name, sign, value)
+
+    def _begins_list(self) -> bool:
+        offset = 1 if self.says("not") else 0
+        return self.says("in", offset=offset) and self.next(offset + 1) == "("
+
+    def _list(self, name: str, start: int) -> Filter:
+        """``in (value, value)`` and ``not in (...)``."""
+        negated = self.says("not")
+        self.place += 3 if negated else 2
+        values = [self._value(start, (",",))]
+        while self.next() == ",":
+            self.place += 1
+            values.append(self._value(start, (",",)))
+        if self.next() != ")":
+            raise self.refusal(start)
+        self.place += 1
+        listed = OneOf(tuple((Condition(name, "=", value),) for value in values))
+        return NoneOf((listed,)) if negated else listed
+
+    def _value(self, start: int, stops: tuple[str, ...]) -> str:
+        """A quoted value, or text up to what ends it."""
+        first = self.place
+        if self.kind() == "quoted":
+            self.place += 1
+            return self.tokens[first].group()[1:-1]
+        opened = 0
+        while self.kind() in ("word", "sign") and not (
+            opened == 0 and (self.next() in stops or (not stops and self.says("and", "or")))
+        ):
+            if self.next() == ")" and opened == 0:
+                break
+            opened += {"(": 1, ")": -1}.get(self.next(), 0)
+            self.place += 1
+        if self.place == first or opened:
+            raise self.refusal(start)
+        return self.text[self.tokens[first].start() : self.tokens[self.place - 1].end()]

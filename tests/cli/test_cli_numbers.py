@@ -1,0 +1,106 @@
+"""Every numeric option of every command has a range; senseless numbers end with exit code 2."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+import typer
+
+from motiondb.cli.main import app
+
+NUMBERS = (int, float)
+CHECKED = {
+    # No range of Typer: the settings refuse it (``SceneSettings``), with this text.
+    ("scene make", "--chains"): "chains: expected 1 to 64",
+}
+
+
+class NumericOption(NamedTuple):
+    """An option of a command that takes a number."""
+
+    command: str
+    option: str
+    kind: type
+    least: float | None
+    most: float | None
+
+
+def commands(name: str, group: Any) -> Iterator[tuple[str, Any]]:
+    for part, command in getattr(group, "commands", {}).items():
+        yield f"{name}{part}", command
+        yield from commands(f"{name}{part} ", command)
+
+
+def numeric_options() -> Iterator[NumericOption]:
+    for name, command in commands("", typer.main.get_command(app)):
+        for parameter in command.params:
+            kind = parameter.type_descriptor.annotation if parameter.opts else None
+            if kind in NUMBERS:
+                least, most = parameter.min, parameter.max
+                yield NumericOption(name, parameter.opts[0], kind, least, most)
+
+
+OPTIONS = list(numeric_options())
+
+
+def arguments(command: str) -> list[str]:
+    """Required arguments and options of a command, with values that would be read later."""
+    found = dict(commands("", typer.main.get_command(app)))[command]
+    words: list[str] = []
+    for parameter in found.params:
+        if parameter.required:
+            value = "1" if parameter.type_descriptor.annotation in NUMBERS else "x.bvh"
+            words += [parameter.opts[0], value] if parameter.opts[0].startswith("-") else [value]
+    return words
+
+
+def refused(run: Any, command: str, option: str, value: str) -> Any:
+    words = arguments(command)
+    if option in words:  # a required option: replace its value
+        words[words.index(option) + 1] = value
+        return run(*command.split(), *words)
+    return run(*command.split(), *words, option, value)
+
+
+def test_the_walk_over_the_options_finds_them() -> None:
+    names = {(o.command, o.option) for o in OPTIONS}
+    assert {
+        ("add", "--fps"),
+        ("show", "--from"),
+        ("search", "--limit"),
+        ("grammar edit", "--at"),
+    } < (names)
+    assert len(OPTIONS) > 30
+
+
+@pytest.mark.parametrize("found", OPTIONS, ids=lambda o: f"{o.command} {o.option}")
+def test_numeric_options_refuse_what_makes_no_sense(
+    command: Callable[..., Any], found: NumericOption
+) -> None:
+    senseless = ["nan", "inf", "-inf"] if found.kind is float else ["nan", "inf", "1.5"]
+    for value in [*senseless, "-1", "-1e999" if found.kind is float else "-99999999999999999999"]:
+        ended = refused(command, found.command, found.option, value)
+        text = CHECKED.get((found.command, found.option))
+        assert ended.code == (1 if text and text in ended.err else 2), (value, ended.err)
+        assert (text and text in ended.err) or found.option in ended.err, (value, ended.err)
+        assert "Traceback" not in ended.err
+    assert list(Path().iterdir()) == []
+
+
+@pytest.mark.parametrize("found", OPTIONS, ids=lambda o: f"{o.command} {o.option}")
+def test_numeric_options_have_a_least_value_and_floats_a_largest(found: NumericOption) -> None:
+    if (found.command, found.option) not in CHECKED:
+        assert found.least is not None
+        assert found.kind is int or found.most is not None
+
+
+def test_finite_lets_numbers_pass_and_names_others() -> None:
+    from motiondb.cli.options import finite
+
+    assert (finite(1.5), finite(None), finite(0.0)) == (1.5, None, 0.0)
+    for value in (float("nan"), float("inf")):
+        with pytest.raises(typer.BadParameter, match=f"expected a finite number, found {value}"):
+            finite(value)
