@@ -91,7 +91,7 @@ def narrower(tree: Tree, region: Region, levels: int = 1) -> Region:
     return _region(tree, path[: len(region.path) + levels], region.position)
 
 
-def alternatives(
+def alternatives(  # noqa: PLR0913  what to edit, and what is wished
     grammar: AnyGrammar,
     tree: Tree,
     region: Region,

@@ -37,7 +37,7 @@ import numpy as np
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError
 from motiondb.grammar.induction.annealing import WARMEST, anneal
 from motiondb.grammar.induction.induction import Induction, induce_with_bits
-from motiondb.grammar.induction.perturbation import perturb
+from motiondb.grammar.induction.perturbation import REWARMED, perturb
 from motiondb.grammar.induction.refitting import refit
 from motiondb.grammar.rules.description_length import DescriptionLength, Sentence
 from motiondb.grammar.rules.repeats import join_strings
@@ -81,9 +81,6 @@ _FIRST_ANNEALINGS = 6
 _FRESH, _WARM, _AGAIN = 1, 1, 4
 """Annealings that judge a change, from plain sentences and from rules taken apart; and from rules
 taken apart where the cuts stay."""
-
-_REWARMED = 2.0
-"""Bits: the first temperature of annealings that begin with rules."""
 
 _WARMTH = 0.01
 """First temperature of changes, as a share of the bits."""
@@ -194,7 +191,7 @@ def race(
     """
     number = _numbers(strings)
     live = [
-        _judged(cuts, _flat(strings, cuts, number), rng, _FIRST_ANNEALINGS)
+        _judged(cuts, _flat(strings, cuts, number), rng, (_FIRST_ANNEALINGS, 0))
         for cuts in dict.fromkeys(candidates)
     ]
     times = _FIRST_ANNEALINGS
@@ -205,7 +202,13 @@ def race(
             return _unlike(live)
         times *= 3
         live = [
-            _judged(one.cuts, _flat(strings, one.cuts, number), rng, times // 2, times // 2, one)
+            _judged(
+                one.cuts,
+                _flat(strings, one.cuts, number),
+                rng,
+                (times // 2, times // 2),
+                [one.rules],
+            )
             for one in kept
         ]
 
@@ -239,12 +242,15 @@ def improve(
         else:
             cuts = current.cuts
         if cuts == current.cuts:
-            changed = _judged(cuts, _flat(strings, cuts, number), rng, 1, _AGAIN, current)
+            flat = _flat(strings, cuts, number)
+            changed = _judged(cuts, flat, rng, (1, _AGAIN), [current.rules])
         elif cuts in seen or too_long(strings, cuts, lengths):
             continue
         else:
             flat = _flat(strings, cuts, number)
-            changed = _judged(cuts, flat, rng, _FRESH, _WARM, None, refit(current.rules, flat))
+            refitted = refit(current.rules, flat)
+            known = [] if refitted is None else [_annealed(refitted, rng, REWARMED)]
+            changed = _judged(cuts, flat, rng, (_FRESH, _WARM), known)
         seen.add(cuts)
         warmth = _WARMTH * best.bits * (1.0 - done / changes)
         if changed.bits <= current.bits or rng.random() < math.exp(
@@ -273,22 +279,30 @@ def _judged(
     cuts: Cuts,
     flat: RuleSet,
     rng: np.random.Generator,
-    fresh: int,
-    again: int = 0,
-    known: Judged | None = None,
-    begun: RuleSet | None = None,
+    times: tuple[int, int],
+    known: Sequence[RuleSet] = (),
 ) -> Judged:
-    """Return the best of rules annealed from plain sentences, and again from rules taken apart."""
-    found = [_annealed(flat, rng) for _ in range(fresh)]
-    if known is not None:
-        found.append(known.rules)
-    if begun is not None:
-        found.append(_annealed(begun, rng, _REWARMED))
-    best = min(found, key=RuleSet.bits)
-    for _ in range(again):
+    """Return a partition with the best rules that are known or annealed for it.
+
+    Parameters
+    ----------
+    cuts : Cuts
+        The partition.
+    flat : RuleSet
+        One rule for each sentence.
+    rng : numpy.random.Generator
+        Draws the changes.
+    times : tuple of int
+        Annealings from plain sentences, and then from perturbed rules.
+    known : sequence of RuleSet
+        Rules found before.
+    """
+    fresh, repeated = times
+    best = min([*(_annealed(flat, rng) for _ in range(fresh)), *known], key=RuleSet.bits)
+    for _ in range(repeated):
         apart = perturb(best, flat, _tries(flat), rng)
         if apart is not None:
-            best = min(best, _annealed(apart, rng, _REWARMED), key=RuleSet.bits)
+            best = min(best, _annealed(apart, rng, REWARMED), key=RuleSet.bits)
     return Judged(cuts, best, best.bits())
 
 
