@@ -75,17 +75,22 @@ def taken(
 
 
 def shortened(
-    kept: list[tuple[str, float]], places: Mapping[str, int]
+    kept: list[tuple[str, float]], places: Mapping[str, int], never: frozenset[tuple[str, str]]
 ) -> list[tuple[str, float]]:
     """The words worth their place: likely, and usual enough to stand in captions.
 
-    A probability counts as many tenths less as the target's place among all words is times ten
-    further down, so that usual words come before rare ones of the same meaning. Chosen by hand.
+    A probability counts 0.1 less for every tenfold place of the target among all words by use, so
+    that usual words come before rare ones of the same meaning (chosen by hand). Of two words that
+    are opposites the likelier is kept: a word is never taken as both.
     """
     def worth(pair: tuple[str, float]) -> float:
         return pair[1] - 0.1 * float(np.log10(1 + places.get(pair[0], 60_000)))
 
-    best = sorted(kept, key=lambda pair: (-worth(pair), pair[0]))[:N_TAKEN]
+    best: list[tuple[str, float]] = []
+    for target, chance in sorted(kept, key=lambda pair: (-worth(pair), pair[0])):
+        against = {t for t, p in kept if (t, target) in never and p > chance}
+        if len(best) < N_TAKEN and not against:
+            best.append((target, chance))
     return sorted(best, key=lambda pair: (-pair[1], pair[0]))
 
 
@@ -111,7 +116,7 @@ def main() -> None:
     held: dict[str, list[tuple[str, float]]] = {}
     for word, kept in taken(ordered, allowed, lexicon, similarity, model, never):
         if len(held) < N_WORDS and kept and kept[0][1] >= LEAST_HELD:
-            held[word] = shortened(kept, places)
+            held[word] = shortened(kept, places, never)
     named = sorted({*held, *(t for kept in held.values() for t, _ in kept)})
     silent = sorted(zlib.crc32(w.encode()) for w in ordered if w not in set(named))
     pairs = {
