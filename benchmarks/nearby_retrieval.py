@@ -19,7 +19,7 @@ from quality_learning import recognise
 from motiondb.records import FloatArray
 from motiondb.words import vocabulary
 from motiondb.words.nearby.table import NearbyTable
-from motiondb.words.nearby.taking import Taking, take_word, virtual_word
+from motiondb.words.nearby.taking import Taking, mixture, take_word, with_virtual_words
 from motiondb.words.word_map import WordMap, fit_word_map
 
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
@@ -113,6 +113,5 @@ def precision(scores: FloatArray, right: NDArray[np.bool_]) -> float:
 
 
 def _ask(taking: Taking, fit: WordMap, shown: Shown, test: NDArray[np.bool_]) -> FloatArray:
-    numbers = [shown.names.index(word) for word, _ in taking.words]
-    slope, constant = virtual_word(fit, numbers, taking.shares)
-    return np.asarray(shown.vectors[test] @ slope + constant)
+    virtual = with_virtual_words(fit, mixture([taking], shown.names))
+    return np.asarray(virtual.log_odds(shown.vectors[test])[:, -1])

@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from test_nearby_table import table
 
-from motiondb.words.nearby.taking import Taking, take_word, take_words, virtual_word
+from motiondb.words.nearby.taking import (
+    Taking,
+    mixture,
+    take_word,
+    take_words,
+    with_virtual_words,
+)
 from motiondb.words.word_map import WordMap
 
 SMALL = table(
@@ -58,22 +66,36 @@ def test_only_unknown_words_are_looked_at() -> None:
     assert list(found) == ["stroll", "tax"]
 
 
-def test_a_virtual_word_is_the_mean_of_its_words() -> None:
-    word_map = WordMap(
-        weights=np.array([[1.0, 3.0], [0.0, -2.0]]),
-        offsets=np.array([0.5, 0.0]),
-        priors=np.array([0.5, 0.5]),
-        spreads=np.array([1.0, 2.0]),
-        calibration=np.array([2.0, 1.0, -1.0]),
-    )
-    slope, constant = virtual_word(word_map, [0, 1], [0.75, 0.25])
-    # word 0: slope (2, 0), constant 1 - 1; word 1: slope (3, -2), constant -1
+WORD_MAP = WordMap(
+    weights=np.array([[1.0, 3.0], [0.0, -2.0]]),
+    offsets=np.array([0.5, 0.0]),
+    priors=np.array([0.5, 0.2]),
+    spreads=np.array([1.0, 2.0]),
+    calibration=np.array([2.0, 1.0, -1.0]),
+)
+
+
+def test_a_virtual_word_worked_by_hand() -> None:
+    fitted = with_virtual_words(WORD_MAP, np.array([[0.75], [0.25]]))
+    slope, constant = fitted.linear(2)
+    # go: slope (2, 0), constant 1 - 1 = 0; walk: slope (3, -2), constant log(1/4) - 1
     np.testing.assert_allclose(slope, [0.75 * 2 + 0.25 * 3, 0.25 * -2])
-    assert constant == pytest.approx(0.75 * 0.0 + 0.25 * -1.0)
-    vectors = np.random.default_rng(0).normal(size=(5, 2))
-    np.testing.assert_allclose(
-        vectors @ slope + constant, word_map.log_odds(vectors) @ [0.75, 0.25]
-    )
+    assert constant == pytest.approx(0.25 * (np.log(0.25) - 1.0))
+
+
+@given(st.floats(0.0, 1.0), st.integers(0, 1000))
+def test_log_odds_of_a_virtual_word_are_the_mean_of_its_words(share: float, seed: int) -> None:
+    vectors = np.random.default_rng(seed).normal(size=(5, 2))
+    fitted = with_virtual_words(WORD_MAP, np.array([[share], [1.0 - share]]))
+    before, after = WORD_MAP.log_odds(vectors), fitted.log_odds(vectors)
+    np.testing.assert_allclose(after[:, :2], before, atol=1e-12)
+    np.testing.assert_allclose(after[:, 2], before @ [share, 1.0 - share], atol=1e-12)
+
+
+def test_shares_of_a_mixture_sum_to_one() -> None:
+    takings = [take_word(w, {"walk", "go", "slow"}, SMALL) for w in ("stroll", "tired")]
+    shares = mixture(takings, ["go", "slow", "walk"])
+    np.testing.assert_allclose(shares, [[4 / 13, 0.0], [0.0, 1.0], [9 / 13, 0.0]])
 
 
 def test_a_taking_without_words_has_no_probability() -> None:

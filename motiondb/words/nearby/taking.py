@@ -106,21 +106,41 @@ def take_words(
     return {word: take_word(word, known, table) for word in words if word not in known}
 
 
-def virtual_word(
-    word_map: WordMap, numbers: Sequence[int], shares: Sequence[float]
-) -> tuple[FloatArray, float]:
-    """Slope and constant of a taken word in the word map.
+def mixture(takings: Sequence[Taking], vocabulary: Sequence[str]) -> FloatArray:
+    """Shares of the known words in taken words: array (vocabulary, takings), columns sum to 1.
+
+    What is linear in the words, such as log-odds of motion or of captions, array (..., vocabulary),
+    gets columns of the taken words by ``x @ mixture``.
+
+    >>> mixture([Taking("stroll", (("walk", 0.75), ("go", 0.25)))], ["go", "run", "walk"]).tolist()
+    [[0.25], [0.0], [0.75]]
+    """
+    number = {word: n for n, word in enumerate(vocabulary)}
+    shares = np.zeros((len(vocabulary), len(takings)))
+    for column, taking in enumerate(takings):
+        for (word, _), share in zip(taking.words, taking.shares):
+            shares[number[word], column] = share
+    return shares
+
+
+def with_virtual_words(word_map: WordMap, shares: FloatArray) -> WordMap:
+    """A word map with a further column for every taken word.
+
+    The log-odds of a virtual word are exactly the means, weighted by its shares, of those of its
+    words: slopes over spreads, and the logits of the priors, are averaged, and its spread is 1.
 
     Parameters
     ----------
     word_map : of the known words.
-    numbers : of the known words that it is taken as.
-    shares : weights of these; their sum is 1.
-
-    Returns
-    -------
-    array (symbols,) and constant: log-odds = vector . slope + constant, as ``WordMap.linear``.
+    shares : array (words, taken words), columns sum to 1; see :func:`mixture`.
     """
-    parts = [word_map.linear(number) for number in numbers]
-    slope = np.sum([share * one for share, (one, _) in zip(shares, parts)], axis=0)
-    return np.asarray(slope), float(sum(share * c for share, (_, c) in zip(shares, parts)))
+    logits = np.log(word_map.priors) - np.log1p(-word_map.priors)
+    priors = 1.0 / (1.0 + np.exp(-(logits @ shares)))
+    return WordMap(
+        np.concatenate([word_map.weights, (word_map.weights / word_map.spreads) @ shares], axis=1),
+        np.concatenate([word_map.offsets, (word_map.offsets / word_map.spreads) @ shares]),
+        np.concatenate([word_map.priors, priors]),
+        np.concatenate([word_map.spreads, np.ones(shares.shape[1])]),
+        word_map.calibration,
+        ridge=word_map.ridge,
+    )

@@ -1,0 +1,81 @@
+"""The table that is shipped: its size, its licence, its key, and opposites never in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from nearby_words_key import read_key, read_pairs, read_vocabulary
+
+import motiondb
+from motiondb.words.lemmas import lemma
+from motiondb.words.nearby.table import NearbyTable, read_table
+from motiondb.words.nearby.taking import SUGGESTED, TAKEN, take_word
+
+FOLDER = Path(motiondb.__file__).parent / "words" / "nearby"
+OPPOSITES = read_pairs("opposites")
+
+
+@pytest.fixture(scope="module")
+def shipped() -> NearbyTable:
+    return read_table((FOLDER / "words.table").read_bytes())
+
+
+def test_the_key_is_large_enough_and_apart_from_the_tuning_list() -> None:
+    key, tuning = read_key("key"), read_key("tuning")
+    assert len(key) >= 300
+    assert not key.keys() & tuning.keys()
+    assert len(OPPOSITES) >= 60
+    answers = {word for right in (*key.values(), *tuning.values()) for word in right}
+    assert answers <= read_vocabulary("both")
+
+
+def test_the_table_is_small_and_carries_its_licence(shipped: NearbyTable) -> None:
+    assert (FOLDER / "words.table").stat().st_size < 1_500_000
+    assert "WordNet 3.0 Copyright 2006 by Princeton University" in (
+        FOLDER / "WORDNET-LICENSE.txt"
+    ).read_text(encoding="utf-8")
+    held = [word for word in shipped.words if shipped.entry(word)]
+    assert 15_000 <= len(held) <= 25_000
+    assert max(len(shipped.entry(word)) for word in held) <= 12
+
+
+@pytest.mark.parametrize(("one", "other"), OPPOSITES, ids=" ".join)
+def test_opposites_are_never_taken_for_one_another(
+    one: str, other: str, shipped: NearbyTable
+) -> None:
+    for word, target in ((one, other), (other, one)):
+        told = take_word(word, {target, lemma(target)} - {word, lemma(word)}, shipped)
+        assert told.words == ()
+
+
+def test_probabilities_fall_and_answers_are_lemmas(shipped: NearbyTable) -> None:
+    for word in shipped.words[::50]:
+        chances = [chance for _, chance in shipped.entry(word)]
+        assert chances == sorted(chances, reverse=True)
+        assert all(lemma(target) == target for target, _ in shipped.entry(word))
+
+
+def test_the_key_is_answered_as_well_as_asked(shipped: NearbyTable) -> None:
+    """At least .75 first answers right, .9 of what is taken, silence on .8 of the rest."""
+    for name in ("captions", "both"):
+        known = read_vocabulary(name)
+        asked = {w: r & known for w, r in read_key("key").items()
+                 if w not in known and lemma(w) not in known}  # fmt: skip
+        told = {word: take_word(word, known, shipped) for word in asked}
+        answered = [word for word in asked if asked[word]]
+        empty = [word for word in asked if not asked[word]]
+        taken = [word for word in asked if told[word].is_taken]
+        right = {w: bool(told[w].words) and told[w].words[0][0] in asked[w] for w in asked}
+        assert sum(right[w] for w in answered) >= 0.75 * len(answered)
+        assert sum(right[w] for w in taken) >= 0.9 * len(taken)
+        assert sum(told[w].probability < TAKEN for w in empty) >= 0.8 * len(empty)
+
+
+def test_examples_of_the_task(shipped: NearbyTable) -> None:
+    known = {"walk", "run", "jump", "sit", "stand", "throw", "basketball", "climb"}
+    assert take_word("stroll", known, shipped).words[0][0] == "walk"
+    assert take_word("stroll", known, shipped).is_taken
+    assert take_word("philosophy", known, shipped).words == ()
+    assert take_word("wlak", known, shipped).spelling == ("walk",)
+    assert SUGGESTED < TAKEN
