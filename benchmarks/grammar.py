@@ -5,7 +5,8 @@
 
 DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` and ``number`` need the sample data only.
 Sections of tasks that are not run stay as they are on the page. What people saw in the pictures,
-and what falls short, is written in ``grammar_notes.md`` and goes under the section of its heading.
+and what falls short, is written in ``grammar_tasks/notes.md`` and goes under the section of its
+heading.
 """
 
 from __future__ import annotations
@@ -14,14 +15,14 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from grammar_number import number_rows
-from grammar_pictures import pictures
-from grammar_real import STYLES, real
-from grammar_speed import speed
-from grammar_tables import sections, write_sections
-from grammar_truth import PARTS, truth
+from grammar_tasks.number import number_rows
+from grammar_tasks.pictures import pictures
+from grammar_tasks.real_takes import STYLES, real
+from grammar_tasks.speed_table import speed
+from grammar_tasks.tables import sections, write_sections
+from grammar_tasks.truth import PARTS, truth
 
-NOTES = Path(__file__).with_name("grammar_notes.md")
+NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
 TASKS = ("speed", "truth", "number", "real", "pictures")
 NUMBER = "Known truth: the number of terminals"
 COMMAND = "python benchmarks/grammar.py --data DIR"

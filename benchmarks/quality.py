@@ -2,9 +2,10 @@
 
     python benchmarks/quality.py --data DIR [--task NAME ...] [--seed 0] [--output docs]
 
-DIR holds ``cmu/``, ``bandai/`` and their sheets. Tasks stand in ``quality_NAME.py``; without --task
-all of them run. Sections of tasks that are not run stay as they are in ``quality.md``; the table of
-targets at its top is read off all sections (``quality_targets.py``).
+DIR holds ``cmu/``, ``bandai/`` and their sheets. Tasks stand in ``quality_tasks/NAME.py``;
+without --task all of them run. Sections of tasks that are not run stay as they are in
+``quality.md``; the table of targets at its top is read off all sections
+(``quality_protocol/targets.py``).
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ import importlib
 import time
 from pathlib import Path
 
-from quality_report import pictures_of, to_markdown, write_section
-from quality_targets import write_targets
+from quality_protocol.report import pictures_of, to_markdown, write_section
+from quality_protocol.targets import write_targets
 
 TASKS = (
     "words", "order", "example", "absent", "interval", "segmentation", "analogy", "generation",
@@ -44,7 +45,7 @@ def main() -> None:
     (args.output / "pictures").mkdir(parents=True, exist_ok=True)
     for name in args.task:
         started = time.perf_counter()
-        report = importlib.import_module(f"quality_{name}").run(args.data, args.seed)
+        report = importlib.import_module(f"quality_tasks.{name}").run(args.data, args.seed)
         minutes = (time.perf_counter() - started) / 60.0
         text = to_markdown(report) + f"\n{minutes:.1f} minutes, seed {args.seed}.\n"
         write_section(args.output / "quality.md", name, text, HEAD)

@@ -4,8 +4,8 @@
 
 DIR holds ``cmu/``, ``cmu-captions.tsv`` and, for the long takes, ``cmu-segments.tsv``. Runs
 ``motiondb add`` and ``motiondb learn`` in processes of their own (times and peak memory, children
-included), then asks what ``real_questions`` lists, judges the answers by the captions and by
-``real_captures_notes.md``, measures generated motion, and writes ``real-captures.md`` and
+included), then asks what ``real_tasks/questions.py`` lists, judges the answers by the captions
+and by ``real_tasks/notes.md``, measures generated motion, and writes ``real-captures.md`` and
 ``pictures/`` below the output folder. An existing --database that has learned is used as it is.
 """
 
@@ -18,18 +18,18 @@ import tempfile
 import time
 from pathlib import Path
 
-import real_answers
 from measured_run import motiondb_command, run_measured
-from real_findings import Findings, Stages
-from real_measures import hears_unseen_performers, load_parts, word_precision
-from real_notes import read_notes
-from real_report import write_report
 
 import motiondb
 from motiondb import store
-from motiondb.database import MotionDB, showing
+from motiondb.database import MotionDB
+from real_tasks import answers
+from real_tasks.findings import Findings, Stages
+from real_tasks.measures import hears_unseen_performers, load_parts, word_precision
+from real_tasks.notes import read_notes
+from real_tasks.real_page import write_report
 
-NOTES = Path(__file__).with_name("real_captures_notes.md")
+NOTES = Path(__file__).with_name("real_tasks") / "notes.md"
 STRIP = "14/14_06"
 
 
@@ -81,7 +81,7 @@ def find(data: Path, database: Path, stages: Stages, output: Path) -> Findings:
     with motiondb.open(database, read_only=True) as db:
         learned = db.learned
         parts = load_parts(data / "cmu-segments.tsv", [i.name for i in db.captures()])
-        words = real_answers.ask_words(db, notes, folder)
+        words = answers.ask_words(db, notes, folder)
         print("words asked", flush=True)
         precision = {
             "motion alone, the performer's words known": word_precision(
@@ -91,14 +91,14 @@ def find(data: Path, database: Path, stages: Stages, output: Path) -> Findings:
                 learned, hears_unseen_performers(learned)
             ),
         }
-        examples = real_answers.ask_examples(db, parts, notes, folder)
+        examples = answers.ask_examples(db, parts, notes, folder)
         print("examples asked", flush=True)
-        made = real_answers.make_sentences(db, folder)
+        made = answers.make_sentences(db, folder)
         print("sentences made", flush=True)
-        showing.draw_symbols(db, folder / "symbols.png")
-        showing.draw_capture(db, STRIP, folder / "take-14-06.png")
+        db.draw_symbols(folder / "symbols.png")
+        db.draw(STRIP, folder / "take-14-06.png")
         for name in ("symbols.png", "take-14-06.png"):
-            real_answers.shrink(folder / name)
+            answers.shrink(folder / name)
         return Findings(
             stages,
             count(db, database),
@@ -106,10 +106,10 @@ def find(data: Path, database: Path, stages: Stages, output: Path) -> Findings:
             [f"{r.capture} {r.kind} {r.other}" for r in db.relations()],
             words,
             precision,
-            real_answers.find_parts(db, parts),
+            answers.find_parts(db, parts),
             examples,
             made,
-            real_answers.measure_captures(db),
+            answers.measure_captures(db),
             notes,
             time.perf_counter() - began,
         )

@@ -33,13 +33,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scenes_baseline
-import scenes_page
 
 import motiondb
-from motiondb.database.scene_library import scene_clips
-from motiondb.database.scene_making import SceneSettings, SceneText, make, read_scene_text
-from motiondb.scene.tempering import SamplerSettings, sample
+from motiondb.database.scenes.scene_library import scene_clips
+from motiondb.database.scenes.scene_making import SceneSettings, SceneText, make, read_scene_text
+from motiondb.scene.sampling.tempering import SamplerSettings, sample
+from scene_tasks import page, paper_baseline
 
 DIAGRAMS = (
     "pass-and-shoot",
@@ -69,10 +68,10 @@ def main() -> None:
     asked = parser.parse_args()
     asked.out.mkdir(exist_ok=True)
     if asked.part == "page":
-        print(scenes_page.page(asked.out))
-        curves = scenes_page.load(asked.out, "tempering")
+        print(page.page(asked.out))
+        curves = page.load(asked.out, "tempering")
         if curves:
-            scenes_page.curves_picture(curves, asked.out / "scene_tempering.png")
+            page.curves_picture(curves, asked.out / "scene_tempering.png")
         return
     with motiondb.open(asked.db, read_only=True) as base:
         {"table": table, "baseline": baseline, "tempering": tempering, "update": update}[
@@ -139,7 +138,7 @@ def compiled(base: motiondb.MotionDB) -> None:
 def material(base: motiondb.MotionDB, diagram: str) -> tuple[SceneText, Any]:
     """A diagram and its clips."""
     text = read_scene_text(diagram)
-    return text, scene_clips(base, text.grammar)
+    return text, scene_clips(base.session, text.grammar)
 
 
 def baseline(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
@@ -149,7 +148,7 @@ def baseline(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
         for diagram in asked.diagrams:
             text, clips = material(base, diagram)
             rng = np.random.default_rng(seed)
-            found = scenes_baseline.run(text, clips.library, rng, asked.seconds)
+            found = paper_baseline.run(text, clips.library, rng, asked.seconds)
             save(
                 asked.out, f"baseline-{diagram}-{seed}", {"diagram": diagram, "seed": seed} | found
             )
@@ -199,7 +198,7 @@ def timed(
 
 def update(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
     """Move one player by half a metre, and time going on from the scene there was."""
-    from motiondb.scene.tactics_file import read_diagram
+    from motiondb.scene.language.tactics_file import read_diagram
 
     for seed in asked.seeds:
         for diagram in asked.diagrams:

@@ -22,12 +22,12 @@ from pathlib import Path
 import numpy as np
 import psutil
 from measured_run import machine, motiondb_command, run_measured, versions
-from real_questions import EXAMPLES, SENTENCES, WORDS
-from real_report import table
 
 import motiondb
 from motiondb.database import MotionDB
-from motiondb.database.learned import decode
+from motiondb.learning.recognition import decode
+from real_tasks.questions import EXAMPLES, SENTENCES, WORDS
+from real_tasks.real_page import table
 
 HERE = Path(__file__).parent
 EXAMPLE_SECONDS = 3.0

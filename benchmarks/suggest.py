@@ -19,10 +19,9 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
-from motiondb import store
-from motiondb.database import counting
-from motiondb.database.learned import Learned
-from motiondb.database.suggesting import whole_vectors
+from motiondb.learning import counting
+from motiondb.learning.answers.caption_suggestions import whole_vectors
+from motiondb.learning.learned import Learned
 from motiondb.records import FloatArray, IntArray
 from motiondb.words.suggestion import suggest
 from motiondb.words.word_moments import solve_word_map, word_moments
@@ -46,7 +45,7 @@ class Captures:
 
 def load_captures(learned: Learned) -> Captures:
     """Captures with words, and the words of each."""
-    captions = store.load_captions(learned.database)
+    captions = learned.captions
     described = counting.described_intervals(learned.segments, captions, learned.synonyms)
     words = sorted({word for d in described for word in d.words})
     number = {word: n for n, word in enumerate(words)}

@@ -29,8 +29,8 @@ from motiondb.cli.options import (
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.answering import WordAnswer
-    from motiondb.database.examples import ExampleAnswer
+    from motiondb.learning.answers.example_answers import ExampleAnswer
+    from motiondb.learning.answers.word_answers import WordAnswer
     from motiondb.records import Match, Motion
 
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
@@ -76,7 +76,7 @@ def search(
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols)
         note_unlearned(base)
-        vocabulary = base.learned.association.words
+        vocabulary = base.vocabulary()
         if png and explain and answer.reasons:
             explaining.draw_reason(base, answer, png, words)
         elif png and answer.matches:
@@ -225,22 +225,17 @@ def generate(
     json: Json = False,
 ) -> None:
     """Make a motion that shows what a sentence says; its sources go into a file beside it."""
-    from motiondb.database import generated_files
-
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
         if save is not None:
             base.check_name_free(save)
         made = base.generate(words, seed, method)
-        facts = generated_files.write(made, words, seed, method, output)
+        facts = made.write(output)
         if save is not None:
             base.save_generated(save, words, made, seed)
             facts["capture"] = save
         if png:
-            from motiondb import pictures
-
-            timeline = pictures.Timeline("sources", generated_files.source_spans(made))
-            pictures.draw_strip(made.motion, png, title=words, timelines=[timeline])
+            made.draw(png)
     note_unknown(made.unknown)
     if json:
         print_json(facts)

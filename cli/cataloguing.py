@@ -10,6 +10,7 @@ import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     From,
     Json,
@@ -35,7 +36,7 @@ def register(app: typer.Typer) -> None:
     app.command()(show)
     app.command()(export)
     app.command()(remove)
-    fetching = typer.Typer(help="Download captures from public databases.", no_args_is_help=True)
+    fetching = Commands(help="Download captures from public databases.", no_args_is_help=True)
     fetching.command("cmu")(fetch_cmu)
     app.add_typer(fetching, name="fetch")
 
@@ -60,7 +61,7 @@ def add(
 ) -> None:
     """Add captures, with words and events of sheets; broken files are left out (exit 1)."""
     from motiondb.capture import unit_from_name
-    from motiondb.database.reading import AddSettings, read_joint_map
+    from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
@@ -120,14 +121,12 @@ def list_captures(
     json: Json = False,
 ) -> None:
     """List the captures of the database, or with --duplicates those that repeat one another."""
-    from motiondb import store
-
     if duplicates:
         _list_duplicates(where, limit, db, json)
         return
     with database(db) as base:
         infos = base.captures(where)
-        captions = store.load_captions(base.store)
+        captions = base.all_captions()
     shown = infos[:limit]
     if json:
         words = {i.capture_id: [asdict(c) for c in captions.get(i.capture_id, ())] for i in shown}
@@ -181,14 +180,12 @@ def show(
 
     --png draws it as a strip with timelines; --gif animates it, or the part --from to --to.
     """
-    from motiondb.database.showing import animate_capture, describe_capture, draw_capture
-
     with database(db) as base:
-        facts = describe_capture(base, name)
+        facts = base.show(name)
         if png:
-            draw_capture(base, name, png)
+            base.draw(name, png)
         if gif:
-            animate_capture(base, name, gif, start, end)
+            base.animate(name, gif, start, end)
     pictures = {k: str(file) for k, file in (("png", png), ("gif", gif)) if file}
     if json:
         print_json(facts | pictures)

@@ -9,12 +9,12 @@ from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, database, print_json, print_table
+from motiondb.cli.options import DEFAULT_DB, Commands, Db, Json, database, print_json, print_table
 
 
 def register(app: typer.Typer) -> None:
     """Put the commands into the app."""
-    group = typer.Typer(
+    group = Commands(
         help="Instants of captures: feet that strike, balls that are caught and released.",
         invoke_without_command=True,
     )
@@ -28,10 +28,8 @@ def events(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> N
     """List which instants the database knows, how often, and in how many captures."""
     if context.invoked_subcommand is not None:
         return
-    from motiondb import store
-
     with database(db) as base:
-        known = store.load_events(base.store)
+        known = base.all_events()
     counts = Counter(event.name for of_one in known.values() for event in of_one)
     captures = Counter(name for of_one in known.values() for name in {e.name for e in of_one})
     rows = [

@@ -10,7 +10,7 @@ import typer
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.answering import WordAnswer
+    from motiondb.learning.answers.word_answers import WordAnswer
     from motiondb.search.reasons import WordReason
 
 _FPS = 30.0
@@ -78,7 +78,7 @@ def draw_reason(base: MotionDB, answer: WordAnswer, path: Path, title: str) -> N
 
     if not answer.matches:
         return
-    best, words = answer.matches[0], base.learned.association.words
+    best, words = answer.matches[0], base.vocabulary()
     timelines = [
         pictures.Timeline(
             words[w.word],

@@ -10,6 +10,7 @@ import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     GrammarName,
     Json,
@@ -29,7 +30,7 @@ def register(app: typer.Typer) -> None:
     """Put the commands into the app."""
     from motiondb.cli import parsing, sequences
 
-    group = typer.Typer(
+    group = Commands(
         help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
         no_args_is_help=True,
     )
@@ -75,7 +76,7 @@ def learn(
     json: Json = False,
 ) -> None:
     """Learn a grammar from captures: segments, terminals, sentences, rules."""
-    from motiondb.database.grammar_learning import GrammarSettings
+    from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.errors import QueryError
 
     if from_symbols and terminals is not None:
@@ -100,7 +101,7 @@ def learn(
 
 def _number(terminals: str | None) -> int | None:
     """How many terminals are asked for; None lets the data choose."""
-    from motiondb.database.grammar_learning import N_TERMINALS
+    from motiondb.database.grammars.grammar_learning import N_TERMINALS
     from motiondb.errors import QueryError
 
     if terminals is None or terminals == "auto":

@@ -1,25 +1,37 @@
-"""check, info, compact: keeping the database sound."""
+"""check, rescue, info, compact: keep the database sound."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, database, note_drift, print_json
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    Json,
+    database,
+    note_drift,
+    print_json,
+    seconds_to_wait,
+)
 
 
 def register(app: typer.Typer) -> None:
     """Put the commands into the app."""
     app.command()(check)
+    app.command()(rescue)
     app.command()(info)
     app.command()(compact)
 
 
 def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Look for faults in the database; exit 1 if there are any."""
-    with database(db) as base:
-        faults = base.check()
+    from motiondb.store import check_file
+
+    faults = check_file(db, wait=seconds_to_wait())
     if json:
         print_json({"faults": faults})
     elif not faults:
@@ -30,30 +42,37 @@ def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
         raise typer.Exit(1)
 
 
+def rescue(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="FILE", help="The damaged database; else --db.")
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="The new database, a new file.")
+    ] = Path("rescued.duckdb"),
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Save every readable capture of a damaged database into a new file; exit 1 if any is lost."""
+    from motiondb.database.catalogue.rescuing import rescue as save
+
+    report = save(file or db, output)
+    if json:
+        print_json(asdict(report))
+    else:
+        count = len(report.captures)
+        typer.echo(f"{count} capture{'' if count == 1 else 's'} saved in {report.output}")
+        if report.was_learned:
+            typer.echo(f"Learn again: motiondb learn --db {report.output}")
+    for sentence in (*report.mended, *report.lost):
+        typer.echo(f"  {sentence}", err=True)
+    if report.lost:
+        raise typer.Exit(1)
+
+
 def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Say what is in the database and how it came about."""
-    from motiondb import store
-
     with database(db) as base:
-        captures = base.captures()
-        facts = {
-            "database": str(db),
-            "bytes": db.stat().st_size,
-            "captures": len(captures),
-            "generated": sum(c.kind == "generated" for c in captures),
-            "seconds": round(sum(c.duration for c in captures), 2),
-            "performers": len({c.tags["performer"] for c in captures if "performer" in c.tags}),
-            "captures with words": len(store.load_captions(base.store)),
-            "copies": len(base.relations()),
-            "grammars": len(base.grammars.names()),
-            "learned": store.is_learned(base.store),
-        }
-        if facts["learned"]:
-            size = store.load_learning_size(base.store)
-            facts |= {"symbols": size.n_symbols, "clusters": size.n_clusters, "words": size.n_words}
-            facts["current"] = store.learning_is_current(base.store)
-            facts["not yet learned"] = len(base.unlearned())
-        runs = [asdict(run) for run in store.load_runs(base.store)]
+        facts, runs = base.info(), base.runs()
         drift = base.drift()
     if json:
         print_json(facts | {"drift": asdict(drift) if drift else None, "runs": runs})

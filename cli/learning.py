@@ -35,7 +35,7 @@ def learn(
     json: Json = False,
 ) -> None:
     """Learn motion symbols, their space, and their words from everything in the database."""
-    from motiondb.database.learning import LearnSettings
+    from motiondb.learning.symbol_fitting import LearnSettings
 
     with database(db, writing=True) as base, progress(not json) as tell:
         settings = LearnSettings(n_symbols=n_symbols, seed=seed)
@@ -69,12 +69,10 @@ def learn(
 
 def symbols(png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
     """List the motion symbols with their clusters and words; --png draws their space."""
-    from motiondb.database.showing import draw_symbols, symbol_rows
-
     with database(db) as base:
-        rows = symbol_rows(base)
+        rows = base.symbol_rows()
         if png:
-            draw_symbols(base, png)
+            base.draw_symbols(png)
     if json:
         print_json(rows)
         return

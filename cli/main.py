@@ -19,8 +19,9 @@ from motiondb.cli import (
     scenes,
     words,
 )
+from motiondb.cli.options import Commands
 
-app = typer.Typer(
+app = Commands(
     name="motiondb",
     help="A motion-capture database that understands what is in it.",
     no_args_is_help=True,
@@ -116,7 +117,7 @@ def _end_lost_interrupt(lost: sys.UnraisableHookArgs) -> None:
 
 def _end_interrupted() -> NoReturn:
     """Say so and end at once: threads must not outlive what they compute with."""
-    store = sys.modules.get("motiondb.store.connection")  # not there: nothing was opened
+    store = sys.modules.get("motiondb.store.connection.handle")  # not there: nothing was opened
     if store is not None and store.Store.changes_saved:
         typer.echo("interrupted: what was saved by then stays, nothing is half saved", err=True)
     else:

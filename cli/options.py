@@ -5,14 +5,19 @@ from __future__ import annotations
 import json as jsonlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import wraps
+from inspect import Parameter, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import typer
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.drift import Drift
+    from motiondb.learning.drift import Drift
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 Db = Annotated[
     Path, typer.Option("--db", envvar="MOTIONDB", help="The database file.", show_default=True)
@@ -47,6 +52,67 @@ Seed = Annotated[
     int, typer.Option("--seed", min=0, max=2**63 - 1, help="The same seed gives the same result.")
 ]
 DEFAULT_DB = Path("motions.duckdb")
+DEFAULT_WAIT = 5.0
+"""Seconds that a command waits for the database. Chosen by hand: commands that hold it alone are
+mostly done sooner, and a user who waits longer wants to know for whom."""
+LONGEST_WAIT = 86_400.0
+"""Seconds: a day. A longer one is a mistake."""
+Wait = Annotated[
+    float,
+    typer.Option(
+        "--wait",
+        envvar="MOTIONDB_WAIT",
+        min=0.0,
+        max=LONGEST_WAIT,
+        help="Seconds to wait for a database that another process holds.",
+    ),
+]
+_WAIT: ContextVar[float] = ContextVar("seconds to wait", default=DEFAULT_WAIT)
+
+
+class Commands(typer.Typer):
+    """A Typer app in which every command that opens a database has the option ``--wait``."""
+
+    def command(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
+        """Register a function as a command."""
+        register = super().command(*args, **options)
+
+        def decorate(function: Function) -> Function:
+            register(_waiting(function) if "db" in signature(function).parameters else function)
+            return function
+
+        return decorate
+
+    def callback(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
+        """Register the function that a group runs before its commands, or alone."""
+        register = super().callback(*args, **options)
+
+        def decorate(function: Function) -> Function:
+            register(_waiting(function) if "db" in signature(function).parameters else function)
+            return function
+
+        return decorate
+
+
+def _waiting(function: Function) -> Function:
+    """A function with a further parameter ``wait``, which :func:`seconds_to_wait` tells."""
+
+    @wraps(function)
+    def command(*args: Any, wait: float = DEFAULT_WAIT, **values: Any) -> Any:
+        _WAIT.set(wait)
+        return function(*args, **values)
+
+    known = signature(function, eval_str=True)
+    last = Parameter("wait", Parameter.KEYWORD_ONLY, default=DEFAULT_WAIT, annotation=Wait)
+    described: Any = command
+    described.__signature__ = known.replace(parameters=[*known.parameters.values(), last])
+    described.__annotations__ = {**function.__annotations__, "wait": Wait}
+    return cast("Function", command)
+
+
+def seconds_to_wait() -> float:
+    """What the running command was told with --wait."""
+    return _WAIT.get()
 
 
 @contextmanager
@@ -54,7 +120,7 @@ def database(path: Path, *, writing: bool = False, create: bool = False) -> Iter
     """The open database; only writing needs the file to itself, only adding makes a new one."""
     from motiondb.database import MotionDB
 
-    with MotionDB(path, read_only=not writing, create=create) as db:
+    with MotionDB(path, read_only=not writing, create=create, wait=seconds_to_wait()) as db:
         yield db
 
 

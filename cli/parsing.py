@@ -18,7 +18,7 @@ from motiondb.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from motiondb.database.grammar_parsing import ParsedMotion
+    from motiondb.database.grammars.grammar_parsing import ParsedMotion
 
 SHOWN = 10
 """Segments unlike anything that are shown; JSON tells all."""
@@ -60,7 +60,7 @@ def parse(
 
 
 def _facts(found: ParsedMotion) -> dict[str, Any]:
-    from motiondb.database.grammar_facts import format_tree
+    from motiondb.database.grammars.grammar_facts import format_tree
 
     fault = found.fault
     return {
@@ -86,7 +86,7 @@ def _facts(found: ParsedMotion) -> dict[str, Any]:
 
 def _say_parsed(found: ParsedMotion, example: str) -> None:
     """The string, then its trees, or the fault and its time."""
-    from motiondb.database.grammar_facts import format_tree
+    from motiondb.database.grammars.grammar_facts import format_tree
 
     how = "as learned" if found.stored else "read anew"
     typer.echo(f"{' '.join(found.string)} ({how})")

@@ -15,7 +15,7 @@ from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database, prin
 
 if TYPE_CHECKING:
     from motiondb.database.motion_db import MotionDB
-    from motiondb.database.scenes import Scene
+    from motiondb.database.scenes.scene_verbs import Scene
 
 DiagramFile = Annotated[
     str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
@@ -60,8 +60,8 @@ def make(
     json: Json = False,
 ) -> None:
     """Make an animated scene of a tactics diagram, with every rule's error in the report."""
-    from motiondb.database.scene_files import read_tactics
-    from motiondb.database.scenes import SceneSettings, check_folder
+    from motiondb.database.scenes.scene_files import read_tactics
+    from motiondb.database.scenes.scene_verbs import SceneSettings, check_folder
 
     settings = SceneSettings(seed=seed, chains=chains, minutes=minutes, gaze=gaze)
     check_folder(out)
@@ -89,8 +89,8 @@ def update(
     """Make the scene of a folder again for a changed diagram, beginning from what it is."""
     from dataclasses import replace
 
-    from motiondb.database.scene_files import read_tactics
-    from motiondb.database.scenes import SceneSettings, check_folder
+    from motiondb.database.scenes.scene_files import read_tactics
+    from motiondb.database.scenes.scene_verbs import SceneSettings, check_folder
 
     began = time.monotonic()
     with database(db, writing=bool(name)) as base, scene_progress(not json) as tell:
@@ -119,7 +119,7 @@ def _finish(
 
 
 def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
-    from motiondb.database.scene_reports import cut_short_lines, report_facts
+    from motiondb.database.scenes.scene_reports import cut_short_lines, report_facts
 
     facts = report_facts(scene.record)
     work = {what: round(took, 3) for what, took in scene.made.seconds.items()}
@@ -151,13 +151,13 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
 
 def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Tell how well a scene keeps each rule, who touches whom, and where its motion comes from."""
-    from motiondb.database.scene_folder import read_scene_folder
-    from motiondb.database.scene_reports import report_facts, report_text
+    from motiondb.database.scenes.scene_folder import read_scene_folder
+    from motiondb.database.scenes.scene_reports import report_facts, report_text
 
     if Path(place).is_dir():
         record = read_scene_folder(Path(place))
         if png:
-            from motiondb.database.scene_folder import draw_folder
+            from motiondb.database.scenes.scene_folder import draw_folder
 
             draw_folder(Path(place), png)
     else:
@@ -173,7 +173,7 @@ def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = Fals
 
 def list_scenes(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """List the scenes that are kept in the database."""
-    from motiondb.database.scene_reports import report_facts
+    from motiondb.database.scenes.scene_reports import report_facts
 
     with database(db) as base:
         facts = [report_facts(base.scenes.load(name)) for name in base.scenes.names()]

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motiondb.cli import scene_making
-from motiondb.cli.options import Json, database, print_json, print_table
+from motiondb.cli.options import Commands, Json, database, print_json, print_table
 
 if TYPE_CHECKING:
-    from motiondb.database.scene_clips import ShownAction
-    from motiondb.grammar.cfg import Tree
-    from motiondb.scene.motion_grammar import MotionGrammar
-    from motiondb.scene.services import GrammarReport
+    from motiondb.database.scenes.scene_clips import ShownAction
+    from motiondb.grammar.cfg.context_free import Tree
+    from motiondb.scene.language.motion_grammar import MotionGrammar
+    from motiondb.scene.services.services import GrammarReport
 
 GrammarFile = Annotated[
     str, typer.Argument(metavar="GRAMMAR", help="A grammar file, or basketball or carrying.")
@@ -31,10 +31,8 @@ ClipsDb = Annotated[
 
 def register(app: typer.Typer) -> None:
     """Put the commands into the app."""
-    group = typer.Typer(
-        help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True
-    )
-    grammars = typer.Typer(help="Grammars of motion.", no_args_is_help=True)
+    group = Commands(help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True)
+    grammars = Commands(help="Grammars of motion.", no_args_is_help=True)
     grammars.command("check")(check_grammar)
     group.add_typer(grammars, name="grammar")
     group.command("validate")(validate)
@@ -46,8 +44,8 @@ def register(app: typer.Typer) -> None:
 
 def check_grammar(file: GrammarFile, db: ClipsDb = None, json: Json = False) -> None:
     """Say whether a grammar is well-formed, LR(1), without useless symbols, and has clips."""
-    from motiondb.database.scene_files import read_grammar
-    from motiondb.scene import services
+    from motiondb.database.scenes.scene_files import read_grammar
+    from motiondb.scene.services import services
 
     grammar = read_grammar(file)
     report = services.check(grammar)
@@ -114,8 +112,8 @@ def validate(
     json: Json = False,
 ) -> None:
     """Show the tree of a string of actions, or where it fails and what was expected (exit 1)."""
-    from motiondb.database.scene_files import read_grammar
-    from motiondb.scene import services
+    from motiondb.database.scenes.scene_files import read_grammar
+    from motiondb.scene.services import services
 
     grammar = read_grammar(file)
     found = services.validate(grammar, actions.split(), start)
@@ -162,8 +160,8 @@ def suggest(
     json: Json = False,
 ) -> None:
     """Say which actions may come next, with the probabilities of the grammar's rules."""
-    from motiondb.database.scene_files import read_grammar
-    from motiondb.scene import services
+    from motiondb.database.scenes.scene_files import read_grammar
+    from motiondb.scene.services import services
 
     grammar = read_grammar(file)
     found = services.suggest(grammar, actions.split(), start)
@@ -190,8 +188,9 @@ def draw(
 ) -> None:
     """Draw a tactics diagram, and say what it asks of each player."""
     from motiondb import pictures
-    from motiondb.database.scene_files import grammar_of, read_tactics
-    from motiondb.scene import expressions, possession, services
+    from motiondb.database.scenes.scene_files import grammar_of, read_tactics
+    from motiondb.scene.language import expressions, possession
+    from motiondb.scene.services import services
 
     diagram = read_tactics(file)
     grammar = grammar_of(diagram, file)
@@ -233,10 +232,10 @@ def _clips(path: Path | None, grammar: MotionGrammar) -> Mapping[str, Sequence[S
     """The clips of a database for every terminal; None where no database is named."""
     if path is None:
         return None
-    from motiondb.database.scene_clips import find_actions
+    from motiondb.database.scenes.scene_clips import find_actions
 
     with database(path) as base:
-        return find_actions(base, grammar)
+        return find_actions(base.session, grammar)
 
 
 def _clip_facts(

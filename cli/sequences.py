@@ -24,8 +24,8 @@ from motiondb.cli.options import (
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
-    from motiondb.database.grammar_editing import Edit
-    from motiondb.database.grammar_sequences import GrammarSequence
+    from motiondb.database.grammars.grammar_editing import Edit
+    from motiondb.database.grammars.grammar_sequences import GrammarSequence
 
 Save = Annotated[str | None, typer.Option("--save", help="Keep it as a capture, by this name.")]
 TreesPng = Annotated[
@@ -192,7 +192,7 @@ def _offer(
 
 def _written(made: GrammarSequence, seed: int, output: Path | None) -> dict[str, Any]:
     """The facts of what was made, written where a file is named."""
-    from motiondb.database import grammar_facts
+    from motiondb.database.grammars import grammar_facts
 
     if output is None:
         return grammar_facts.sequence_facts(made, seed)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from motiondb.cli.options import (
     DEFAULT_DB,
+    Commands,
     Db,
     From,
     Json,
@@ -24,7 +25,7 @@ from motiondb.cli.options import (
 
 def register(app: typer.Typer) -> None:
     """Put the commands into the app."""
-    group = typer.Typer(help="The words known, and those of captures.", invoke_without_command=True)
+    group = Commands(help="The words known, and those of captures.", invoke_without_command=True)
     group.callback()(words)
     group.command("set")(set_words)
     group.command("import")(import_words)
@@ -38,19 +39,7 @@ def words(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> No
     if context.invoked_subcommand is not None:
         return
     with database(db) as base:
-        association = base.learned.association
-    t = association.translation[1:]
-    rows: list[dict[str, Any]] = []
-    for number in sorted(range(len(association.words)), key=lambda w: -association.counts[w]):
-        column = t[:, number]
-        best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > 0.01]
-        rows.append(
-            {
-                "word": association.words[number],
-                "count": int(association.counts[number]),
-                "symbols": [{"symbol": s, "probability": float(column[s])} for s in best],
-            }
-        )
+        rows = base.word_rows()
     if json:
         print_json(rows)
         return

@@ -33,12 +33,19 @@ _PUBLIC = {
 }
 
 
-def open(path: str | Path = "motions.duckdb", *, read_only: bool = False) -> MotionDB:
+def open(
+    path: str | Path = "motions.duckdb", *, read_only: bool = False, wait: float = 0.0
+) -> MotionDB:
     """Open a motion database, or make a new one.
 
     Parameters
     ----------
-    path : the DuckDB file. read_only : only ask; several processes may do so at once.
+    path : str or Path
+        The DuckDB file.
+    read_only : bool
+        Whether only to ask; several processes may do so at once.
+    wait : float
+        Seconds to wait for another process that holds the file.
 
     Raises
     ------
@@ -47,7 +54,7 @@ def open(path: str | Path = "motions.duckdb", *, read_only: bool = False) -> Mot
     """
     from motiondb.database import MotionDB
 
-    return MotionDB(path, read_only=read_only)
+    return MotionDB(path, read_only=read_only, wait=wait)
 
 
 def __getattr__(name: str) -> Any:

@@ -14,8 +14,9 @@
 
 -- ── Housekeeping ─────────────────────────────────────────────────────────────────────────────
 
--- schema_version, created_by (motiondb's version), next_capture_id, motion_revision and
--- content_revision (random marks, new with every change of the motions or of anything learnt from).
+-- schema_version, created_by (motiondb's version), next_capture_id, revision (a number that every
+-- committed change raises), motion_revision and content_revision (random marks, new with every
+-- change of the motions, or of anything that can be learned from).
 CREATE TABLE meta (
     key VARCHAR PRIMARY KEY,
     value VARCHAR NOT NULL

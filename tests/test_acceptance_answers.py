@@ -11,8 +11,7 @@ import pytest
 
 import motiondb
 from motiondb import MotionDB
-from motiondb.database import generated_files
-from motiondb.database.generating import Generated
+from motiondb.database.generate.generating import Generated
 from motiondb.records import MOTION_FPS, CaptureInfo
 from motiondb.words import explanation, vocabulary
 
@@ -183,7 +182,7 @@ def test_every_generated_frame_knows_its_source_and_licence(
         assert len(found.source_numbers) == one.motion.n_frames == len(found.edits)
         assert (found.source_numbers >= 0).all()
         assert set(found.licences) == {"CC0-1.0"}
-        generated_files.write(one, words, 7, "stitched", tmp_path / "made.bvh")
+        one.write(tmp_path / "made.bvh")
         told = json.loads((tmp_path / "made.provenance.json").read_text())
         assert (told["words"], told["seed"], told["method"]) == (words, 7, "stitched")
         end = 0

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import quality_captures as quality
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -13,6 +12,7 @@ from motiondb.capture import read_capture
 from motiondb.pose import retarget
 from motiondb.pose.features import recognition_features
 from motiondb.records import Motion
+from quality_protocol import captures as quality
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -11,7 +12,8 @@ import pytest
 
 import motiondb
 from motiondb import MotionDB, store
-from motiondb.database.learned import Learned, decode
+from motiondb.learning.learned import Learned
+from motiondb.learning.recognition import decode
 from motiondb.records import SymbolSpace
 from motiondb.words import transition
 
@@ -59,7 +61,7 @@ def test_every_segment_has_its_likeliest_symbol(learned: Learned) -> None:
 
 def test_learning_shortened_the_description_each_time(learned: Learned) -> None:
     """A3: an update is accepted only if the objective does not rise."""
-    lengths = learned.parameters["description_lengths"]
+    lengths = learned.description_lengths
     assert len(lengths) > 2
     assert (np.diff(lengths) < 0).all()
 
@@ -75,7 +77,8 @@ def test_symbols_are_left_to_right(learned: Learned) -> None:
 
 def test_segments_and_words_need_not_agree_in_number(learned: Learned) -> None:
     """A6: captions about whole captures, with fewer and with more words than segments."""
-    m, n_segments = learned.parameters["length_counts"].T
+    shapes = sorted(Counter(dict(learned.lengths)).elements())
+    n_segments, m = np.array(shapes).T
     assert (n_segments > m).any()
     assert (n_segments < m).any()
 

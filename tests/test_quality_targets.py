@@ -6,7 +6,8 @@ import re
 from pathlib import Path
 
 import pytest
-import quality_targets as targets
+
+from quality_protocol import targets as targets
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "quality.md"

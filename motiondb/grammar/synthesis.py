@@ -33,7 +33,7 @@ from motiondb.pose import pose_vectors, rotation
 from motiondb.records import FloatArray, IntArray, Motion
 
 if TYPE_CHECKING:
-    from motiondb.grammar.terminals import Terminals
+    from motiondb.grammar.terminals.terminals import Terminals
 
 VELOCITY_WEIGHT = 5.0
 """How much a difference between frames counts against one of poses, both in spreads."""

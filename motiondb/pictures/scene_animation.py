@@ -24,7 +24,7 @@ from motiondb.pictures.tactics import court_lines
 from motiondb.pose import body, retarget, rotation
 from motiondb.pose.pose_vectors import heading_rotations
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
-from motiondb.scene.tactics import Diagram
+from motiondb.scene.language.tactics import Diagram
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -19,7 +19,7 @@ from motiondb.pictures.stick import check_motion
 from motiondb.pictures.tactics import tactics_figure
 from motiondb.pose.pose_vectors import heading_rotations
 from motiondb.records import MOTION_FPS, FloatArray, Motion
-from motiondb.scene.tactics import DEFENCE, Diagram
+from motiondb.scene.language.tactics import DEFENCE, Diagram
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

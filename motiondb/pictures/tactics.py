@@ -18,10 +18,10 @@ import numpy as np
 from motiondb.pictures import style
 from motiondb.pictures.labels import place_labels
 from motiondb.records import FloatArray
-from motiondb.scene.curves import smooth_curve
-from motiondb.scene.expressions import Item, expressions
-from motiondb.scene.rules import Spot
-from motiondb.scene.tactics import DEFENCE, FEINTS, SHOTS, STANDS, Diagram, Element
+from motiondb.scene.language.curves import smooth_curve
+from motiondb.scene.language.expressions import Item, expressions
+from motiondb.scene.language.semantic_rules import Spot
+from motiondb.scene.language.tactics import DEFENCE, FEINTS, SHOTS, STANDS, Diagram, Element
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb.errors import MotionDBError
-from motiondb.grammar.cfg import Tree
+from motiondb.grammar.cfg.context_free import Tree
 from motiondb.pictures import style
 
 if TYPE_CHECKING:

@@ -4,15 +4,15 @@ Open it with :func:`open_store`; functions ``load_...`` and ``save_...`` take th
 The tables are told in ``motiondb.schema``'s ``schema.sql``.
 """
 
-from motiondb.store.annotations import (
+from motiondb.store.catalogue.annotations import (
     load_captions,
     load_synonyms,
     save_captions,
     save_synonyms,
     save_tags,
 )
-from motiondb.store.cache import MotionPool, cached_arrays, load_motion_pool
-from motiondb.store.catalogue import (
+from motiondb.store.catalogue.cache import MotionPool, cached_arrays, load_motion_pool
+from motiondb.store.catalogue.captures import (
     load_capture,
     load_captures,
     load_digests,
@@ -20,19 +20,41 @@ from motiondb.store.catalogue import (
     remove_capture,
     save_capture,
 )
-from motiondb.store.check import check_store
-from motiondb.store.compaction import compact, count_rows
-from motiondb.store.connection import Store, content_revision, open_store, transaction
-from motiondb.store.derivations import Derivation, load_derivation, save_derivation
-from motiondb.store.events import load_events, save_events
-from motiondb.store.generated import (
+from motiondb.store.catalogue.events import load_events, save_events
+from motiondb.store.catalogue.generated import (
     Provenance,
     SourceCapture,
     load_provenance,
     save_provenance,
     to_provenance,
 )
-from motiondb.store.grammars import (
+from motiondb.store.catalogue.relations import load_relations, save_relations
+from motiondb.store.catalogue.runs import finish_run, load_runs, save_runs, start_run
+from motiondb.store.catalogue.sources import Source, digest, load_source, pack_source
+from motiondb.store.catalogue.where import Condition, matches, parse_where
+from motiondb.store.checking.beside import check_file
+from motiondb.store.checking.check import check_store
+from motiondb.store.checking.compaction import compact, count_rows
+from motiondb.store.checking.salvage import (
+    SalvagedCapture,
+    open_damaged,
+    salvage_captures,
+    salvage_runs,
+)
+from motiondb.store.checking.shared import copy_shared, was_learned
+from motiondb.store.connection.faults import DamagedFileError
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.opening import open_store
+from motiondb.store.connection.sharing import released
+from motiondb.store.connection.transactions import (
+    check_writable,
+    content_revision,
+    reading,
+    revision,
+    transaction,
+)
+from motiondb.store.grammars.derivations import Derivation, load_derivation, save_derivation
+from motiondb.store.grammars.grammars import (
     GrammarSize,
     GrammarSource,
     LearnedGrammar,
@@ -44,7 +66,18 @@ from motiondb.store.grammars import (
     remove_grammar,
     save_grammar,
 )
-from motiondb.store.learned import (
+from motiondb.store.grammars.scenes import (
+    SceneClip,
+    ScenePlayer,
+    SceneRule,
+    StoredScene,
+    load_scene,
+    load_scene_captures,
+    load_scene_names,
+    remove_scene,
+    save_scene,
+)
+from motiondb.store.learned.learning import (
     LearningSize,
     is_learned,
     learning_is_current,
@@ -58,24 +91,10 @@ from motiondb.store.learned import (
     load_transition_counts,
     save_learning,
 )
-from motiondb.store.relations import load_relations, save_relations
-from motiondb.store.runs import finish_run, load_runs, start_run
-from motiondb.store.scenes import (
-    SceneClip,
-    ScenePlayer,
-    SceneRule,
-    StoredScene,
-    load_scene,
-    load_scene_captures,
-    load_scene_names,
-    remove_scene,
-    save_scene,
-)
-from motiondb.store.sources import Source, digest, load_source, pack_source
-from motiondb.store.where import Condition, matches, parse_where
 
 __all__ = [
     "Condition",
+    "DamagedFileError",
     "Derivation",
     "GrammarSize",
     "GrammarSource",
@@ -83,6 +102,7 @@ __all__ = [
     "LearningSize",
     "MotionPool",
     "Provenance",
+    "SalvagedCapture",
     "SceneClip",
     "ScenePlayer",
     "SceneRule",
@@ -91,9 +111,12 @@ __all__ = [
     "Store",
     "StoredScene",
     "cached_arrays",
+    "check_file",
     "check_store",
+    "check_writable",
     "compact",
     "content_revision",
+    "copy_shared",
     "count_rows",
     "digest",
     "finish_run",
@@ -129,12 +152,18 @@ __all__ = [
     "load_synonyms",
     "load_transition_counts",
     "matches",
+    "open_damaged",
     "open_store",
     "pack_source",
     "parse_where",
+    "reading",
+    "released",
     "remove_capture",
     "remove_grammar",
     "remove_scene",
+    "revision",
+    "salvage_captures",
+    "salvage_runs",
     "save_captions",
     "save_capture",
     "save_derivation",
@@ -143,10 +172,12 @@ __all__ = [
     "save_learning",
     "save_provenance",
     "save_relations",
+    "save_runs",
     "save_scene",
     "save_synonyms",
     "save_tags",
     "start_run",
     "to_provenance",
     "transaction",
+    "was_learned",
 ]

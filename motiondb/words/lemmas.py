@@ -3,9 +3,10 @@
 Three steps, the first that answers wins: a short table of forms that motion captions use and
 dictionaries treat otherwise (backwards, shot, sitting as a noun); regular endings of common motion
 verbs (which also joins a noun of the doer with its verb: dancer, dance); the dictionary of
-simplemma. The dictionary takes some 0.2 s to load, so it is loaded when a word first needs it, and
-what it said of the words of captions is kept with what was learned (:func:`dictionary_forms`,
-:func:`recall`), so that questions to a database need it for words that are new to it alone.
+simplemma. The dictionary takes some 0.2 s to load, so it is loaded when a word first needs it. Its
+lemmas for the words of captions are kept with what was learned (:func:`dictionary_forms`) and
+handed to :func:`lemma`, so that a question needs the dictionary only for words that the database
+has never seen.
 """
 
 from __future__ import annotations
@@ -65,24 +66,30 @@ FIXED = frozenset(_FIXED.split())
 """Words kept as written: as lemmas a dictionary would make leave of left, and low of lower."""
 
 
-@lru_cache(maxsize=20_000)
-def lemma(word: str) -> str:
+def lemma(word: str, known: Mapping[str, str] | None = None) -> str:
     """The form under which a word is filed.
 
     Parameters
     ----------
-    word : one word; case does not matter.
+    word : str
+        One word; case does not matter.
+    known : dict, optional
+        Lemmas that the dictionary gave earlier; they stand in for the dictionary.
 
     >>> [lemma(word) for word in ("Walks", "running", "dancer", "boxing", "left", "backwards")]
     ['walk', 'run', 'dance', 'box', 'left', 'backward']
     """
     word = word.lower()
     ruled = _ruled_lemma(word)
-    return _dictionary_lemma(word) if ruled is None else ruled
+    if ruled is not None:
+        return ruled
+    if known is not None and word in known:
+        return known[word]
+    return _dictionary_lemma(word)
 
 
 def dictionary_forms(words: Iterable[str]) -> dict[str, str]:
-    """The words that only the dictionary can tell of, with their lemmas.
+    """Lemmas of those words that only the dictionary knows.
 
     >>> dictionary_forms(["walks", "cartwheels", "left"])
     {'cartwheels': 'cartwheel'}
@@ -91,14 +98,7 @@ def dictionary_forms(words: Iterable[str]) -> dict[str, str]:
     return {form: _dictionary_lemma(form) for form in forms if _ruled_lemma(form) is None}
 
 
-def recall(forms: Mapping[str, str]) -> None:
-    """Take what the dictionary said of words before (:func:`dictionary_forms`) as its answer."""
-    _recalled.update(forms)
-
-
-_recalled: dict[str, str] = {}
-
-
+@lru_cache(maxsize=20_000)
 def _ruled_lemma(word: str) -> str | None:
     """The lemma where tables and regular endings tell it."""
     if word in FORMS:
@@ -132,10 +132,9 @@ def _stems(word: str) -> list[str]:
     return stems
 
 
+@lru_cache(maxsize=20_000)
 def _dictionary_lemma(word: str) -> str:
     """The lemma in simplemma's English dictionary, or the word itself."""
-    if word in _recalled:
-        return _recalled[word]
     from simplemma import lemmatize
 
     found = lemmatize(word, lang="en").lower()

@@ -77,13 +77,21 @@ class ParsedQuery:
     unknown: dict[str, tuple[str, ...]]
 
 
-def split_actions(text: str, synonyms: Mapping[str, str] | None = None) -> list[list[str]]:
+def split_actions(
+    text: str,
+    synonyms: Mapping[str, str] | None = None,
+    lemmas: Mapping[str, str] | None = None,
+) -> list[list[str]]:
     """Cut a text into actions, each a list of words; a wildcard is an empty list.
 
     Parameters
     ----------
-    text : a caption or a query.
-    synonyms : from lemma to canonical lemma.
+    text : str
+        A caption or a query.
+    synonyms : dict, optional
+        Lemma -> canonical lemma.
+    lemmas : dict, optional
+        Lemmas that the dictionary gave earlier (:func:`motiondb.words.lemmas.lemma`).
 
     >>> split_actions("A person walks, turns left, and then sits down.")
     [['walk'], ['turn', 'left'], ['sit', 'down']]
@@ -95,7 +103,7 @@ def split_actions(text: str, synonyms: Mapping[str, str] | None = None) -> list[
         if piece == WILDCARD:
             actions.append([])
             continue
-        words = _piece_words(piece, synonyms or {})
+        words = _piece_words(piece, synonyms or {}, lemmas)
         if words and actions and actions[-1] and MODIFIERS.issuperset(words):
             actions[-1].extend(words)
         elif words:
@@ -103,15 +111,19 @@ def split_actions(text: str, synonyms: Mapping[str, str] | None = None) -> list[
     return actions
 
 
-def words_of(text: str, synonyms: Mapping[str, str] | None = None) -> list[str]:
-    """The motion words of a text in order.
+def words_of(
+    text: str,
+    synonyms: Mapping[str, str] | None = None,
+    lemmas: Mapping[str, str] | None = None,
+) -> list[str]:
+    """The motion words of a text in order; parameters as in :func:`split_actions`.
 
     >>> words_of("run/jog, 90-degree left turn")
     ['run', 'jog', 'left', 'turn']
     >>> words_of("KickFlipStumble"), words_of("bear (human subject)")
     (['kick', 'flip', 'stumble'], ['bear'])
     """
-    return [word for action in split_actions(text, synonyms) for word in action]
+    return [word for action in split_actions(text, synonyms, lemmas) for word in action]
 
 
 def forms_of(text: str) -> list[str]:
@@ -128,15 +140,23 @@ def forms_of(text: str) -> list[str]:
 
 
 def parse_query(
-    text: str, known: Collection[str], synonyms: Mapping[str, str] | None = None
+    text: str,
+    known: Collection[str],
+    synonyms: Mapping[str, str] | None = None,
+    lemmas: Mapping[str, str] | None = None,
 ) -> ParsedQuery:
     """Understand a question as far as the vocabulary goes.
 
     Parameters
     ----------
-    text : what the user asks.
-    known : the vocabulary.
-    synonyms : from lemma to canonical lemma.
+    text : str
+        What the user asks.
+    known : collection of str
+        The vocabulary.
+    synonyms : dict, optional
+        Lemma -> canonical lemma.
+    lemmas : dict, optional
+        Lemmas that the dictionary gave earlier (:func:`motiondb.words.lemmas.lemma`).
 
     Raises
     ------
@@ -147,7 +167,7 @@ def parse_query(
     """
     table = known if isinstance(known, (set, frozenset, dict)) else frozenset(known)
     actions, unknown = [], {}
-    for action in split_actions(text, synonyms):
+    for action in split_actions(text, synonyms, lemmas):
         found = tuple(word for word in action if word in table)
         unknown.update({w: nearest_words(w, known) for w in action if w not in table})
         if found or not action:
@@ -204,13 +224,15 @@ def _pieces(text: str) -> list[str]:
     return pieces
 
 
-def _piece_words(piece: str, synonyms: Mapping[str, str]) -> list[str]:
+def _piece_words(
+    piece: str, synonyms: Mapping[str, str], lemmas: Mapping[str, str] | None
+) -> list[str]:
     words = []
     for token in _WORD.findall(_CAMEL.sub(" ", piece)):
         token = token.lower().split("'")[0]
         if token in STOP_WORDS or len(token) < 2:
             continue
-        word = synonyms.get(token) or lemma(token)
+        word = synonyms.get(token) or lemma(token, lemmas)
         word = synonyms.get(word, word)
         if word not in STOP_WORDS or word in VERBS:
             words.append(word)

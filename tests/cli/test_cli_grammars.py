@@ -14,13 +14,13 @@ import pytest
 
 import motiondb
 from motiondb.cli import grammars, parsing, sequences
-from motiondb.database.grammar_editing import Edit
-from motiondb.database.grammar_learning import GrammarSettings
-from motiondb.database.grammar_parsing import ParsedMotion
+from motiondb.database.grammars.grammar_editing import Edit
+from motiondb.database.grammars.grammar_learning import GrammarSettings
+from motiondb.database.grammars.grammar_parsing import ParsedMotion
 from motiondb.errors import QueryError
-from motiondb.grammar.cfg import derive_by, read_grammar
-from motiondb.grammar.edit import alternatives, region_at
-from motiondb.grammar.terminals import TerminalSettings
+from motiondb.grammar.cfg.context_free import derive_by, read_grammar
+from motiondb.grammar.derivation.edit import alternatives, region_at
+from motiondb.grammar.terminals.terminals import TerminalSettings
 
 
 @pytest.fixture(scope="module")
@@ -202,7 +202,7 @@ def test_nothing_is_kept_where_a_file_cannot_be_written(command: Any, copy: Path
 
 
 def test_auto_says_what_was_tried(command: Any, copy: Path, monkeypatch: Any) -> None:
-    from motiondb.grammar import terminal_number
+    from motiondb.grammar.selection import terminal_number
 
     monkeypatch.setattr(terminal_number, "CANDIDATES", (2, 3, 4))
     words = ("grammar", "learn", "boris/punch_1", "--terminals", "auto", "--db", copy)

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from motiondb.database.scene_clips import find_actions
-from motiondb.database.scene_files import read_grammar
+from motiondb.database.scenes.scene_clips import find_actions
+from motiondb.database.scenes.scene_files import read_grammar
 
 
 def test_check_tells_the_class_of_a_grammar(command: Any) -> None:
@@ -49,7 +49,7 @@ def test_the_samples_have_clips_for_every_action(learned_file: Path) -> None:
     import motiondb
 
     with motiondb.open(learned_file, read_only=True) as db:
-        found = find_actions(db, read_grammar("basketball"))
+        found = find_actions(db.session, read_grammar("basketball"))
     assert min(len(parts) for parts in found.values()) >= 2
     whole = {part.capture for part in found["dribble"] if part.start is None}
     assert whole == {"chidi/dribble_1", "fatou/dribble_1", "goran/dribble_1"}

@@ -13,9 +13,9 @@ import pytest
 import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
-from motiondb.database.grammar_learning import GrammarSettings
-from motiondb.grammar import cfg
-from motiondb.grammar.terminals import TerminalSettings
+from motiondb.database.grammars.grammar_learning import GrammarSettings
+from motiondb.grammar.cfg import context_free
+from motiondb.grammar.terminals.terminals import TerminalSettings
 
 TAKES = ("ana/long_dance_2", "dora/long_dance_1")
 QUICK = TerminalSettings(n_starts=1, n_trials=150)
@@ -48,12 +48,12 @@ def _keep_nested_grammar(db: MotionDB) -> None:
     edges = [np.flatnonzero(learned.terminals.takes == take)[[0, -1]] + [0, 1] for take in (0, 1)]
     strings = [learned.string(int(first), int(end)) for first, end in edges]
     thirds = [(s[: 6 + n], s[6 + n : -3 - n], s[-3 - n :]) for n, s in enumerate(strings)]
-    rules = [cfg.Rule("S", ("A", "B")), cfg.Rule("B", ("C", "D"))]
-    rules += [cfg.Rule(left, t[k], 0.5) for k, left in enumerate("ACD") for t in thirds]
+    rules = [context_free.Rule("S", ("A", "B")), context_free.Rule("B", ("C", "D"))]
+    rules += [context_free.Rule(left, t[k], 0.5) for k, left in enumerate("ACD") for t in thirds]
     nested = replace(
         learned,
         name="nested",
-        grammar=cfg.Grammar("S", tuple(rules), learned.terminals.names),
+        grammar=context_free.Grammar("S", tuple(rules), learned.terminals.names),
         sentences=np.array(edges),
         parses=tuple((0, 2 + take, 1, 4 + take, 6 + take) for take in (0, 1)),
     )

@@ -11,7 +11,7 @@ import pytest
 
 import motiondb
 from motiondb import store
-from motiondb.database import MotionDB, generated_files
+from motiondb.database import MotionDB
 from motiondb.errors import QueryError
 
 
@@ -120,7 +120,7 @@ def test_decoded_search_carries_its_certificate(db: MotionDB) -> None:
 def test_same_seed_generates_the_same(db: MotionDB, tmp_path: Path, method: str) -> None:
     one, two = (db.generate("a person walks then kicks", 7, method) for _ in range(2))
     for name, made in (("a", one), ("b", two)):
-        generated_files.write(made, "walk", 7, method, tmp_path / f"{name}.bvh")
+        made.write(tmp_path / f"{name}.bvh")
     assert (tmp_path / "a.bvh").read_bytes() == (tmp_path / "b.bvh").read_bytes()
     assert one.actions == (("walk",), ("kick",))
     assert np.isfinite(one.motion.root_positions).all()
@@ -151,12 +151,11 @@ def test_every_frame_has_an_origin_with_its_licence(db: MotionDB) -> None:
 
 
 def test_a_kept_generated_capture_names_its_sources(learned_copy: Path) -> None:
-    from motiondb.database.showing import describe_capture
 
     with motiondb.open(learned_copy) as db:
         made = db.generate("a person walks then kicks", 7)
         db.save_generated("made/one", "a person walks then kicks", made, 7)
-        facts = describe_capture(db, "made/one")
+        facts = db.show("made/one")
         assert facts["kind"] == "generated"
         assert facts["licence"] == "CC0-1.0"
         assert len(facts["sources"]) == len(made.provenance.sources)

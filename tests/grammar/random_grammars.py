@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from motiondb.grammar.cfg import Grammar, Rule
+from motiondb.grammar.cfg.context_free import Grammar, Rule
 
 rules = st.builds(
     Rule,

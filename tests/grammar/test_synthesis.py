@@ -12,7 +12,7 @@ from motiondb.capture import read_capture
 from motiondb.errors import QueryError
 from motiondb.generate import contact, stitching
 from motiondb.grammar import synthesis
-from motiondb.grammar.terminals import Terminals
+from motiondb.grammar.terminals.terminals import Terminals
 from motiondb.pose import features, pose_vectors, retarget
 from motiondb.records import FloatArray, Motion
 

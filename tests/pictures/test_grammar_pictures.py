@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from motiondb.errors import MotionDBError
-from motiondb.grammar.cfg import derive_by, read_grammar
+from motiondb.grammar.cfg.context_free import derive_by, read_grammar
 from motiondb.pictures import (
     StringBar,
     TerminalCard,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from motiondb.database.scene_files import read_tactics
+from motiondb.database.scenes.scene_files import read_tactics
 from motiondb.errors import MotionDBError
 from motiondb.pictures import draw_scene_animation, draw_scene_paths
 from motiondb.pictures.scene_animation import scene_images

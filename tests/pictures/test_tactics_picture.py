@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from matplotlib.patches import Circle
 
-from motiondb.database import scene_files
+from motiondb.database.scenes import scene_files
 from motiondb.pictures import draw_tactics
 from motiondb.pictures.tactics import tactics_figure
-from motiondb.scene.tactics_file import read_diagram
+from motiondb.scene.language.tactics_file import read_diagram
 
 
 def axes_of(text: str):

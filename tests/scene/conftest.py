@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from motiondb.scene.clips import ClipLibrary, ClipSource
+from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 
 Wandering = Callable[..., ClipLibrary]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from motiondb import store
-from motiondb.grammar.cfg import Grammar, Rule
+from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.records import (
     Association,
     Caption,
@@ -166,7 +166,7 @@ def grammar(
     probability: float = 0.25,
 ) -> store.LearnedGrammar:
     """Two takes of three segments each: x y x and x z x; S -> x A x, A -> y | z."""
-    from motiondb.grammar.terminals import Terminals
+    from motiondb.grammar.terminals.terminals import Terminals
 
     ends = np.array([(n * i.motion_frames) // 3 for i in infos for n in (1, 2, 3)], dtype=np.int64)
     starts = np.where(np.arange(6) % 3 == 0, 0, np.roll(ends, 1))

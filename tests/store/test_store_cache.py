@@ -1,14 +1,20 @@
 from __future__ import annotations
 
+import os
 import shutil
+import threading
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from motiondb import store
 from motiondb.errors import QueryError
+from motiondb.store.catalogue.cache import page_checksum
 
 
 def _folder(database: store.Store) -> Path:
@@ -90,6 +96,123 @@ def test_the_folder_can_be_deleted_or_damaged(filled: store.Store) -> None:
     for file in _folder(filled).glob("*.npy"):
         file.write_bytes(file.read_bytes()[:100])
     np.testing.assert_array_equal(store.load_motion_pool(filled).poses, expected)
+
+
+def _arrays() -> dict[str, np.ndarray]:
+    return {"x": np.arange(3000), "y": np.linspace(0.0, 1.0, 7).reshape(7, 1)}
+
+
+def _expect_healed(filled: store.Store) -> None:
+    """Arrays are made anew once, are right, and are then mapped again."""
+    calls: list[int] = []
+
+    def build() -> dict[str, np.ndarray]:
+        calls.append(1)
+        return _arrays()
+
+    for _ in range(2):
+        cached = store.cached_arrays(filled, "features", build)
+        for name, expected in _arrays().items():
+            np.testing.assert_array_equal(cached[name], expected)
+    assert set(cached) == {"x", "y"}
+    assert calls == [1]
+
+
+def _list_file(filled: store.Store) -> Path:
+    (listed,) = _folder(filled).glob("features-*.json")
+    return listed
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "",
+        "{}",
+        "[]",
+        "null",
+        '{"version": 1}',
+        '{"version": 1, "arrays": {}, "checksum": 0}',
+        "x y",
+    ],
+)
+def test_a_damaged_list_is_made_anew(filled: store.Store, content: str) -> None:
+    store.cached_arrays(filled, "features", _arrays)
+    _list_file(filled).write_text(content)
+    _expect_healed(filled)
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [('"x"', '"z"'), ("[3000]", "[1500]"), ("<i8", "<f8"), ('"version": 1', '"version": 2')],
+)
+def test_a_changed_list_is_made_anew(filled: store.Store, before: str, after: str) -> None:
+    store.cached_arrays(filled, "features", _arrays)
+    listed = _list_file(filled)
+    assert before in listed.read_text()
+    listed.write_text(listed.read_text().replace(before, after))
+    _expect_healed(filled)
+
+
+@pytest.mark.parametrize("place", [0, 9, 70, 128, 129, 10_000, -1])
+@pytest.mark.parametrize("bit", [1, 128])
+def test_a_flipped_bit_is_noticed(filled: store.Store, place: int, bit: int) -> None:
+    store.cached_arrays(filled, "features", _arrays)
+    (file,) = _folder(filled).glob("features-*-x.npy")
+    content = bytearray(file.read_bytes())
+    content[place] ^= bit
+    file.write_bytes(content)
+    _expect_healed(filled)
+
+
+def test_an_array_of_another_shape_or_type_is_noticed(filled: store.Store) -> None:
+    for other in (np.arange(3000).reshape(2, -1), np.arange(3000.0), np.arange(10)):
+        store.cached_arrays(filled, "features", _arrays)
+        (file,) = _folder(filled).glob("features-*-x.npy")
+        np.save(file, other)
+        _expect_healed(filled)
+
+
+def test_drafts_that_a_kill_left_are_deleted(filled: store.Store) -> None:
+    store.cached_arrays(filled, "features", _arrays)
+    left = _folder(filled) / f"{_list_file(filled).stem}-x.npy.new-1"
+    left.write_text("half")
+    os.utime(left, (0, 0))
+    _list_file(filled).unlink()
+    _expect_healed(filled)
+    assert not left.exists()
+
+
+@given(arrays(np.uint8, st.integers(1, 9000)), st.data())
+def test_one_changed_byte_changes_the_checksum(array: np.ndarray, data: st.DataObject) -> None:
+    changed = array.copy()
+    place = data.draw(st.integers(0, len(array) - 1))
+    changed[place] ^= data.draw(st.integers(1, 255))
+    assert page_checksum(changed) != page_checksum(array)
+
+
+def test_pages_that_change_places_change_the_checksum() -> None:
+    pages = np.arange(4 * 512).reshape(4, 512)
+    assert page_checksum(pages) != page_checksum(pages[[1, 0, 2, 3]])
+    naive = sum((2 * k + 1) * int(page.sum()) for k, page in enumerate(pages))
+    assert page_checksum(pages) == naive
+
+
+def test_threads_that_build_together_leave_a_whole_cache(filled: store.Store) -> None:
+    found: list[dict[str, np.ndarray]] = []
+    threads = [
+        threading.Thread(
+            target=lambda: found.append(store.cached_arrays(filled, "features", _arrays))
+        )
+        for _ in range(8)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == 8
+    for each in found:
+        np.testing.assert_array_equal(each["x"], _arrays()["x"])
+    assert [f.name for f in _folder(filled).iterdir() if ".new-" in f.name] == []
 
 
 def test_where_it_cannot_be_written_the_arrays_stay_in_memory(filled: store.Store) -> None:

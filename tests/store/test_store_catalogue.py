@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from motiondb import store
 from motiondb.errors import QueryError, StoreError
 from motiondb.records import Caption, Relation
-from motiondb.store.poses import flatten_motion, unflatten_motion
+from motiondb.store.catalogue.poses import flatten_motion, unflatten_motion
 
 
 def test_what_goes_in_comes_out(database: store.Store, samples: ModuleType) -> None:

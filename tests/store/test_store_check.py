@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -10,6 +12,9 @@ from types import ModuleType
 import pytest
 
 from motiondb import store
+from motiondb.errors import StoreError
+from motiondb.store import DamagedFileError
+from motiondb.store.checking import blocks
 
 
 @pytest.fixture(scope="module")
@@ -117,12 +122,98 @@ def test_a_killed_run_is_no_fault(filled: store.Store) -> None:
 
 
 def test_a_damaged_block_is_told(filled: store.Store) -> None:
-    filled.connection.execute("DROP TABLE relation")  # stands for rows that cannot be read
-    (fault,) = store.check_store(filled)
-    assert fault.startswith(
-        f"{filled.path}: expected tables that can be read, found: Catalog Error"
+    pose_blocks = filled.connection.execute(
+        "SELECT block_id FROM pragma_storage_info('motion_frame') WHERE column_name = 'pose'"
+    ).fetchall()
+    filled.close()
+    damage_block(filled.path, max(block for (block,) in pose_blocks))
+    with store.open_store(filled.path, read_only=True) as opened:
+        faults = store.check_store(opened)
+        assert len(faults) == 1
+        assert faults[0].startswith(
+            f"{filled.path}: expected tables that can be read, found: damaged columns: "
+        )
+        assert faults[0].endswith(
+            "The file is damaged: restore a copy, or save what is readable: "
+            f"motiondb rescue {filled.path} -o NEW.duckdb."
+        )
+        with pytest.raises(DamagedFileError, match="Corrupt database file: computed checksum"):
+            store.load_motion(opened, 1)
+
+
+def damage_block(path: Path, number: int) -> None:
+    content = bytearray(path.read_bytes())
+    content[12_288 + 262_144 * number + 100] ^= 1
+    path.write_bytes(content)
+
+
+def test_a_block_that_no_query_reads_is_told(filled: store.Store) -> None:
+    """Flip a bit in every block that is in use: each is told, whatever lies in it."""
+    filled.connection.execute("CHECKPOINT")
+    (_name, _size, _block, total, used, free, *_rest) = filled.connection.execute(
+        "CALL pragma_database_size()"
+    ).fetchone()
+    filled.close()
+    whole = filled.path.read_bytes()
+    told = 0
+    for number in range(total):
+        damage_block(filled.path, number)
+        told += blocks.find_damage(filled.path) == f"1 damaged of {total} blocks ({number})."
+        filled.path.write_bytes(whole)
+    assert (told, total - free) == (used, used)
+    assert blocks.find_damage(filled.path) is None
+
+
+def test_a_cut_file_is_told(filled: store.Store) -> None:
+    filled.close()
+    content = filled.path.read_bytes()
+    filled.path.write_bytes(content[: -len(content) // 3])
+    faults = store.check_file(filled.path)
+    assert " damaged of " in faults[0]
+
+
+def test_blocks_are_compared_beside_an_open_store(filled: store.Store) -> None:
+    """Reading the file in this process would drop its lock: another one can still not write."""
+    assert store.check_store(filled, sources=True) == []
+    program = "import sys, duckdb; duckdb.connect(sys.argv[1])"
+    ended = subprocess.run(
+        [sys.executable, "-c", program, str(filled.path)], capture_output=True, text=True
     )
-    assert fault.endswith("The file is damaged: restore a copy.")
+    assert "Could not set lock" in ended.stderr
+
+
+def test_a_missing_or_changed_table_is_told(filled: store.Store) -> None:
+    filled.connection.execute("DROP TABLE relation")
+    filled.connection.execute("ALTER TABLE synonym ADD COLUMN extra INTEGER")
+    assert store.check_store(filled) == [
+        f"{filled.path}: expected the table relation as in schema.sql, found none. "
+        "The file was changed by another program: restore a copy.",
+        f"{filled.path}: expected the table synonym with the columns word VARCHAR, canonical "
+        "VARCHAR as in schema.sql, found word VARCHAR, canonical VARCHAR, extra INTEGER. "
+        "The file was changed by another program: restore a copy.",
+    ]
+
+
+def test_a_reader_that_dies_is_a_fault(
+    filled: store.Store, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    dying = tmp_path / "python"
+    dying.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    dying.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(dying))
+    (fault,) = store.check_file(filled.path)
+    assert "found: that reading it ends the program (SIGSEGV). The file is damaged" in fault
+
+
+def test_what_keeps_the_check_from_looking_is_an_error(filled: store.Store, tmp_path: Path) -> None:
+    with pytest.raises(StoreError, match="found it held by process"):
+        store.check_file(filled.path)
+    other = tmp_path / "walk.bvh"
+    other.write_text("HIERARCHY")
+    with pytest.raises(StoreError, match="found another kind of file"):
+        store.check_file(other)
+    with pytest.raises(StoreError, match="found no such file"):
+        store.check_file(tmp_path / "none.duckdb")
 
 
 def test_an_empty_store_is_whole(database: store.Store) -> None:

@@ -54,7 +54,7 @@ def test_a_failing_copy_keeps_the_old_file(
     def fail(*_: object) -> None:
         raise duckdb.IOException("IO Error: No space left on device! More.")
 
-    monkeypatch.setattr("motiondb.store.compaction._copy", fail)
+    monkeypatch.setattr("motiondb.store.checking.compaction._copy", fail)
     with pytest.raises(StoreError) as error:
         store.compact(database.path)
     assert str(error.value) == (

@@ -1,8 +1,10 @@
 from __future__ import annotations
 
 import os
+import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -48,7 +50,11 @@ def test_a_second_process_is_told_who_holds_the_file(tmp_path: Path) -> None:
             assert message.startswith(
                 f"{path}: expected a free database, found it held by process {pid} (python"
             )
-            assert message.endswith("). Wait until it has ended.")
+            assert f"), command `{sys.executable} -c" in message
+            assert f", on {socket.gethostname()} since {time.strftime('%Y-%m-%d')}" in message
+            assert message.endswith(
+                ". Wait until it has ended, or wait longer with --wait SECONDS."
+            )
     store.open_store(path).close()
 
 
@@ -118,7 +124,7 @@ def test_a_damaged_file_is_refused_with_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(StoreError) as error:
         store.open_store(path)
     assert str(error.value).startswith(f"{path}: expected a database that can be opened, found: ")
-    assert str(error.value).endswith("if it is damaged, restore a copy.")
+    assert str(error.value).endswith("restore a copy.")
 
 
 def test_an_empty_file_becomes_a_database_and_nothing_else_is_left(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import QueryError, StoreError
-from motiondb.store.grammars import TABLES
+from motiondb.store.grammars.grammars import TABLES
 
 
 @pytest.fixture

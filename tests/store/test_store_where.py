@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from motiondb.errors import QueryError
 from motiondb.records import CaptureInfo
-from motiondb.store.where import Condition, check_names, matches, parse_where
+from motiondb.store.catalogue.where import Condition, check_names, matches, parse_where
 
 
 def _info(**tags: str) -> CaptureInfo:

@@ -6,9 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
-from motiondb.database.counting import pack_forms, unpack_forms
+from motiondb.learning.counting import dictionary_lemmas
+from motiondb.learning.parameter_arrays import LEMMA_NAME, lemma_array, lemmas_from
 from motiondb.records import Caption
 from motiondb.words import lemmas, vocabulary
 
@@ -24,20 +23,21 @@ with motiondb.open(sys.argv[1], read_only=True) as db:
 
 def test_forms_come_back_with_their_lemmas() -> None:
     captions = {1: (Caption("two cartwheels, then a lay-up"), Caption("Stairs; KickBalls"))}
-    forms = unpack_forms(pack_forms(captions))
+    forms = lemmas_from({LEMMA_NAME: lemma_array(dictionary_lemmas(captions))})
     assert forms == {
         "a": "a", "balls": "ball", "cartwheels": "cartwheel", "layup": "layup", "stairs": "stair",
         "then": "then", "two": "two",
     }  # fmt: skip
-    assert unpack_forms(pack_forms({})) == {}
+    assert lemmas_from({LEMMA_NAME: lemma_array(dictionary_lemmas({}))}) == {}
+    assert lemmas_from({}) == {}
 
 
-def test_what_is_recalled_is_the_answer(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lemmas, "_recalled", {})
-    lemmas.lemma.cache_clear()
-    lemmas.recall({"frobs": "frob"})
-    assert vocabulary.words_of("three frobs and walks") == ["frob", "walk"]
-    lemmas.lemma.cache_clear()
+def test_known_lemmas_are_the_answer_of_the_call_they_are_given_to() -> None:
+    known = {"frobs": "frob", "walks": "other"}
+    assert vocabulary.words_of("three frobs and walks", lemmas=known) == ["frob", "walk"]
+    assert lemmas.lemma("stairs", {"stairs": "step"}) == "step"
+    assert lemmas.lemma("stairs") == "stair"
+    assert vocabulary.parse_query("frobs", ["frob"], lemmas=known).words == ("frob",)
 
 
 def test_words_that_were_learned_need_no_dictionary(learned_file: Path) -> None:

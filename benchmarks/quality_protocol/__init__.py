@@ -1,0 +1,1 @@
+"""What all quality tasks share: captures, folds, baselines, intervals, the report."""

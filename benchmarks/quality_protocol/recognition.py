@@ -1,0 +1,110 @@
+"""The product's own way from features to vectors and words, on arrays in place of a store."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.learning.symbol_fitting import (
+    FeaturePool,
+    LearnSettings,
+    acquire_symbols,
+    segment_table,
+)
+from motiondb.pose.features import FEATURE_STEP
+from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
+from motiondb.search import by_words, score_vectors
+from motiondb.search.movement import block_sizes
+from motiondb.symbols import acquisition, feature_space
+from motiondb.words.word_map import WordMap
+from quality_protocol.captures import Capture
+
+
+@dataclass(frozen=True, eq=False)
+class Recognised:
+    """Captures as learned symbols see them.
+
+    Attributes
+    ----------
+    symbols : learned. table : segments; ``capture_ids`` are places in the list of captures.
+    whitened : per capture array (frames, dimensions).
+    rows : array (segments, columns), standardised as the product does.
+    vectors : array (captures, columns), of whole captures.
+    """
+
+    symbols: MotionSymbols
+    table: SegmentTable
+    whitened: tuple[Float32Array, ...]
+    rows: FloatArray
+    vectors: FloatArray
+
+    def part(self, capture: int) -> slice:
+        """A capture's rows of the table."""
+        first, last = np.searchsorted(self.table.capture_ids, [capture, capture + 1])
+        return slice(int(first), int(last))
+
+    def hear(self, fit: WordMap, capture: int) -> by_words.TakeScores:
+        """Log-odds of all words in a capture, from its motion alone."""
+        part = self.part(capture)
+        starts, ends = self.table.starts[part], self.table.ends[part]
+        odds = by_words.heard(fit, self.rows[part], starts, ends, by_words.WINDOW_MARGIN)
+        return by_words.TakeScores(starts, ends, odds[:-1], odds[-1])
+
+
+def recognise(captures: Sequence[Capture], known: NDArray[np.bool_], seed: int) -> Recognised:
+    """Learn feature space, symbols, standardisation on the ``known`` captures; see all by them."""
+    space = feature_space.fit_feature_space([c.features for c, k in zip(captures, known) if k])
+    whitened = tuple(space.project(c.features) for c in captures)
+    settings, rng = LearnSettings(seed=seed), np.random.default_rng(seed)
+    pool = _pool([c for c, k in zip(captures, known) if k])
+    frames = np.concatenate([w for w, k in zip(whitened, known) if k])
+    symbols = acquire_symbols(frames, pool, rng, settings, lambda _what, _share: None).symbols
+    everything = _pool(captures)
+    joined = np.concatenate(whitened)
+    cutting = acquisition.recut(joined, everything.bounds, symbols, settings.acquisition)
+    table = segment_table(joined, everything, symbols, cutting)
+    return _standardised(symbols, table, whitened, known)
+
+
+def seen_without(seen: Recognised, n_blocks: int) -> Recognised:
+    """All captures known, by the same symbols, with the first blocks of movement alone.
+
+    n_blocks : 0: the symbols' scores; 3: those and places, joint and rhythm (``search.movement``).
+    """
+    n_columns = sum(block_sizes(seen.table.movement.shape[1])[:n_blocks])
+    table = replace(seen.table, movement=seen.table.movement[:, :n_columns])
+    known = np.ones(len(seen.whitened), dtype=bool)
+    return _standardised(seen.symbols, table, seen.whitened, known)
+
+
+def _standardised(
+    symbols: MotionSymbols,
+    table: SegmentTable,
+    whitened: tuple[Float32Array, ...],
+    known: NDArray[np.bool_],
+) -> Recognised:
+    own = known[table.capture_ids]
+    moving = table.movement if table.movement.shape[1] else None
+    space = score_vectors.fit_score_space(
+        table.scores[own], (table.ends - table.starts)[own], None if moving is None else moving[own]
+    )
+    rows = space.standardise(table.scores, moving)
+    n_captures = len(whitened)
+    vectors = np.zeros((n_captures, rows.shape[1]))
+    for capture in range(n_captures):
+        part = slice(*np.searchsorted(table.capture_ids, [capture, capture + 1]))
+        ends = table.ends[part]
+        vectors[capture] = score_vectors.interval_vectors(
+            rows[part], table.starts[part], ends, np.zeros(1), ends[-1:]
+        )[0]
+    return Recognised(symbols, table, whitened, rows, vectors)
+
+
+def _pool(captures: Sequence[Capture]) -> FeaturePool:
+    bounds: IntArray = np.cumsum([0, *(len(c.features) for c in captures)])
+    lengths = np.array([min(c.motion.n_frames, len(c.features) * FEATURE_STEP) for c in captures])
+    features = np.concatenate([c.features for c in captures])
+    return FeaturePool(np.arange(len(captures)), bounds, features, lengths)

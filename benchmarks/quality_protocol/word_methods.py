@@ -1,0 +1,176 @@
+"""Every method of the word tasks, motiondb's and the baselines', trained on one fold.
+
+A method gets the training captures with their words and the gallery without; settings (ridge, C,
+neighbours) are chosen by leaving performers out inside the training part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.records import FloatArray
+from motiondb.search.by_words import search_take
+from motiondb.search.score_vectors import unit
+from motiondb.words import word_map
+from quality_protocol import baselines as base
+from quality_protocol.captures import performer_folds
+from quality_protocol.recognition import Recognised
+
+Fit = Callable[[FloatArray, NDArray[np.bool_], FloatArray, float], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Fold:
+    """train, gallery: places of captures; words: array (captures, words); who performs each."""
+
+    train: NDArray[np.int64]
+    gallery: NDArray[np.int64]
+    words: NDArray[np.bool_]
+    performers: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """A method's answers on one fold.
+
+    word_scores, described : arrays (gallery, words), ranks captures for a word, words for a
+        capture. asked : actions (lists of words) -> array (gallery,).
+    probabilities : array (gallery, words) or None.
+    """
+
+    word_scores: FloatArray
+    described: FloatArray
+    asked: Callable[[Sequence[Sequence[int]]], FloatArray]
+    probabilities: FloatArray | None = None
+
+
+def mean_of_words(scores: FloatArray) -> Callable[[Sequence[Sequence[int]]], FloatArray]:
+    """A caption's score is the mean over its words."""
+    return lambda actions: scores[:, [w for action in actions for w in action]].mean(axis=1)
+
+
+def motiondb_answers(seen: Recognised, fold: Fold) -> Answers:
+    """The product: word map, then search in every gallery capture."""
+    groups = np.unique([fold.performers[t] for t in fold.train], return_inverse=True)[1]
+    fit = word_map.fit_word_map(seen.vectors[fold.train], fold.words[fold.train], groups)
+    takes = [seen.hear(fit, int(g)) for g in fold.gallery]
+
+    def ask(actions: Sequence[Sequence[int]]) -> FloatArray:
+        hits = [search_take(take, actions) for take in takes]
+        return np.array([-np.inf if hit is None else hit.log_odds for hit in hits])
+
+    words = np.stack([ask([[w]]) for w in range(fold.words.shape[1])], axis=1)
+    vectors = seen.vectors[fold.gallery]
+    return Answers(words, fit.log_odds(vectors), ask, fit.probabilities(vectors))
+
+
+def logistic_answers(features: FloatArray, fold: Fold) -> Answers:
+    """One logistic regression a word; C chosen inside."""
+    x, y = features[fold.train], fold.words[fold.train]
+    strength = choose(x, y, fold, base.logistic, (0.3, 3.0, 30.0))
+    odds = base.logistic(x, y, features[fold.gallery], strength)
+    return Answers(odds, odds, mean_of_words(odds), 1.0 / (1.0 + np.exp(-odds)))
+
+
+def window_answers(windows: tuple[FloatArray, NDArray[np.int64]], fold: Fold) -> Answers:
+    """Logistic regression on windows, mean log-odds of a capture's windows."""
+    rows, owner = unit(windows[0]), windows[1]
+    inside = np.isin(owner, fold.train)
+    odds = base.logistic(rows[inside], fold.words[owner[inside]], rows, 3.0)
+    means = np.stack([odds[owner == g].mean(axis=0) for g in fold.gallery])
+    return Answers(means, means, mean_of_words(means), 1.0 / (1.0 + np.exp(-means)))
+
+
+def ridge_answers(features: FloatArray, fold: Fold) -> Answers:
+    """Ridge from pooled features to the words' presence."""
+    x, y = features[fold.train], fold.words[fold.train]
+    strength = choose(x, y, fold, _ridge, (0.1, 0.3, 1.0, 3.0))
+    found = _ridge(x, y, features[fold.gallery], strength)
+    spread = np.sqrt(y.mean(axis=0) * (1 - y.mean(axis=0))) + 1e-9
+    standard = (found - y.mean(axis=0)) / spread
+    return Answers(found, found, mean_of_words(standard), np.clip(found, 0.0, 1.0))
+
+
+def tf_idf_answers(features: FloatArray, fold: Fold) -> Answers:
+    """Ridge from pooled features to TF-IDF; captions by cosine."""
+    x, y = features[fold.train], fold.words[fold.train]
+    strength = choose(x, y, fold, _tf_idf_ridge, (0.1, 0.3, 1.0, 3.0))
+    found = _tf_idf_ridge(x, y, features[fold.gallery], strength)
+    return Answers(found, found, _cosine(unit(found), base.tf_idf(y)[1]))
+
+
+def canonical_answers(features: FloatArray, fold: Fold) -> Answers:
+    """CCA between pooled features and TF-IDF; captions by the mean of their words' cosines."""
+    x, y = features[fold.train], fold.words[fold.train]
+    n_axes = choose(x, y, fold, _tf_idf_canonical, (4, 8, 16, 32))
+    found = _tf_idf_canonical(x, y, features[fold.gallery], n_axes)
+    return Answers(found, found, _cosine(found, base.tf_idf(y)[1]))
+
+
+def neighbour_answers(similarity: FloatArray, fold: Fold) -> Answers:
+    """Captions of the nearest captures; their number chosen inside."""
+    y, inner = fold.words[fold.train], similarity[np.ix_(fold.train, fold.train)]
+    folds = performer_folds([fold.performers[t] for t in fold.train], 4)
+    reached = {}
+    for n in (3, 5, 10, 20):
+        found = np.zeros(y.shape)
+        for k in np.unique(folds):
+            rest = folds != k
+            found[~rest] = base.neighbours(inner[np.ix_(~rest, rest)], y[rest] * 1.0, n)
+        reached[n] = word_map.precision(found, y)
+    n_best = max(reached, key=lambda n: reached[n])
+    between = similarity[np.ix_(fold.gallery, fold.train)]
+    votes = base.neighbours(between, y * 1.0, n_best) + 1e-6 * y.mean(axis=0)
+    rows, idf = base.tf_idf(y)
+    return Answers(votes, votes, _cosine(unit(base.neighbours(between, rows, n_best)), idf), votes)
+
+
+def random_answers(fold: Fold, rng: np.random.Generator) -> Answers:
+    """No knowledge at all."""
+    scores = rng.random((len(fold.gallery), fold.words.shape[1]))
+    return Answers(scores, scores, lambda _actions: rng.random(len(fold.gallery)))
+
+
+def choose(
+    x: FloatArray, y: NDArray[np.bool_], fold: Fold, fit: Fit, settings: Sequence[float]
+) -> float:
+    """The setting that ranks best with performers of the training part left out."""
+    folds = performer_folds([fold.performers[t] for t in fold.train], 4)
+    common = y.sum(axis=0) >= 3
+    reached: Mapping[float, float] = {}
+    for setting in settings:
+        found = np.zeros((len(y), int(common.sum())))
+        for k in np.unique(folds):
+            rest = folds != k
+            found[~rest] = fit(x[rest], y[rest][:, common], x[~rest], setting)
+        reached = {**reached, setting: word_map.precision(found, y[:, common])}
+    return max(reached, key=lambda s: reached[s])
+
+
+def _ridge(x: FloatArray, y: NDArray[np.bool_], test: FloatArray, strength: float) -> FloatArray:
+    return base.ridge(x, y * 1.0, test, strength)
+
+
+def _tf_idf_ridge(
+    x: FloatArray, y: NDArray[np.bool_], test: FloatArray, strength: float
+) -> FloatArray:
+    return base.ridge(x, base.tf_idf(y)[0], test, strength)
+
+
+def _tf_idf_canonical(
+    x: FloatArray, y: NDArray[np.bool_], test: FloatArray, n_axes: float
+) -> FloatArray:
+    captures, words = base.canonical(x, base.tf_idf(y)[0], test, int(n_axes))
+    return captures @ words.T
+
+
+def _cosine(rows: FloatArray, idf: FloatArray) -> Callable[[Sequence[Sequence[int]]], FloatArray]:
+    def ask(actions: Sequence[Sequence[int]]) -> FloatArray:
+        words = list({w for action in actions for w in action})
+        return rows[:, words] @ idf[words]
+
+    return ask

@@ -1,0 +1,1 @@
+"""The tasks of the quality benchmark, one module each."""

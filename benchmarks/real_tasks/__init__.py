@@ -1,0 +1,1 @@
+"""Questions to real captures, and what people saw."""

@@ -1,0 +1,308 @@
+"""The findings on real captures as a page of Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from measured_run import machine, versions
+
+from motiondb.database.generate.generating import METHODS
+from motiondb.records import Match
+from real_tasks.answers import (
+    FIRST,
+    ExampleResult,
+    Judged,
+    MadeResult,
+    WordResult,
+    median_smoothness,
+)
+from real_tasks.findings import Findings
+from real_tasks.notes import Notes
+from real_tasks.questions import SEED
+
+PACKAGES = ("motiondb", "numpy", "scipy", "scikit-learn", "numba", "duckdb")
+COMMAND = "python benchmarks/real_captures.py --data DIR"
+TERMS = """The data used in this project was obtained from mocap.cs.cmu.edu. The database was
+created with funding from NSF EIA-0196217. Words: the CMU index as compiled by B. Hahne (2008);
+sentences for some captures from the KIT Motion-Language annotations. Known parts of long takes:
+mocap6 (M. Hughes; Fox, Hughes, Sudderth, Jordan, 2014) and, for performer 86, after Zhou, De la
+Torre and Hodgins (aligned cluster analysis). None of it is part of this project: the page shows
+what motiondb answers to somebody who has it."""
+
+ASKED = """Each question was asked three times: as users ask, where words that people wrote about a
+capture are evidence beside its motion; with all written words hidden, so that the motion alone
+speaks (to a map learned from these captions); and the same with a map that saw no words of the
+capture's performer, which is what a new performer meets. An answer counts as right where the
+capture's description holds all asked words; where somebody looked, marked by *, that verdict
+counts."""
+MEASURES = """Slip: mean speed over the ground of feet in contact (0 where no foot ever stands);
+jerk: mean over joints and frames; both on the standard body at 30 frames a second. The last columns
+count sentences whose motion, recognised anew, gives the decoded symbols exactly, and exactly once
+repeats of a symbol are merged."""
+
+
+def write_report(found: Findings, path: Path) -> Path:
+    """Write the page; return its path."""
+    blocks = [
+        f"# Answers on real captures\n\nWritten by `{COMMAND}` on {machine()}; "
+        f"{versions(*PACKAGES)}. {TERMS}",
+        _note(found.notes, "summary"),
+        _sizes(found),
+        _words(found),
+        _parts(found),
+        _examples(found),
+        _made(found),
+    ]
+    path.write_text("\n\n".join(block for block in blocks if block) + "\n", encoding="utf-8")
+    return path
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _note(notes: dict[str, Notes], key: str) -> str:
+    """Prose of the notes, then a line for each verdict."""
+    note = notes.get(key)
+    if note is None:
+        return ""
+    lines = [f"- {name}, {verdict}: {why}" for name, (verdict, why) in note.verdicts.items()]
+    return "\n\n".join(part for part in (note.prose, "\n".join(lines)) if part)
+
+
+def _sizes(found: Findings) -> str:
+    n, stages = found.counts, found.stages
+    rows = [
+        ["captures", f"{n['captures']:.0f} of {n['performers']:.0f} performers"],
+        ["motion", f"{n['seconds']:.0f} s"],
+        ["segments", f"{n['segments']:.0f}"],
+        ["motion symbols", f"{n['symbols']:.0f}, chosen by description length"],
+        ["symbol space", f"{n['dimensions']:.0f} dimensions, {n['clusters']:.0f} clusters"],
+        ["words", f"{n['words']:.0f}, {n['words twice']:.0f} of them in two captions or more"],
+        ["database file", f"{n['bytes'] / 1e6:.0f} MB"],
+        ["copies, mirror images, cuts found", f"{len(found.relations)}"],
+    ]
+    for name, stage in (("add", stages.add), ("learn", stages.learn)):
+        if stage is not None:
+            memory = f"{stage.peak_bytes / 2**30:.2f} GiB"
+            rows.append(
+                [f"`{name}`", f"{stage.seconds:.0f} s, at most {memory} (children included)"]
+            )
+    if stages.add is not None and stages.learn is not None:
+        total = stages.add.seconds + stages.learn.seconds
+        rows.append(["both", f"{total:.0f} s (target: 240 s, 3 GiB)"])
+    else:
+        rows.append(["`add`, `learn`", "not measured in this run: the database was there"])
+    rows.append(["questions, generation, pictures of this page", f"{found.seconds:.0f} s"])
+    problems = "".join(f"\n- {problem}" for problem in found.problems)
+    return "\n\n".join(
+        part
+        for part in (
+            "## Catalogue and learning",
+            table(["what", "measured"], rows),
+            f"Left out when adding:\n{problems}" if problems else "",
+            f"Known already by content, so not added again: {', '.join(found.known)}."
+            if found.known
+            else "",
+            _note(found.notes, "catalogue"),
+            "![The symbol space](pictures/symbols.png)",
+            "The symbols and words of one long take:",
+            "![A long take](pictures/take-14-06.png)",
+        )
+        if part
+    )
+
+
+def _words(found: Findings) -> str:
+    shown = [
+        [r.words, f"{r.there}", *(_score(j) for j in (r.written, r.alone, r.unseen))]
+        for r in found.words
+    ]
+    columns = [
+        sum(sum(j.right == "yes" for j in getattr(r, name)) for r in found.words)
+        for name in ("written", "alone", "unseen")
+    ]
+    possible = sum(min(FIRST, r.there) for r in found.words)
+    shown.append(["**together**", "", *(f"**{c} of {possible}**" for c in columns)])
+    precision = [
+        [name, f"{p.words}", f"{p.precision:.3f}", f"{p.chance:.3f}"]
+        for name, p in found.precision.items()
+    ]
+    return "\n\n".join(
+        part
+        for part in (
+            "## Twenty questions in words",
+            ASKED,
+            table(
+                [
+                    "question",
+                    "there are",
+                    "with written words",
+                    "motion alone",
+                    "unseen performers",
+                ],
+                shown,
+            ),
+            "Right answers among the first five. Mean average precision over single words, for "
+            "words that two performers or more were described with:",
+            table(["captures ranked by", "words", "precision", "chance"], precision),
+            _note(found.notes, "words"),
+            *(_word_section(r, found.notes) for r in found.words),
+        )
+        if part
+    )
+
+
+def _score(judged: Sequence[Judged]) -> str:
+    return f"{sum(j.right == 'yes' for j in judged)}"
+
+
+def _cell(judged: Sequence[Judged], place: int) -> str:
+    if place >= len(judged):
+        return ""
+    j = judged[place]
+    mark = "*" if j.looked else ""
+    return f"{j.match.capture} {_times(j.match)} ({j.match.score:.2f}) {j.right}{mark}"
+
+
+def _times(match: Match) -> str:
+    return f"{match.start:.1f}–{match.end:.1f} s"
+
+
+def _answers(head: Sequence[str], columns: Sequence[Sequence[Judged]]) -> str:
+    rows = [[str(k + 1), *(_cell(c, k) for c in columns)] for k in range(FIRST)]
+    return table(["", *head], rows)
+
+
+def _word_section(result: WordResult, notes: dict[str, Notes]) -> str:
+    unknown = f"Not known: {', '.join(result.unknown)}." if result.unknown else ""
+    parts = (
+        f"### {result.words}",
+        unknown,
+        _answers(
+            ["with written words", "motion alone", "unseen performers"],
+            [result.written, result.alone, result.unseen],
+        ),
+        _note(notes, f"words: {result.words}"),
+        f"![{result.words}](pictures/{result.picture})",
+    )
+    return "\n\n".join(part for part in parts if part)
+
+
+def _parts(found: Findings) -> str:
+    rows = []
+    for words, match, share, part in found.parts:
+        true = f"{part[0]:.1f}–{part[1]:.1f} s" if part else "elsewhere"
+        rows.append([words, match.capture, _times(match), true, f"{share:.2f}"])
+    if not rows:
+        return ""
+    mean = sum(row[2] for row in found.parts) / len(found.parts)
+    return "\n\n".join(
+        part
+        for part in (
+            "## Where in a long take",
+            "Four long takes have parts known by hand. The words were asked of each take alone; "
+            "the last column is the intersection over the union of the found and the nearest true "
+            f"interval, in the mean {mean:.2f}.",
+            table(["words", "capture", "found", "true", "overlap"], rows),
+            _note(found.notes, "parts"),
+        )
+        if part
+    )
+
+
+def _examples(found: Findings) -> str:
+    rows = [
+        [
+            r.example.name,
+            f"{r.example.capture} {_example_times(r)}",
+            f"{r.itself.capture} {_times(r.itself)}",
+            _score(r.everybody),
+            _score(r.others),
+        ]
+        for r in found.examples
+    ]
+    return "\n\n".join(
+        part
+        for part in (
+            "## Ten questions by example",
+            "The example itself must come back at rank 1; it is not counted. An answer counts as "
+            "right where its description holds a word for what the example shows, and, in the four "
+            "long takes, where at least half of the interval lies in a part that shows it.",
+            table(
+                ["example", "interval", "rank 1", "right of 5, everybody", "other performers"], rows
+            ),
+            _note(found.notes, "examples"),
+            *(_example_section(r, found.notes) for r in found.examples),
+        )
+        if part
+    )
+
+
+def _example_times(result: ExampleResult) -> str:
+    e = result.example
+    return "whole" if e.end is None else f"{e.start:g}–{e.end:g} s"
+
+
+def _example_section(result: ExampleResult, notes: dict[str, Notes]) -> str:
+    name = result.example.name
+    parts = (
+        f"### like {name}",
+        _answers(["everybody", "other performers"], [result.everybody, result.others]),
+        _note(notes, f"like: {name}"),
+        f"![like {name}](pictures/{result.picture})",
+    )
+    return "\n\n".join(part for part in parts if part)
+
+
+def _made(found: Findings) -> str:
+    real = median_smoothness(found.captured)
+    rows = [["real captures", f"{real.slip:.1f}", f"{real.jerk:.0f}", "", ""]]
+    for method in METHODS:
+        median = median_smoothness([r.methods[method][0] for r in found.made])
+        again = [r.methods[method][1] for r in found.made]
+        exactly, merged = again.count("exactly"), len(again) - again.count("otherwise")
+        counts = [f"{n} of {len(again)}" for n in (exactly, merged)]
+        rows.append([method, f"{median.slip:.1f}", f"{median.jerk:.0f}", *counts])
+    return "\n\n".join(
+        part
+        for part in (
+            "## Five generated sentences",
+            f"Seed {SEED}. {MEASURES}",
+            table(["median", "slip cm/s", "jerk m/s³", "recognised exactly", "merged"], rows),
+            _note(found.notes, "made"),
+            *(_made_section(r, found.notes) for r in found.made),
+        )
+        if part
+    )
+
+
+def _made_section(result: MadeResult, notes: dict[str, Notes]) -> str:
+    made = result.made
+    own, again = result.methods[METHODS[0]]
+    sources = ", ".join(source.name for source in made.provenance.sources)
+    actions = "; ".join(" ".join(action) for action in made.actions)
+    certificates = ", ".join(d.certificate for d in made.decodings)
+    unknown = f"; not known: {', '.join(made.unknown)}" if made.unknown else ""
+    facts = [
+        f"- asked: {actions}{unknown}",
+        f"- decoded: {_numbers(made.symbols)} ({certificates})",
+        f"- recognised again: {_numbers(made.recognised)} ({again})",
+        f"- described again: {'; '.join(result.described)}",
+        f"- {own.seconds:.1f} s, slip {own.slip:.1f} cm/s, jerk {own.jerk:.0f} m/s³",
+        f"- from {sources}",
+    ]
+    parts = (
+        f"### {result.sentence}",
+        "\n".join(facts),
+        _note(notes, f"made: {result.sentence}"),
+        f"![{result.sentence}](pictures/{result.picture})",
+    )
+    return "\n\n".join(part for part in parts if part)
+
+
+def _numbers(symbols: Sequence[int]) -> str:
+    return " ".join(map(str, symbols))

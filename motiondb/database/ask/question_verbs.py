@@ -1,0 +1,279 @@
+"""The verbs that ask: search, like, describe, generate, and what is worth captioning next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from motiondb import store
+from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
+from motiondb.database.generate import generating
+from motiondb.database.generate.keeping import keep_generated
+from motiondb.learning.answers import caption_suggestions, example_answers, word_answers
+from motiondb.learning.learned import Learned
+from motiondb.records import Caption, CaptureInfo, Motion
+
+if TYPE_CHECKING:
+    from motiondb.database.ask.showing import Row
+
+
+class QuestionVerbs(CatalogueVerbs):
+    """Verbs that answer from what was learned; each answer is of one revision of the store."""
+
+    @property
+    def learned(self) -> Learned:
+        """What was learned, with the catalogue of the same revision.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned.
+        """
+        return self.session.learned
+
+    @property
+    def searchable(self) -> Learned:
+        """What was learned, with the generated captures beside those learned from.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned.
+        """
+        return self.session.searchable
+
+    def is_learned(self) -> bool:
+        """Whether the database has learned."""
+        return store.is_learned(self.store)
+
+    def search(
+        self,
+        words: str,
+        where: str = "",
+        limit: int = 10,
+        by_symbols: bool = False,
+        written: bool = True,
+    ) -> word_answers.WordAnswer:
+        """Find the intervals that show what the words ask for, in their order, best first.
+
+        Parameters
+        ----------
+        words : str
+            The question, such as "walk, turn left".
+        where : str
+            Filter on the catalogue, such as "performer=14".
+        limit : int
+            Largest number of matches.
+        by_symbols : bool
+            Decode the words to symbols and align these with the captures, as in paper A.
+        written : bool
+            Whether captions count as evidence beside the motion.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned no words.
+        QueryError
+            When no word is known, or the filter cannot be read.
+        """
+        with self.session.reading():
+            allowed = self._numbers(where)
+            return word_answers.search_words(
+                self.searchable, words, allowed, limit, by_symbols, written
+            )
+
+    def like(
+        self,
+        example: str | Path | Motion,
+        start: float | None = None,
+        end: float | None = None,
+        where: str = "",
+        limit: int = 10,
+        meaning: bool | None = None,
+    ) -> example_answers.ExampleAnswer:
+        """Find the intervals that move like an example, best first.
+
+        Parameters
+        ----------
+        example : str, Path or Motion
+            A file, the name of a stored capture, or a motion.
+        start, end : float, optional
+            Part of the example, seconds.
+        where : str
+            Filter on the catalogue.
+        limit : int
+            Largest number of matches.
+        meaning : bool, optional
+            Whether learned words take part in the resemblance, so that the same action in other
+            styles counts as alike; None: where there are words.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or ``meaning`` is True and it learned no words.
+        QueryError
+            When there is no such capture, or the filter cannot be read.
+        """
+        with self.session.reading():
+            motion, allowed = self.motion(example, start, end), self._numbers(where)
+            return example_answers.search_motion(
+                self.searchable, self.session.features, motion, allowed, limit, meaning
+            )
+
+    def describe(
+        self, example: str | Path | Motion, start: float | None = None, end: float | None = None
+    ) -> tuple[word_answers.Description, ...]:
+        """The words of a motion over time, with probabilities.
+
+        Parameters
+        ----------
+        example : str, Path or Motion
+            A file, the name of a stored capture, or a motion.
+        start, end : float, optional
+            Part of the example, seconds.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned no words.
+        QueryError
+            When there is no such capture.
+        """
+        with self.session.reading():
+            return word_answers.describe(self.learned, self.motion(example, start, end))
+
+    def generate(self, words: str, seed: int = 0, method: str = "stitched") -> generating.Generated:
+        """Make a motion that shows what a sentence says.
+
+        Parameters
+        ----------
+        words : str
+            The sentence, such as "a person walks then kicks".
+        seed : int
+            The same seed gives the same motion.
+        method : str
+            "stitched" (real segments), "trajectory" (most probable smooth trajectory) or
+            "montecarlo" (every frame drawn).
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned no words.
+        QueryError
+            For an unknown method, no known word, or words that no symbols can show.
+        """
+        return generating.generate(self.session, words, seed, method)
+
+    def save_generated(
+        self, name: str, words: str, made: generating.Generated, seed: int
+    ) -> CaptureInfo:
+        """Keep a generated motion as a capture, with the origin of every frame.
+
+        Parameters
+        ----------
+        name : str
+            Name of the new capture.
+        words : str
+            Its caption.
+        made : Generated
+            The motion.
+        seed : int
+            Seed that the run names.
+        """
+        with store.transaction(self.store):
+            run_id = store.start_run(self.store, "generate", {"words": words}, seed)
+            captions = [Caption(words)]
+            info = keep_generated(self.store, name, made.motion, made.provenance, captions, run_id)
+            store.finish_run(self.store, run_id)
+        return info
+
+    def unlearned(self) -> list[str]:
+        """Names of captured captures that no question searches: added and not counted."""
+        with self.session.reading():
+            captured = [info for info in self.captures() if info.kind == "captured"]
+            if not self.is_learned():
+                return [info.name for info in captured]
+            table = store.load_segments(self.store, scores=False)
+            learned = set(table.capture_ids.tolist())
+            return [info.name for info in captured if info.capture_id not in learned]
+
+    def suggest_captions(self, limit: int = 10) -> list[caption_suggestions.CaptionSuggestion]:
+        """Captures without words, the one whose words would say most about the others first.
+
+        Parameters
+        ----------
+        limit : int
+            Largest number of captures.
+        """
+        return caption_suggestions.suggest_captions(self.learned, limit)
+
+    def vocabulary(self) -> tuple[str, ...]:
+        """The words that were learned; word numbers count from 0 in this order."""
+        return self.learned.association.words
+
+    def word_rows(self) -> list[Row]:
+        """Every word with its captions and its most probable symbols, commonest word first."""
+        from motiondb.database.ask import showing
+
+        return showing.word_rows(self.learned)
+
+    def symbol_rows(self, n_words: int = 3) -> list[Row]:
+        """Every symbol: cluster, segments, captures, mean length (seconds), most probable words.
+
+        Parameters
+        ----------
+        n_words : int
+            Words per symbol.
+        """
+        from motiondb.database.ask import showing
+
+        return showing.symbol_rows(self.learned, n_words)
+
+    def draw_symbols(self, path: str | Path) -> Path:
+        """Draw the symbol space with its clusters, every symbol with its word, as PNG."""
+        from motiondb.database.ask import showing
+
+        return showing.draw_symbols(self.learned, path)
+
+    def show(self, name: str) -> dict[str, Any]:
+        """Facts of one capture, for print or JSON; times in seconds.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        from motiondb.database.ask import showing
+
+        with self.session.reading():
+            return showing.describe_capture(self, name)
+
+    def draw(self, name: str, path: str | Path) -> Path:
+        """Draw a capture as a strip of stick figures over its timelines, as PNG."""
+        from motiondb.database.ask import showing
+
+        with self.session.reading():
+            return showing.draw_capture(self, name, path)
+
+    def animate(
+        self, name: str, path: str | Path, start: float | None = None, end: float | None = None
+    ) -> Path:
+        """Draw a capture as an animated GIF of a stick figure in real time.
+
+        Parameters
+        ----------
+        name : str
+            Name of the capture.
+        path : str or Path
+            The GIF.
+        start, end : float, optional
+            Part of the capture, seconds.
+        """
+        from motiondb.database.ask import showing
+
+        return showing.animate_capture(self, name, path, start, end)
+
+    def _numbers(self, where: str) -> Sequence[int]:
+        """Numbers of the captures that a filter lets through."""
+        return [info.capture_id for info in store.load_captures(self.store, where)]

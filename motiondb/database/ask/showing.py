@@ -1,0 +1,231 @@
+"""What is known of a capture and of the symbols, as plain facts and as pictures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from motiondb import pictures, store
+from motiondb.grammar.cfg.context_free import derive_by
+from motiondb.learning.learned import Learned
+from motiondb.pose.features import FEATURE_STEP, recognition_features
+from motiondb.records import MOTION_FPS
+from motiondb.symbols.activities import find_activities
+
+if TYPE_CHECKING:
+    from motiondb.database.ask.question_verbs import QuestionVerbs
+
+
+LIKELY = 0.2
+"""Probability from which on a word is named. Chosen by hand; not tuned."""
+LEAST_SHOWN = 0.01
+"""t(word | symbol) from which on a symbol is named beside a word. Chosen by hand; not tuned."""
+
+Row = dict[str, Any]
+"""A row of a table, by column name."""
+
+
+def describe_capture(base: QuestionVerbs, name: str) -> dict[str, Any]:
+    """Facts of one capture, for print or JSON; times in seconds."""
+    info = store.load_capture(base.store, name)
+    facts: dict[str, Any] = {
+        "capture": info.name,
+        "kind": info.kind,
+        "format": info.format,
+        "seconds": round(info.duration, 3),
+        "fps": info.fps,
+        "frames": info.n_frames,
+        "leg length": f"{info.leg_length:.3f} m",
+        "path": info.path,
+        "sha256": info.sha256,
+        **{k: v for k, v in info.tags.items() if k not in ("capture", "segments")},
+        "words": [_timed(c.words, c.start, c.end) for c in base.captions(info.name)],
+        "events": dict(sorted(Counter(e.name for e in base.events(info.name)).items())),
+        "copies": [
+            f"{r.capture} {r.kind} {r.other} {r.start:.2f}-{r.end:.2f} s"
+            for r in base.relations(info.name)
+        ],
+        "notes": list(info.notes),
+        "segments": [],
+    }
+    if info.kind == "generated":
+        facts["sources"] = _sources(base, info.capture_id)
+        derivation = store.load_derivation(base.store, info.capture_id)
+        if derivation is not None:
+            facts["grammar"] = derivation.grammar
+            learned = store.load_grammar(base.store, derivation.grammar)
+            string = derive_by(learned.grammar, derivation.rules).leaves()
+            facts["string"] = " ".join(string)
+    if store.is_learned(base.store):
+        facts["segments"] = capture_segments(base, info.capture_id)
+    facts["activities"] = capture_activities(base, info.capture_id)
+    return facts
+
+
+def capture_segments(base: QuestionVerbs, capture_id: int) -> list[Row]:
+    """Symbols of a capture with their times (seconds) and log-likelihoods (nats per frame)."""
+    table = store.load_segments(base.store, scores=False)
+    rows = np.flatnonzero(table.capture_ids == capture_id)
+    return [
+        {
+            "symbol": int(table.symbols[r]),
+            "start": round(float(table.starts[r]) / MOTION_FPS, 3),
+            "end": round(float(table.ends[r]) / MOTION_FPS, 3),
+            "log_likelihood": round(float(table.log_likelihoods[r]), 3),
+            "known": bool(table.log_likelihoods[r] > table.backgrounds[r]),
+        }
+        for r in rows
+    ]
+
+
+def capture_activities(base: QuestionVerbs, capture_id: int) -> list[Row]:
+    """What a capture does, one thing after another; equal numbers are the same activity.
+
+    Found in the capture alone, without labels (:mod:`motiondb.symbols.activities`); where words
+    were learned, each comes with those that its motion most likely shows. Empty where the capture
+    does one thing throughout.
+    """
+    motion = store.load_motion(base.store, capture_id)
+    features = recognition_features(motion)
+    runs = find_activities(features, np.random.default_rng(0))
+    if len(runs) < 2:
+        return []
+    rows = []
+    for start, end, activity in runs:
+        low, high = start * FEATURE_STEP, min(end * FEATURE_STEP, motion.n_frames)
+        rows.append(
+            {
+                "activity": activity,
+                "start": round(low / MOTION_FPS, 3),
+                "end": round(high / MOTION_FPS, 3),
+                "words": _likely_words(base, capture_id, low, high),
+            }
+        )
+    return rows
+
+
+def _likely_words(base: QuestionVerbs, capture_id: int, low: int, high: int) -> list[str]:
+    """The two likeliest words of an interval (frames), from its motion alone."""
+    if not store.is_learned(base.store) or not base.learned.has_words:
+        return []
+    learned = base.learned
+    if capture_id not in learned.rows:
+        return []
+    rows = learned.rows[capture_id]
+    starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
+    inside = np.maximum(np.minimum(ends, high) - np.maximum(starts, low), 0)
+    if not inside.any():
+        return []
+    mean = inside @ learned.segment_probabilities[rows] / inside.sum()
+    mean = np.where(learned.is_known(), mean, 0.0)
+    order = np.argsort(-mean, kind="stable")[:2]
+    return [learned.association.words[w] for w in order if mean[w] > LIKELY]
+
+
+def draw_capture(base: QuestionVerbs, name: str, path: str | Path) -> Path:
+    """A strip of stick figures with the timelines of symbols and words under it."""
+    info = store.load_capture(base.store, name)
+    motion = store.load_motion(base.store, info.capture_id)
+    timelines = []
+    captions = base.captions(info.name)
+    if store.is_learned(base.store):
+        spans = [
+            (s["start"], s["end"], str(s["symbol"]), s["symbol"])
+            for s in capture_segments(base, info.capture_id)
+        ]
+        timelines.append(pictures.Timeline("symbols", spans))
+    doing = capture_activities(base, info.capture_id)
+    if doing:
+        done = [
+            (a["start"], a["end"], f"{a['activity']} {' '.join(a['words'])}".strip(), a["activity"])
+            for a in doing
+        ]
+        timelines.append(pictures.Timeline("activities", done))
+    if captions:
+        end = motion.n_frames / MOTION_FPS
+        written = [(c.start or 0.0, c.end or end, c.words, c.words) for c in captions]
+        timelines.append(pictures.Timeline("words", written))
+    if store.is_learned(base.store) and base.learned.fitted_word_map is not None:
+        said = [
+            (d.start, d.end, " ".join(w for w, p in d.words[:3] if p > LIKELY), d.words[0][0])
+            for d in base.describe(motion)
+        ]
+        timelines.append(pictures.Timeline("recognised", [span for span in said if span[2]]))
+    return pictures.draw_strip(motion, path, title=info.name, timelines=timelines)
+
+
+def animate_capture(
+    base: QuestionVerbs,
+    name: str,
+    path: str | Path,
+    start: float | None = None,
+    end: float | None = None,
+) -> Path:
+    """A capture, or a part of it (seconds), as an animated GIF of a stick figure in real time."""
+    info = store.load_capture(base.store, name)
+    return pictures.draw_animation(base.motion(info.name, start, end), path)
+
+
+def word_rows(learned: Learned) -> list[Row]:
+    """Every word with its captions and its most probable symbols, commonest word first."""
+    association = learned.association
+    t = association.translation[1:]
+    rows = []
+    for number in sorted(range(len(association.words)), key=lambda w: -association.counts[w]):
+        column = t[:, number]
+        best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > LEAST_SHOWN]
+        rows.append(
+            {
+                "word": association.words[number],
+                "count": int(association.counts[number]),
+                "symbols": [{"symbol": s, "probability": float(column[s])} for s in best],
+            }
+        )
+    return rows
+
+
+def symbol_rows(learned: Learned, n_words: int = 3) -> list[Row]:
+    """Every symbol: cluster, segments, captures, mean length (seconds), most probable words."""
+    table, association = learned.segments, learned.association
+    rows = []
+    for s in range(learned.symbols.n_symbols):
+        mine = table.symbols == s
+        lengths = (table.ends - table.starts)[mine] / MOTION_FPS
+        t = association.translation[s + 1]
+        order = [w for w in np.argsort(-t, kind="stable")[:n_words] if t[w] > 0]
+        rows.append(
+            {
+                "symbol": s,
+                "cluster": int(learned.clusters[s]),
+                "count": int(mine.sum()),
+                "captures": len(np.unique(table.capture_ids[mine])),
+                "seconds": round(float(lengths.mean()), 2) if mine.any() else 0.0,
+                "words": [
+                    {"word": association.words[w], "probability": float(t[w])} for w in order
+                ],
+            }
+        )
+    return rows
+
+
+def draw_symbols(learned: Learned, path: str | Path) -> Path:
+    """The symbol space with its clusters, every symbol with its most probable word, as PNG."""
+    labels = [row["words"][0]["word"] if row["words"] else "" for row in symbol_rows(learned, 1)]
+    return pictures.draw_symbol_space(learned.space, labels, path)
+
+
+def _timed(words: str, start: float | None, end: float | None) -> str:
+    if start is None and end is None:
+        return words
+    return f"{start or 0:g}-{'end' if end is None else f'{end:g}'} s: {words}"
+
+
+def _sources(base: QuestionVerbs, capture_id: int) -> list[str]:
+    found = store.load_provenance(base.store, capture_id)
+    return [
+        f"{s.name} (frames {int((found.source_numbers == n).sum())}, licence {s.licence or '?'})"
+        for n, s in enumerate(found.sources)
+    ]

@@ -1,0 +1,1 @@
+"""Captures and words into the store, and out of it."""

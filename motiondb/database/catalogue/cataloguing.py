@@ -1,0 +1,320 @@
+"""Adding captures: find the files, read them, save all that is new in one transaction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from motiondb import capture, store
+from motiondb.capture.event_sheet import EventSheet
+from motiondb.capture.sheet import Sheet, SheetEntry, capture_name
+from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
+from motiondb.database.learn import updating
+from motiondb.errors import MotionDBError, QueryError
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
+from motiondb.search import copies
+
+Progress = Callable[[str, int, int], None]
+"""Called with what is being done, how many are done, how many there are."""
+
+
+@dataclass(frozen=True)
+class AddReport:
+    """What ``add`` did.
+
+    Attributes
+    ----------
+    added : names of new captures. known : (name, name it is known by) of files already there.
+    problems : a sentence per file or sheet row that could not be used.
+    relations : copies, mirror images and cuts found. notes : what was odd but used.
+    seconds : motion added. counted : how many of ``added`` are searchable at once, because the
+        database had learned. new_words : words of theirs that it will know at the next learn.
+    events : instants that were kept with ``added``.
+    """
+
+    added: tuple[str, ...]
+    known: tuple[tuple[str, str], ...]
+    problems: tuple[str, ...]
+    relations: tuple[Relation, ...]
+    notes: tuple[str, ...]
+    seconds: float
+    counted: int = 0
+    new_words: tuple[str, ...] = ()
+    events: int = 0
+
+
+@dataclass(frozen=True)
+class Sheets:
+    """What people wrote about the captures to add, where they did."""
+
+    words: Sheet | None = None
+    events: EventSheet | None = None
+
+    def unknown(self, names: Iterable[str]) -> list[str]:
+        """A sentence for every entry whose file is not among the captures."""
+        return [
+            sentence
+            for sheet in (self.words, self.events)
+            if sheet is not None
+            for sentence in sheet.unknown(names)
+        ]
+
+
+def add_captures(
+    opened: store.Store,
+    folder: Path,
+    sheets: Sheets,
+    settings: AddSettings,
+    progress: Progress | None = None,
+) -> AddReport:
+    """Add a file, or all captures below a folder, with the words and the events of sheets.
+
+    Raises
+    ------
+    MotionDBError
+        when there is nothing to add at the path. Broken files do not raise: they are reported.
+    """
+    tell = progress or (lambda _what, _done, _total: None)
+    files = _files(folder)
+    names = {capture_name(_below(path, folder)): path for path in reversed(files)}
+    problems = sheets.unknown(names)
+    problems += [
+        f"{path}: expected one file per name, found "
+        f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
+        for path in files
+        if names[capture_name(_below(path, folder))] != path
+    ]
+    jobs = [
+        (name, path, _entry(sheets.words, name), folder, settings)
+        for name, path in sorted(names.items())
+    ]
+    readings = []
+    store.check_writable(database)
+    with store.released(database):
+        for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
+            readings.append(reading)
+            tell("reading captures", done, len(jobs))
+    problems += [r.problem for r in readings if r.problem]
+    return _save(opened, folder, sheets, settings, readings, problems, tell)
+
+
+def _save(
+    opened: store.Store,
+    folder: Path,
+    sheets: Sheets,
+    settings: AddSettings,
+    readings: Sequence[Reading],
+    problems: list[str],
+    tell: Progress,
+) -> AddReport:
+    sheet = sheets.words
+    known, added, notes, seconds, n_events = [], [], _sheet_notes(sheets), 0.0, 0
+    digests = store.load_digests(opened)
+    names = {info.name for info in store.load_captures(opened)}
+    new: list[Reading] = []
+    for reading in readings:
+        if reading.source is None:
+            continue
+        if reading.source.sha256 in digests:
+            known.append((reading.name, digests[reading.source.sha256]))
+        elif reading.name in names:
+            problems.append(
+                f"{reading.path}: expected a new name, found another capture called "
+                f"{reading.name}. Remove that one first (motiondb remove {reading.name}) or "
+                "rename the file."
+            )
+        else:
+            digests[reading.source.sha256] = reading.name
+            new.append(reading)
+    notes += _words_left(opened, sheet, known) + _events_left(opened, sheets.events, known)
+    if not new:
+        return AddReport((), tuple(known), tuple(problems), (), tuple(notes), 0.0)
+    with store.transaction(opened):
+        parameters = {
+            "folder": str(folder), "sheet": sheet.path if sheet else None,
+            "events": sheets.events.path if sheets.events else None, "unit": settings.unit,
+            "skip_bad_frames": settings.skip_bad_frames, "joint_map": dict(settings.joint_map),
+        }  # fmt: skip
+        run_id = store.start_run(opened, "add", parameters)
+        with updating.counted(opened, run_id) as change:
+            for done, reading in enumerate(new, start=1):
+                info, captions = _info(reading, _entry(sheet, reading.name), run_id, notes)
+                assert reading.motion is not None
+                assert reading.source is not None
+                info = store.save_capture(opened, info, reading.motion, reading.source, captions)
+                n_events += _save_events(opened, sheets.events, info, problems)
+                change.added.append(info.capture_id)
+                added.append(reading.name)
+                seconds += info.duration
+                tell("saving captures", done, len(new))
+        tell("looking for copies", 0, 1)
+        relations = find_relations(opened, set(added))
+        store.save_relations(opened, relations)
+        store.finish_run(opened, run_id)
+    tell("looking for copies", 1, 1)
+    return AddReport(
+        tuple(added), tuple(known), tuple(problems), tuple(relations), tuple(notes), seconds,
+        len(change.counted), change.new_words, n_events,
+    )  # fmt: skip
+
+
+def _save_events(
+    opened: store.Store, sheet: EventSheet | None, info: CaptureInfo, problems: list[str]
+) -> int:
+    """Keep the sheet's events of a capture; how many. Those after its end become problems."""
+    events = sheet.within(info.name, info.motion_frames, problems) if sheet else ()
+    if events:
+        store.save_events(opened, info.capture_id, events)
+    return len(events)
+
+
+def _sheet_notes(sheets: Sheets) -> list[str]:
+    notes = []
+    for sheet in (sheets.words, sheets.events):
+        if sheet is not None:
+            empty = f"{sheet.path}: holds a header and no rows"
+            notes += [*sheet.notes] if sheet.entries else [empty]
+    return notes
+
+
+def _events_left(
+    opened: store.Store, sheet: EventSheet | None, known: Sequence[tuple[str, str]]
+) -> list[str]:
+    """A note where a sheet has other events for captures that are there already."""
+    if sheet is None or not known:
+        return []
+    kept = store.load_events(opened)
+    numbers = {info.name: info.capture_id for info in store.load_captures(opened)}
+    count = sum(
+        {event for _, event in sheet.entries[name]} != set(kept.get(numbers.get(there, -1), ()))
+        for name, there in known
+        if name in sheet.entries
+    )
+    if not count:
+        return []
+    return [
+        f"{sheet.path}: has other events for {count} captures that were there already; they were "
+        f"left as they are (motiondb events import {sheet.path} replaces them)"
+    ]
+
+
+def _words_left(
+    opened: store.Store, sheet: Sheet | None, known: Sequence[tuple[str, str]]
+) -> list[str]:
+    """A note where a sheet has other words for captures that are there already."""
+    if sheet is None or not known:
+        return []
+    captions = store.load_captions(opened)
+    numbers = {info.name: info.capture_id for info in store.load_captures(opened)}
+    count = 0
+    for name, there in known:
+        entry = sheet.find(name)
+        old = captions.get(numbers.get(there, -1), ())
+        count += bool(entry and entry.captions and set(entry.captions) != set(old))
+    if not count:
+        return []
+    return [
+        f"{sheet.path}: has other words for {count} captures that were there already; they were "
+        f"left as they are (motiondb words import {sheet.path} replaces them)"
+    ]
+
+
+def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
+    """Copies, mirror images and cuts among the captures, of which at least one is new."""
+    infos = store.load_captures(opened)
+    pool = store.load_motion_pool(opened)
+    poses = [copies.copy_poses(pool.motion(info.capture_id)) for info in infos]
+    library = copies.build_library(poses)
+    fresh = [n for n, info in enumerate(infos) if info.name in new]
+    old = [n for n in range(len(infos)) if n not in set(fresh)]
+    found = copies.find_copies(library, fresh) + copies.find_copies(library, old, fresh)
+    return [
+        Relation(
+            infos[c.query].name,
+            infos[c.take].name,
+            c.kind,
+            c.start / MOTION_FPS,
+            c.end / MOTION_FPS,
+            c.distance,
+        )
+        for c in found
+    ]
+
+
+def _files(folder: Path) -> list[Path]:
+    if folder.is_file():
+        return [folder]
+    if not folder.is_dir():
+        raise MotionDBError(f"{folder}: expected a capture or a folder of captures, found nothing.")
+    files = capture.find_captures(folder)
+    if not files:
+        raise MotionDBError(
+            f"{folder}: expected captures ({', '.join(capture.CAPTURE_ENDINGS)}), found none."
+        )
+    return files
+
+
+def _below(path: Path, folder: Path) -> str:
+    return path.name if path == folder else path.relative_to(folder).as_posix()
+
+
+def _entry(sheet: Sheet | None, name: str) -> SheetEntry | None:
+    return sheet.find(name) if sheet else None
+
+
+def _info(
+    reading: Reading, entry: SheetEntry | None, run_id: int, notes: list[str]
+) -> tuple[CaptureInfo, tuple[Caption, ...]]:
+    duration = reading.n_frames / reading.fps
+    captions = captions_within(reading.name, entry.captions if entry else (), duration, notes)
+    info = CaptureInfo(
+        capture_id=0,
+        name=reading.name,
+        sha256="",
+        format=reading.source.format if reading.source else "",
+        kind="captured",
+        fps=reading.fps,
+        n_frames=reading.n_frames,
+        duration=duration,
+        motion_frames=0,
+        leg_length=0.0,
+        path=reading.path,
+        run_id=run_id,
+        tags=dict(entry.tags) if entry else {},
+        notes=reading.notes,
+    )
+    return info, captions
+
+
+def captions_within(
+    name: str, captions: Sequence[Caption], duration: float, notes: list[str]
+) -> tuple[Caption, ...]:
+    """Captions that begin before a capture's end (seconds); a note for every other one."""
+    kept = []
+    for caption in captions:
+        if caption.start is not None and caption.start >= duration:
+            notes.append(
+                f"{name}: words {caption.words!r} start at {caption.start:g} s, after the "
+                f"capture's end at {duration:g} s, and were left out"
+            )
+            continue
+        kept.append(caption)
+    return tuple(kept)
+
+
+def check_name_free(opened: store.Store, name: str) -> None:
+    """Refuse an empty name, and one that a capture has already.
+
+    Raises
+    ------
+    QueryError
+        When the name is empty or taken.
+    """
+    if not name.strip():
+        raise QueryError("name: expected a name for the capture, found nothing. Give one.")
+    if any(info.name == name for info in store.load_captures(opened)):
+        raise QueryError(
+            f"{name}: expected a name that is free, found a capture of that name. Remove that "
+            f"one first (motiondb remove {name}), or give another name."
+        )

@@ -1,0 +1,184 @@
+"""Save what is readable of a damaged database into a new one.
+
+What a capture has lost is made anew where the rest of it allows: a motion by reading the stored
+file again, a file by writing the motion as BVH. What was learned is not taken over: learn again.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from motiondb import capture, store
+from motiondb.errors import MotionDBError, StoreError
+from motiondb.pose import retarget
+from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
+
+
+@dataclass(frozen=True)
+class RescueReport:
+    """What a rescue saved and what it could not.
+
+    Attributes
+    ----------
+    output : Path
+        The new database.
+    captures : tuple of str
+        Names of the captures that were saved, whole or in part.
+    mended : tuple of str
+        A sentence for every capture of which a part was lost or made anew.
+    lost : tuple of str
+        A sentence for everything that is not in the new database.
+    was_learned : bool
+        Whether the database had learned, or may have: that is not taken over.
+    """
+
+    output: Path
+    captures: tuple[str, ...]
+    mended: tuple[str, ...]
+    lost: tuple[str, ...]
+    was_learned: bool
+
+
+def rescue(path: str | Path, output: str | Path) -> RescueReport:
+    """Save every readable capture of a database into a new file.
+
+    The damaged file is only read. The new one gets its name when it is complete.
+
+    Parameters
+    ----------
+    path : str or Path
+        The damaged database.
+    output : str or Path
+        The new database; there must be no file of this name.
+
+    Raises
+    ------
+    StoreError
+        Nothing of the file can be read, or the output is there already.
+    """
+    path, output = Path(path), Path(output)
+    if output.exists():
+        raise StoreError(
+            f"{output}: expected the name of a new file, found a file of that name. "
+            "Give another name with -o."
+        )
+    with store.open_damaged(path) as damaged:
+        draft = output.with_name(f".{output.name}.rescue")
+        for left in (draft, draft.with_name(f"{draft.name}.wal")):  # by a kill
+            left.unlink(missing_ok=True)
+        try:
+            with store.open_store(draft) as new:
+                report = _save_all(damaged, new, output)
+            draft.replace(output)
+        finally:
+            draft.unlink(missing_ok=True)
+    return report
+
+
+def _save_all(damaged: store.Store, new: store.Store, output: Path) -> RescueReport:
+    """Copy capture by capture, then what belongs to several."""
+    runs = {run.run_id: run for run in store.salvage_runs(damaged)}
+    names: list[str] = []
+    mended: list[str] = []
+    lost: list[str] = []
+    with store.transaction(new):
+        store.save_runs(new, runs.values())
+        run_id = store.start_run(new, "rescue", {"from": str(damaged.path)})
+        for salvaged in store.salvage_captures(damaged):
+            name = _free_name(salvaged.info.name, names)
+            info = replace(
+                salvaged.info,
+                name=name,
+                run_id=salvaged.info.run_id if salvaged.info.run_id in runs else run_id,
+            )
+            salvaged = replace(salvaged, info=info)
+            try:
+                note = _save_capture(new, salvaged, runs.get(info.run_id))
+            except MotionDBError as error:
+                what = ", ".join(salvaged.lost) or "nothing"
+                lost.append(f"{name}: could not be read ({what}), nor made anew: {error}")
+                continue
+            names.append(name)
+            if note:
+                mended.append(f"{name}: {note}")
+        lost += store.copy_shared(damaged, new, run_id)
+        store.finish_run(new, run_id)
+    if not names:
+        lost.append(f"{damaged.path}: no capture could be read.")
+    was_learned = store.was_learned(damaged)
+    return RescueReport(output, tuple(names), tuple(mended), tuple(lost), was_learned)
+
+
+def _save_capture(new: store.Store, salvaged: store.SalvagedCapture, run: Run | None) -> str:
+    """Save a capture, with what is missing made anew; says what that was."""
+    info, source, motion = salvaged.info, salvaged.source, salvaged.motion
+    notes = [f"could not read {', '.join(salvaged.lost)}"] if salvaged.lost else []
+    if source is None and motion is None:
+        raise StoreError("expected its file or its motion, found neither.")
+    if source is None:
+        assert motion is not None
+        info, packed = _written_anew(info, motion)
+        notes.append("its file is now its motion on the canonical body, as BVH")
+    else:
+        if motion is None:
+            info, motion = _read_anew(info, source, run)
+            notes.append("its motion was read from its file again")
+        packed = store.pack_source(
+            source.file_name, source.data, source.format, source.skeleton_name,
+            source.skeleton_data,
+        )  # fmt: skip
+    duration = max(info.duration, motion.n_frames / MOTION_FPS)
+    captions = [c for c in salvaged.captions if c.start is None or c.start < duration]
+    events = [event for event in salvaged.events if 0 <= event.frame < motion.n_frames]
+    saved = store.save_capture(new, info, motion, packed, captions)
+    store.save_events(new, saved.capture_id, events)
+    if salvaged.provenance is not None:
+        store.save_provenance(new, saved.capture_id, salvaged.provenance)
+    return "; ".join(notes)
+
+
+def _read_anew(
+    info: CaptureInfo, source: store.Source, run: Run | None
+) -> tuple[CaptureInfo, Motion]:
+    """The motion of a stored file, read as it was when it was added."""
+    parameters = run.parameters if run else {}
+    unit, joints = parameters.get("unit"), parameters.get("joint_map")
+    clip = capture.read_capture_bytes(
+        source.data,
+        source.format,
+        path=info.name,
+        skeleton=source.skeleton_data,
+        skeleton_path=source.skeleton_name or "",
+        fps=info.fps if info.n_frames else None,
+        unit=float(str(unit)) if unit else None,
+        skip_bad_frames=bool(parameters.get("skip_bad_frames")),
+    )
+    joint_map = {str(k): str(v) for k, v in joints.items()} if isinstance(joints, dict) else {}
+    facts = replace(info, fps=clip.fps, n_frames=clip.n_frames, duration=clip.n_frames / clip.fps)
+    return facts, retarget.to_motion(clip, joint_map)
+
+
+def _written_anew(info: CaptureInfo, motion: Motion) -> tuple[CaptureInfo, store.Source]:
+    """A file for a motion whose own was lost."""
+    clip = retarget.to_clip(motion)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"{info.name.replace('/', '_')}.bvh"
+        capture.write_bvh(clip, file)
+        packed = store.pack_source(file.name, file.read_bytes(), "bvh")
+    notes = (*info.notes, "the file was lost; this is the canonical motion, rescued")
+    facts = replace(
+        info, format="bvh", fps=clip.fps, n_frames=clip.n_frames, duration=clip.duration,
+        notes=notes,
+    )  # fmt: skip
+    return facts, packed
+
+
+def _free_name(name: str, taken: list[str]) -> str:
+    """The name, with a number behind it where another capture has it."""
+    number, free = 1, name
+    while free in taken:
+        number += 1
+        free = f"{name} ({number})"
+    return free

@@ -1,0 +1,1 @@
+"""Motion from a sentence, its files, and generated captures."""

@@ -1,0 +1,101 @@
+"""Files of a generated motion: the motion itself, and beside it where every frame comes from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from motiondb import pictures, store
+from motiondb.database.catalogue.parts import write_bytes, write_clip
+from motiondb.pose import retarget
+from motiondb.records import MOTION_FPS, Motion
+
+
+class Made(Protocol):
+    """What was generated in any way: a motion that knows where its frames come from."""
+
+    @property
+    def motion(self) -> Motion:
+        """The motion."""
+
+    @property
+    def provenance(self) -> store.Provenance:
+        """The origin of every frame."""
+
+
+def write_with_provenance(made: Made, facts: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """Write a motion, and beside it ``NAME.provenance.json``.
+
+    Parameters
+    ----------
+    made : Made
+        What was generated.
+    facts : dict
+        What the provenance file says beside the origin of the frames.
+    path : Path
+        The motion's file: .bvh, .glb or .gltf.
+
+    Returns
+    -------
+    dict
+        The facts with the names of both files.
+    """
+    beside = path.with_name(f"{path.stem}.provenance.json")
+    write_clip(retarget.to_clip(made.motion), path)
+    write_bytes(beside, json.dumps({**facts, "frames": frame_runs(made)}, indent=1).encode())
+    return {**facts, "output": str(path), "provenance": str(beside)}
+
+
+def draw_generated(made: Made, title: str, path: str | Path) -> Path:
+    """Draw a strip of stick figures over the sources of the frames, as PNG."""
+    timeline = pictures.Timeline("sources", source_spans(made))
+    return pictures.draw_strip(made.motion, path, title=title, timelines=[timeline])
+
+
+def source_facts(made: Made) -> list[dict[str, Any]]:
+    """The captures that frames come from, with licence, digest and number of frames."""
+    found = made.provenance
+    return [
+        {
+            "capture": s.name, "licence": s.licence or "unknown", "sha256": s.sha256,
+            "frames": int((found.source_numbers == n).sum()),
+        }
+        for n, s in enumerate(found.sources)
+    ]  # fmt: skip
+
+
+def frame_runs(made: Made) -> list[dict[str, Any]]:
+    """Runs of frames that follow one another in one source: [start, end), first frame there."""
+    found = made.provenance
+    steps = np.diff(found.source_frames)
+    breaks = (np.diff(found.source_numbers) != 0) | (np.abs(steps - 1.0) > 1e-6)
+    breaks |= np.array([a != b for a, b in zip(found.edits[:-1], found.edits[1:])], dtype=bool)
+    starts = [0, *(np.flatnonzero(breaks) + 1).tolist()]
+    ends = [*starts[1:], len(found.source_frames)]
+    return [
+        {
+            "start": a,
+            "end": b,
+            "capture": found.sources[n].name if (n := int(found.source_numbers[a])) >= 0 else None,
+            "source_start": float(found.source_frames[a]),
+            "edit": found.edits[a],
+        }
+        for a, b in zip(starts, ends)
+    ]
+
+
+def source_spans(made: Made) -> list[tuple[float, float, str, str]]:
+    """Spans (seconds) of the sources, for a timeline."""
+    numbers = made.provenance.source_numbers
+    cuts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
+    names = [s.name for s in made.provenance.sources]
+    spans = []
+    for a, b in pairwise(cuts):
+        name = names[numbers[a]] if numbers[a] >= 0 else "model"
+        spans.append((a / MOTION_FPS, b / MOTION_FPS, name, name))
+    return spans

@@ -1,0 +1,162 @@
+"""``generate``: a motion from a sentence, with the origin of every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from motiondb import store
+from motiondb.database.generate.generated_files import (
+    draw_generated,
+    source_facts,
+    write_with_provenance,
+)
+from motiondb.database.session import Session
+from motiondb.learning.making.motion_making import METHODS, make_motion
+from motiondb.records import MOTION_FPS, Motion
+from motiondb.words import decoding
+
+__all__ = ["METHODS", "Generated", "generate"]
+
+
+@dataclass(frozen=True, eq=False)
+class Generated:
+    """A motion that was made from a sentence, and how.
+
+    Attributes
+    ----------
+    motion : Motion
+        On the canonical body, at 30 frames a second.
+    symbols : tuple of int
+        Decoded symbols.
+    positions : tuple of int
+        Per symbol the number of its action.
+    actions : tuple of tuple of str
+        Known words of every action.
+    decodings : tuple of Decoding
+        Per action.
+    recognised : tuple of int
+        Symbols recognised in the motion.
+    provenance : Provenance
+        Origin and licence of every frame.
+    unknown : dict
+        Words of the sentence that are not known -> nearest known words.
+    spans : tuple of (int, int)
+        First frame and last frame + 1 of every action.
+    words : str
+        The sentence.
+    seed : int
+        The seed.
+    method : str
+        One of ``METHODS``.
+    """
+
+    motion: Motion
+    symbols: tuple[int, ...]
+    positions: tuple[int, ...]
+    actions: tuple[tuple[str, ...], ...]
+    decodings: tuple[decoding.Decoding, ...]
+    recognised: tuple[int, ...]
+    provenance: store.Provenance
+    unknown: Mapping[str, tuple[str, ...]]
+    spans: tuple[tuple[int, int], ...] = ()
+    words: str = ""
+    seed: int = 0
+    method: str = "stitched"
+
+    def facts(self) -> dict[str, Any]:
+        """What was asked, decoded and used, for JSON; times in seconds."""
+        return {
+            "words": self.words,
+            "seed": self.seed,
+            "method": self.method,
+            "seconds": round(self.motion.n_frames / MOTION_FPS, 3),
+            "actions": [list(action) for action in self.actions],
+            "symbols": list(self.symbols),
+            "recognised": list(self.recognised),
+            "decodings": [
+                {
+                    "symbols": list(d.symbols),
+                    "log_probability": d.log_probability,
+                    "nodes_expanded": d.nodes_expanded,
+                    "certificate": d.certificate,
+                }
+                for d in self.decodings
+            ],
+            "sources": source_facts(self),
+        }
+
+    def write(self, path: str | Path) -> dict[str, Any]:
+        """Write the motion, and beside it ``NAME.provenance.json`` with the origin of its frames.
+
+        Parameters
+        ----------
+        path : str or Path
+            The ending says the format: .bvh, .glb or .gltf.
+
+        Returns
+        -------
+        dict
+            The facts (:meth:`facts`), with the names of both files.
+
+        Raises
+        ------
+        MotionDBError
+            When the ending is another one, or a file cannot be written.
+        """
+        return write_with_provenance(self, self.facts(), Path(path))
+
+    def draw(self, path: str | Path) -> Path:
+        """Draw a strip of stick figures over the sources of the frames, as PNG.
+
+        Raises
+        ------
+        MotionDBError
+            When the file cannot be written.
+        """
+        return draw_generated(self, self.words, path)
+
+
+def generate(session: Session, words: str, seed: int, method: str) -> Generated:
+    """Make a motion that shows what a sentence says.
+
+    Parameters
+    ----------
+    session : Session
+        The open database.
+    words : str
+        The sentence.
+    seed : int
+        The same seed gives the same motion.
+    method : str
+        One of ``METHODS``.
+
+    Raises
+    ------
+    QueryError
+        For an unknown method, no known word, or words that no symbols can show.
+    NotLearnedError
+        When the database has not learned, or learned no words.
+    """
+    with session.reading():
+        found = make_motion(session.learned, session.takes, words, seed, method)
+        made = found.made
+        provenance = store.to_provenance(
+            session.store, made.captures, made.frames, edits=made.edits
+        )
+    return Generated(
+        motion=made.motion,
+        symbols=tuple(int(s) for s in found.plan.symbols),
+        positions=found.plan.positions,
+        actions=found.plan.actions,
+        decodings=found.decodings,
+        recognised=tuple(int(s) for s in found.recognised),
+        provenance=provenance,
+        unknown=found.unknown,
+        spans=found.spans,
+        words=words,
+        seed=seed,
+        method=method,
+    )

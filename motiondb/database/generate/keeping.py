@@ -1,0 +1,52 @@
+"""Keeping generated motion as a capture: marked, with the origin of every frame."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+from motiondb import capture, store
+from motiondb.pose import retarget
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Motion
+
+
+def keep_generated(
+    opened: store.Store,
+    name: str,
+    motion: Motion,
+    provenance: store.Provenance,
+    captions: Iterable[Caption],
+    run_id: int,
+) -> CaptureInfo:
+    """Save a generated motion as a BVH capture; its licence names those of all sources.
+
+    Parameters
+    ----------
+    opened : Store
+        The open store.
+    name : str
+        Name of the new capture.
+    motion : Motion
+        The motion.
+    provenance : Provenance
+        Origin of every frame.
+    captions : iterable of Caption
+        Its captions.
+    run_id : int
+        Run that its rows name.
+    """
+    clip = retarget.to_clip(motion)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"{name.replace('/', '_')}.bvh"
+        capture.write_bvh(clip, file)
+        source = store.pack_source(file.name, file.read_bytes(), "bvh")
+    licences = "; ".join(sorted({s.licence for s in provenance.sources if s.licence}))
+    info = CaptureInfo(
+        0, name, "", "bvh", "generated", MOTION_FPS, clip.n_frames, clip.duration, 0, 0.0, "",
+        run_id, {"licence": licences} if licences else {},
+    )  # fmt: skip
+    with store.transaction(opened):
+        info = store.save_capture(opened, info, motion, source, captions)
+        store.save_provenance(opened, info.capture_id, provenance)
+    return info

@@ -1,0 +1,250 @@
+"""Learning a grammar: captures to terminals, strings, sentences, rules; saved whole or not at all.
+
+Terminals are found in the motion itself, or are the motion symbols of the database. Sentences are
+found (the cuts of least description length), or are the captures as they are, or begin where
+people's timed words begin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from motiondb import store
+from motiondb.errors import QueryError
+from motiondb.grammar.cfg import context_free, parse
+from motiondb.grammar.selection.ledger import Ledger, make_ledger
+from motiondb.grammar.selection.terminal_number import choose_terminals, standard_error
+from motiondb.grammar.sentences import partition
+from motiondb.grammar.terminals.terminals import (
+    Terminals,
+    TerminalSettings,
+    find_terminals,
+    strings_of,
+    terminals_from_symbols,
+)
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo, FloatArray, IntArray, Motion
+
+Progress = Callable[[str, float, float], None]
+"""Called with what is being done, how much is done, how much there is."""
+
+SENTENCES = ("auto", "captures", "captions")
+N_TERMINALS = 20
+MAX_NAME = 80
+
+
+@dataclass(frozen=True)
+class GrammarSettings:
+    """Everything that decides what is learned.
+
+    n_terminals : K; None lets the description length choose. from_symbols : the motion symbols of
+    the database are the terminals. sentences : "auto", "captures" (each is one) or "captions" (one
+    begins where timed words begin). search : how terminals are looked for. shortest, longest :
+    terminals of a sentence that is found. evaluations : partitions into sentences that are tried.
+    """
+
+    n_terminals: int | None = N_TERMINALS
+    from_symbols: bool = False
+    sentences: str = "auto"
+    seed: int = 0
+    search: TerminalSettings = field(default_factory=TerminalSettings)
+    shortest: int = partition.SHORTEST
+    longest: int = partition.LONGEST
+    evaluations: int = partition.EVALUATIONS
+
+
+def learn_grammar(
+    database: store.Store,
+    captures: Sequence[str],
+    name: str | None,
+    settings: GrammarSettings,
+    progress: Progress | None = None,
+) -> tuple[store.LearnedGrammar, list[str]]:
+    """Learn a grammar from captures and save it in place of the one of its name.
+
+    Returns
+    -------
+    The grammar, and the generated captures that were derived by the one it replaces.
+
+    Raises
+    ------
+    QueryError
+        for unknown or generated captures, a bad name or setting; where the takes are too short for
+        so many terminals, or hold nothing that could be learned. Nothing is saved then.
+    """
+    tell = progress or (lambda _what, _done, _total: None)
+    infos = _sources(database, captures)
+    name = infos[0].name.rpartition("/")[2] if name is None else name
+    _check(name, settings)
+    rng = np.random.default_rng(settings.seed)
+    motions = [store.load_motion(database, info.capture_id) for info in infos]
+    try:
+        found = _search(database, infos, motions, settings, rng, tell)
+    except parse.ParseError:  # a fault of ours: what is learned parses
+        raise
+    except (
+        context_free.GrammarError
+    ) as error:  # these captures, or so many terminals, were the wrong wish
+        raise QueryError(str(error)) from None
+    tell("parses", 0.0, 1.0)
+    learned = _record(name, infos, found, motions)
+    parameters = {"name": name, "captures": [info.name for info in infos], **asdict(settings)}
+    if found.tried:
+        parameters["tried"] = {str(k): ledger.total for k, ledger in found.tried.items()}
+        parameters["noise"] = found.noise
+        parameters["standard_error"] = standard_error(found.noise)
+    with store.transaction(database):
+        run_id = store.start_run(database, "grammar", parameters, settings.seed)
+        lost = store.save_grammar(database, learned, run_id)
+        store.finish_run(database, run_id)
+    tell("parses", 1.0, 1.0)
+    return store.load_grammar(database, name), lost
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Terminals with their motion symbols, sentences; ledgers of the numbers tried, their noise."""
+
+    terminals: Terminals
+    symbols: IntArray
+    sentences: partition.Sentences
+    tried: dict[int, Ledger] = field(default_factory=dict)
+    noise: float = 0.0
+
+
+def _record(
+    name: str, infos: Sequence[CaptureInfo], found: _Found, motions: Sequence[Motion]
+) -> store.LearnedGrammar:
+    grammar, sentences = found.sentences.grammar, found.sentences.sentences
+    ledger = make_ledger(motions, found.terminals, found.sentences)
+    return store.LearnedGrammar(
+        name,
+        tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
+        found.terminals,
+        found.symbols,
+        context_free.Grammar(grammar.start, grammar.rules, found.terminals.names),
+        _intervals(sentences),
+        tuple(context_free.choices_of(parse.parse(grammar, sentence)) for sentence in sentences),
+        {"motion": ledger.motion, "sentences": ledger.string, "rules": ledger.grammar},
+    )
+
+
+def _sources(database: store.Store, captures: Sequence[str]) -> list[CaptureInfo]:
+    infos = [store.load_capture(database, capture) for capture in captures]
+    if not infos:
+        raise QueryError("captures: expected at least one to learn from, found none. Name some.")
+    for number, info in enumerate(infos):
+        if info.kind != "captured":
+            raise QueryError(
+                f"{info.name}: expected a capture that was captured, found a generated one."
+                " A grammar is learned from what people did: leave it out."
+            )
+        if any(info.capture_id == other.capture_id for other in infos[:number]):
+            raise QueryError(
+                f"{info.name}: expected every capture once, found it twice. Name it once."
+            )
+    return infos
+
+
+def _check(name: str, settings: GrammarSettings) -> None:
+    if not name.strip() or len(name) > MAX_NAME or not name.isprintable():
+        raise QueryError(
+            f"{name!r}: expected a name of 1 to {MAX_NAME} letters, found another. Choose one."
+        )
+    if settings.sentences not in SENTENCES:
+        raise QueryError(
+            f"sentences: expected one of {', '.join(SENTENCES)}, found {settings.sentences!r}."
+        )
+    if not 1 <= settings.shortest <= settings.longest:
+        raise QueryError(
+            "sentence lengths: expected 1 <= shortest <= longest, found"
+            f" {settings.shortest} and {settings.longest}. Give both in terminals."
+        )
+
+
+def _search(
+    database: store.Store,
+    infos: Sequence[CaptureInfo],
+    motions: Sequence[Motion],
+    settings: GrammarSettings,
+    rng: np.random.Generator,
+    tell: Progress,
+) -> _Found:
+    """Terminals, then sentences; for a number that is not given, both for each that is tried."""
+    captions = store.load_captions(database) if settings.sentences == "captions" else {}
+    own = [captions.get(info.capture_id, ()) for info in infos]
+    if settings.sentences == "captions" and not any(c.start for timed in own for c in timed):
+        raise QueryError(
+            "sentences: expected captures with timed words, found none. Write some down"
+            " (motiondb words set --from --to), or let sentences be found (--sentences auto)."
+        )
+
+    def learn(terminals: Terminals, rng: np.random.Generator) -> partition.Sentences:
+        return _sentences(terminals, own, settings, rng, tell)
+
+    def advance(done: int, total: int, what: str) -> None:
+        tell(what, done, total)
+
+    if settings.from_symbols:
+        table = store.load_segments(database, scores=False)
+        terminals = terminals_from_symbols(motions, [info.capture_id for info in infos], table)
+        symbols = np.array([int(name.removeprefix("s")) for name in terminals.names])
+        return _Found(terminals, symbols, learn(terminals, rng))
+    search, number = settings.search, settings.n_terminals
+    if number is None:
+        chosen = choose_terminals(motions, rng, settings=search, learn=learn, progress=advance)
+        none = np.full(len(chosen.terminals.names), -1)
+        return _Found(chosen.terminals, none, chosen.sentences, chosen.ledgers, chosen.noise)
+    terminals = find_terminals(motions, number, rng, settings=search, progress=advance)
+    return _Found(terminals, np.full(number, -1), learn(terminals, rng))
+
+
+def _sentences(
+    terminals: Terminals,
+    captions: Sequence[Sequence[Caption]],
+    settings: GrammarSettings,
+    rng: np.random.Generator,
+    tell: Progress,
+) -> partition.Sentences:
+    """Sentences of the takes; ``captions`` are theirs, where these are asked for."""
+    strings = strings_of(terminals)
+    if settings.sentences == "auto":
+        return partition.find_sentences(
+            strings,
+            rng,
+            shortest=settings.shortest,
+            longest=settings.longest,
+            evaluations=settings.evaluations,
+            progress=lambda done, total: tell("find sentences", done, total),
+        )
+    if settings.sentences == "captures":
+        return partition.sentences_between(strings, [[] for _ in strings])
+    cuts = [
+        caption_cuts(timed, terminals.starts[terminals.takes == take])
+        for take, timed in enumerate(captions)
+    ]
+    return partition.sentences_between(strings, cuts)
+
+
+def caption_cuts(captions: Sequence[Caption], starts: IntArray) -> list[int]:
+    """Segments at which sentences begin: the nearest to where timed words begin.
+
+    >>> timed = [Caption("walk", 0.0, 1.0), Caption("jump", 1.0, 2.0), Caption("all")]
+    >>> caption_cuts(timed, np.array([0, 14, 33, 50]))
+    [2]
+    """
+    times = {c.start * MOTION_FPS for c in captions if c.start is not None}
+    return sorted({_nearest(starts, time) for time in times} - {0})
+
+
+def _nearest(starts: IntArray, frame: float) -> int:
+    gaps: FloatArray = np.abs(starts - frame)
+    return int(np.argmin(gaps))
+
+
+def _intervals(sentences: Sequence[Sequence[str]]) -> IntArray:
+    edges = np.cumsum([0, *map(len, sentences)])
+    return np.array(list(pairwise(edges)), dtype=np.int64).reshape(-1, 2)

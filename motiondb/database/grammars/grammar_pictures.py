@@ -1,0 +1,122 @@
+"""Pictures of grammars: sentences as trees, captures as strings, sequences and their edits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from motiondb import pictures, store
+from motiondb.database.catalogue.parts import cut_motion
+from motiondb.database.generate.generated_files import source_spans
+from motiondb.database.grammars.grammar_editing import Edit
+from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
+from motiondb.database.grammars.grammar_words import Meaning
+from motiondb.grammar.cfg import context_free
+from motiondb.records import MOTION_FPS
+
+SHOWN_TREES = 12
+
+
+def colours(learned: store.LearnedGrammar) -> dict[str, int]:
+    """Terminal -> number of its tint, the same in all pictures of a grammar."""
+    return {name: k for k, name in enumerate(learned.terminals.names)}
+
+
+def draw_sentences(material: Material, path: str | Path) -> Path:
+    """The trees of the sentences, each different one once, the commonest first."""
+    learned = material.learned
+    counts: dict[tuple[int, ...], list[int]] = {}
+    for number, rules in enumerate(learned.parses, start=1):
+        counts.setdefault(rules, []).append(number)
+    order = sorted(counts.items(), key=lambda pair: (-len(pair[1]), pair[1][0]))
+    trees = [
+        pictures.TreePicture(_caption(numbers), context_free.derive_by(learned.grammar, rules))
+        for rules, numbers in order[:SHOWN_TREES]
+    ]
+    n, kinds = len(learned.sentences), len(order)
+    title = f"{learned.name}: {n} sentence{'s' * (n != 1)}, "
+    title += f"{kinds} different tree{'s' * (kinds != 1)}"
+    if len(order) > SHOWN_TREES:
+        title += f", {SHOWN_TREES} of them here"
+    return pictures.draw_trees(trees, path, title, colours(learned))
+
+
+def _caption(numbers: Sequence[int]) -> str:
+    shown = ", ".join(map(str, numbers[:6])) + (", ..." if len(numbers) > 6 else "")
+    return f"sentence{'s' if len(numbers) > 1 else ''} {shown}"
+
+
+def draw_strings(material: Material, meanings: Sequence[Meaning], path: str | Path) -> Path:
+    """Terminals with the figures that stand for them, and the takes as strings of them."""
+    learned, terminals = material.learned, material.learned.terminals
+    cards, bars = [], []
+    for k, (name, meaning) in enumerate(zip(terminals.names, meanings)):
+        clip = int(terminals.medoids[k])
+        motion = material.motions.get(int(terminals.takes[clip]))
+        if motion is not None:
+            seconds = terminals.starts[clip] / MOTION_FPS, terminals.ends[clip] / MOTION_FPS
+            count = int((terminals.labels == k).sum())
+            text = f"{meaning.text}  {count}x" if meaning.text else f"{count}x"
+            cards.append(pictures.TerminalCard(name, text, k, cut_motion(motion, *seconds)))
+    for take, source in enumerate(learned.sources):
+        rows = np.flatnonzero(terminals.takes == take)
+        spans = [
+            (terminals.starts[r] / MOTION_FPS, terminals.ends[r] / MOTION_FPS,
+             terminals.names[terminals.labels[r]], int(terminals.labels[r]))
+            for r in rows
+        ]  # fmt: skip
+        lines = [pictures.Timeline("terminals", spans)]
+        numbered = enumerate(learned.sentences.tolist(), start=1)
+        sentences = [
+            (terminals.starts[a] / MOTION_FPS, terminals.ends[b - 1] / MOTION_FPS, str(number),
+             11 if number % 2 else 6)
+            for number, (a, b) in numbered
+            if rows[0] <= a <= rows[-1]
+        ]  # fmt: skip
+        lines.append(pictures.Timeline("sentences", sentences))
+        bars.append(pictures.StringBar(source.name, source.n_frames / MOTION_FPS, lines))
+    return pictures.draw_strings(cards, bars, path, learned.name)
+
+
+def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Path) -> Path:
+    """A strip of the motion with its terminals and sources."""
+    names = colours(material.learned)
+    spans = [
+        (a / MOTION_FPS, b / MOTION_FPS, terminal, names[terminal])
+        for terminal, (a, b) in zip(sequence.string, sequence.made.spans)
+    ]
+    lines = [
+        pictures.Timeline("terminals", spans),
+        pictures.Timeline("sources", source_spans(sequence)),
+    ]
+    title = f"{sequence.grammar}: {' '.join(sequence.string)}"
+    return pictures.draw_strip(sequence.motion, path, title=title, timelines=lines)
+
+
+def draw_parse(material: Material, trees: Sequence[context_free.Tree], path: str | Path) -> Path:
+    """The trees of a capture's sentences."""
+    found = [pictures.TreePicture(f"sentence {n}", tree) for n, tree in enumerate(trees, start=1)]
+    return pictures.draw_trees(found, path, material.learned.name, colours(material.learned))
+
+
+def draw_edit(material: Material, edited: Edit, path: str | Path) -> Path:
+    """The tree that is edited and those of the alternatives, the region marked in each."""
+    trees = [edited.before, *(edited.tree(n) for n in range(len(edited.alternatives)))]
+    captions = ["as it is", *(str(n + 1) for n in range(len(edited.alternatives)))]
+    found = [
+        pictures.TreePicture(caption, tree, _region_nodes(tree, edited.region.path))
+        for caption, tree in zip(captions, trees)
+    ]
+    title = f"{material.learned.name}: what {edited.region.symbol} may derive"
+    return pictures.draw_trees(found, path, title, colours(material.learned))
+
+
+def _region_nodes(tree: context_free.Tree, path: Sequence[int]) -> range:
+    """Numbers in preorder of the node at the end of a path, and of all below it."""
+    first = 0
+    for child in path:
+        first += 1 + sum(sum(1 for _ in before.nodes()) for before in tree.children[:child])
+        tree = tree.children[child]
+    return range(first, first + sum(1 for _ in tree.nodes()))

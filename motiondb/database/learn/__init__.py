@@ -1,0 +1,1 @@
+"""Learn from the store, and keep what was learned true."""

@@ -1,0 +1,158 @@
+"""Keeping what was learned true while captures and words change, without learning again.
+
+One context manager surrounds every change of captures, words or synonyms. Before the change, the
+counts of the captures that will change are subtracted. After it, the captures that are there are
+counted (new captures are first cut and scored by the learned symbols), and everything that follows
+from the counts is saved in the same transaction. Counts are exact
+(:mod:`motiondb.learning.counting`), so that a capture that was added and removed leaves no trace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from motiondb import store
+from motiondb.learning import counting
+from motiondb.learning.learned import Counted, LearnedModel, with_counts
+from motiondb.learning.parameter_arrays import COUNTED_NAME, from_stored, to_stored
+from motiondb.learning.recognition import recognise_capture
+from motiondb.records import SegmentTable
+from motiondb.words import vocabulary
+
+
+@dataclass
+class Change:
+    """What a change of captures or words counted.
+
+    Attributes
+    ----------
+    added : list of int
+        Numbers of the captures that the body of :func:`counted` adds; filled by the body.
+    counted : tuple of int
+        Numbers of the captures that were counted after the change.
+    new_words : tuple of str
+        Words in their captions that the vocabulary lacks; the next ``learn`` counts them.
+    """
+
+    added: list[int] = field(default_factory=list)
+    counted: tuple[int, ...] = ()
+    new_words: tuple[str, ...] = ()
+
+
+@contextmanager
+def changing(
+    opened: store.Store, kind: str, parameters: Mapping[str, object], touched: Iterable[int] = ()
+) -> Iterator[Change]:
+    """A transaction with a run of its own around :func:`counted`.
+
+    Parameters
+    ----------
+    opened : Store
+        The open store.
+    kind : str
+        Kind of the run.
+    parameters : dict
+        Parameters of the run.
+    touched : iterable of int
+        Captures whose words may change, or that may be removed.
+    """
+    with store.transaction(opened):
+        run_id = store.start_run(opened, kind, parameters)
+        with counted(opened, run_id, touched) as change:
+            yield change
+        store.finish_run(opened, run_id)
+
+
+@contextmanager
+def counted(opened: store.Store, run_id: int, touched: Iterable[int] = ()) -> Iterator[Change]:
+    """Surround a change of captures or words, inside a transaction, so that counts stay true.
+
+    Where the database has not learned, or an earlier version learned that kept no counts, nothing
+    is counted.
+
+    Parameters
+    ----------
+    opened : Store
+        The open store.
+    run_id : int
+        Run of the change; what is saved names it.
+    touched : iterable of int
+        Captures whose words may change, or that may be removed.
+    """
+    change, wanted = Change(), set(touched)
+    model = _load_counted(opened)
+    if model is None or model.counted is None:
+        yield change
+        return
+    counts, reference = model.counted.counts, model.counted.reference
+    table = model.segments
+    wanted &= set(table.capture_ids.tolist())
+    counts = counts - _count(opened, _only(table, wanted), reference)
+    yield change
+    there = {i.capture_id for i in store.load_captures(opened) if i.kind == "captured"}
+    table = _only(table, there)
+    new = sorted(set(change.added) & there)
+    if not new and not wanted:
+        return
+    for capture in new:
+        added = recognise_capture(model, capture, store.load_motion(opened, capture))
+        table = counting.join_tables(table, added)
+    again = _only(table, wanted | set(new))
+    counts = counts + _count(opened, again, reference)
+    change.counted = tuple(counting.capture_rows(again))
+    change.new_words = _unknown_words(opened, change.counted, model)
+    model = with_counts(model, run_id, table, Counted(counts, reference))
+    store.save_learning(opened, to_stored(model))
+
+
+def recount(opened: store.Store) -> LearnedModel:
+    """What was learned, with all captures counted anew; nothing is saved.
+
+    Raises
+    ------
+    NotLearnedError
+        When the database has not learned.
+    """
+    model = from_stored(store.load_learning(opened))
+    if model.counted is None:
+        return model
+    reference = model.counted.reference
+    counts = _count(opened, model.segments, reference)
+    return with_counts(model, model.run_id, model.segments, Counted(counts, reference))
+
+
+def _load_counted(opened: store.Store) -> LearnedModel | None:
+    """What was learned, where its counts were kept."""
+    if not store.is_learned(opened) or not store.load_parameters(opened, COUNTED_NAME):
+        return None
+    return from_stored(store.load_learning(opened))
+
+
+def _unknown_words(
+    opened: store.Store, captures: Iterable[int], model: LearnedModel
+) -> tuple[str, ...]:
+    """Words in the captions of captures that the vocabulary lacks, sorted."""
+    synonyms, known = store.load_synonyms(opened), set(model.association.words)
+    captions = store.load_captions(opened)
+    unknown: set[str] = set()
+    for capture in captures:
+        for caption in captions.get(capture, ()):
+            unknown |= set(vocabulary.words_of(caption.words, synonyms, model.lemmas)) - known
+    return tuple(sorted(unknown))
+
+
+def _count(
+    opened: store.Store, table: SegmentTable, reference: counting.Reference
+) -> counting.Counts:
+    there = set(table.capture_ids.tolist())
+    captions = {c: rows for c, rows in store.load_captions(opened).items() if c in there}
+    return counting.count(table, captions, store.load_synonyms(opened), reference)
+
+
+def _only(table: SegmentTable, captures: set[int]) -> SegmentTable:
+    which = np.isin(table.capture_ids, np.array(sorted(captures), dtype=np.int64))
+    return counting.take_rows(table, which)

@@ -1,0 +1,80 @@
+"""Motion grammars and tactics diagrams from files, or by the name of one that is shipped."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+from motiondb.errors import SceneError, suggestion
+from motiondb.scene.language.grammar_file import read_motion_grammar
+from motiondb.scene.language.motion_grammar import MotionGrammar
+from motiondb.scene.language.tactics import Diagram
+from motiondb.scene.language.tactics_file import read_diagram
+
+GRAMMAR, TACTICS = ".grammar", ".tactics"
+_FOLDERS = {GRAMMAR: "grammars", TACTICS: "diagrams"}
+_KINDS = {GRAMMAR: "motion grammar", TACTICS: "tactics diagram"}
+
+
+def shipped(ending: str) -> tuple[str, ...]:
+    """The names of the shipped files with an ending, without it.
+
+    >>> shipped(GRAMMAR)
+    ('basketball', 'carrying')
+    """
+    folder = resources.files("motiondb.scene").joinpath(_FOLDERS[ending])
+    names = [entry.name for entry in folder.iterdir()]
+    return tuple(sorted(name.removesuffix(ending) for name in names if name.endswith(ending)))
+
+
+def read_grammar(name: str | Path) -> MotionGrammar:
+    """A motion grammar from a file, or the shipped one of this name.
+
+    Raises
+    ------
+    SceneError where there is none, or it is wrong.
+    """
+    return read_motion_grammar(*text_of(name, GRAMMAR))
+
+
+def read_tactics(name: str | Path) -> Diagram:
+    """A tactics diagram from a file, or the shipped one of this name.
+
+    Raises
+    ------
+    SceneError where there is none, it is wrong, or it cannot be played.
+    """
+    return read_diagram(*text_of(name, TACTICS))
+
+
+def grammar_of(diagram: Diagram, beside: str | Path = "") -> MotionGrammar:
+    """The grammar that a diagram is played by: a file beside the diagram's, or a shipped one."""
+    return read_grammar(grammar_file(diagram, beside))
+
+
+def grammar_file(diagram: Diagram, beside: str | Path = "") -> str | Path:
+    """The file beside the diagram's that holds its grammar, or the name of a shipped one."""
+    path = Path(beside).parent / f"{diagram.grammar}{GRAMMAR}"
+    return path if beside and path.is_file() else diagram.grammar
+
+
+def text_of(name: str | Path, ending: str) -> tuple[str, str]:
+    """The text of a file or of the shipped one, and how it is called in messages."""
+    path = Path(name)
+    plain = str(name).removesuffix(ending)
+    if not path.is_file() and plain in shipped(ending):
+        folder = resources.files("motiondb.scene").joinpath(_FOLDERS[ending])
+        return folder.joinpath(plain + ending).read_text(encoding="utf-8"), plain + ending
+    try:
+        return path.read_text(encoding="utf-8-sig"), str(name)
+    except UnicodeDecodeError:
+        raise SceneError(
+            f"{name}: expected text in UTF-8, found other bytes. Is it a {_KINDS[ending]}?"
+        ) from None
+    except OSError as error:
+        near = suggestion(plain, shipped(ending)) or (
+            f" Name a file, or one of {', '.join(shipped(ending))}."
+        )
+        raise SceneError(
+            f"{name}: expected a {_KINDS[ending]}, found: {error.strerror or error}.{near}"
+        ) from None

@@ -1,0 +1,129 @@
+"""The clips of a motion grammar's terminals, from the captures of a database.
+
+Captions say which parts of captures show an action (:mod:`scene_clips`); events that were added
+with them, or else the motion, say where its instant lies and where it can be cut; the rest is
+:mod:`motiondb.scene.clips.clips`. A library takes a second or two, so the session keeps
+it until the database changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motiondb import store
+from motiondb.database.scenes.scene_clips import THROW, ShownAction, find_actions
+from motiondb.errors import SceneError
+from motiondb.records import MOTION_FPS, Event, Motion
+from motiondb.scene.clips.body_frames import BodyFrames, body_frames
+from motiondb.scene.clips.clip_cutting import SHORTEST, ShownMotion
+from motiondb.scene.clips.clip_variants import VariantSettings
+from motiondb.scene.clips.clips import ClipLibrary, make_library
+from motiondb.scene.clips.throws import throw_frames
+from motiondb.scene.language.motion_grammar import MotionGrammar
+
+if TYPE_CHECKING:
+    from motiondb.database.session import Session
+
+
+@dataclass(frozen=True, eq=False)
+class SceneClips:
+    """The clips of a grammar, and the motions of the captures that they come from, by name."""
+
+    library: ClipLibrary
+    motions: Mapping[str, Motion]
+
+
+_Events = Mapping[int, tuple[Event, ...]]
+
+
+def scene_clips(
+    session: Session, grammar: MotionGrammar, settings: VariantSettings | None = None
+) -> SceneClips:
+    """The clips of all terminals of a grammar.
+
+    Raises
+    ------
+    SceneError where a terminal has no clip: names it, its phrases, and what to do.
+    """
+    chosen = settings or VariantSettings()
+    return session.kept(
+        ("scene clips", grammar, chosen),
+        lambda: _make(session, grammar, store.load_events(session.store), chosen),
+    )
+
+
+def _make(
+    session: Session, grammar: MotionGrammar, events: _Events, settings: VariantSettings
+) -> SceneClips:
+    infos = {
+        info.name: info for info in store.load_captures(session.store) if info.kind == "captured"
+    }
+    actions = {
+        terminal: _evenly([part for part in parts if part.capture in infos], settings.most)
+        for terminal, parts in find_actions(session, grammar).items()
+    }
+    names = sorted({part.capture for parts in actions.values() for part in parts})
+    motions = {n: store.load_motion(session.store, infos[n].capture_id) for n in names}
+    shown, seen = [], dict[str, BodyFrames]()
+    for terminal in grammar.terminals:
+        for part in actions[terminal.name]:
+            start, end = _frames(part, motions[part.capture], seen)
+            if end - start >= SHORTEST:
+                info = infos[part.capture]
+                shown.append(
+                    ShownMotion(
+                        terminal.name,
+                        part.capture,
+                        motions[part.capture],
+                        start,
+                        end,
+                        terminal.event,
+                        events.get(info.capture_id, ()),
+                        info.tags.get("licence", ""),
+                    )
+                )
+    _check_terminals(grammar, {one.terminal for one in shown})
+    library = make_library(shown, [terminal.name for terminal in grammar.terminals], settings)
+    used = sorted({source.capture for source in library.source})
+    return SceneClips(library, {name: motions[name] for name in used})
+
+
+def _evenly(parts: list[ShownAction], most: int) -> list[ShownAction]:
+    """At most ``most`` of the parts, evenly spaced: each gives a piece or more."""
+    chosen = np.linspace(0, len(parts) - 1, min(len(parts), max(most, 1))).round().astype(int)
+    return [parts[k] for k in chosen]
+
+
+def _frames(part: ShownAction, motion: Motion, seen: dict[str, BodyFrames]) -> tuple[int, int]:
+    """The frames that show an action; ``seen`` keeps what captures with throws look like."""
+    start = 0 if part.start is None else round(part.start * MOTION_FPS)
+    end = motion.n_frames if part.end is None else round(part.end * MOTION_FPS)
+    end = min(end, motion.n_frames)
+    if not part.stretch or end - start < SHORTEST:
+        return start, end
+    if part.capture not in seen:
+        seen[part.capture] = body_frames(motion)
+    first, last = throw_frames(seen[part.capture], start, end)
+    return (first, last) if part.stretch == THROW else (start, first)
+
+
+def _check_terminals(grammar: MotionGrammar, found: set[str]) -> None:
+    missing = [terminal for terminal in grammar.terminals if terminal.name not in found]
+    if not missing:
+        return
+    asked = "; ".join(
+        f"{terminal.name} ({', '.join(map(repr, terminal.phrases)) or 'no phrase'}"
+        + (f" without {', '.join(map(repr, terminal.without))}" if terminal.without else "")
+        + ")"
+        for terminal in missing
+    )
+    count = "a terminal" if len(missing) == 1 else f"{len(missing)} terminals"
+    raise SceneError(
+        f"{grammar.name}: expected captures for every terminal, found none for {count}: {asked}."
+        " Add captures whose words say so, one action a caption (motiondb words set CAPTURE), or"
+        " change the phrases in the grammar's file."
+    )

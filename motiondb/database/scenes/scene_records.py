@@ -1,0 +1,192 @@
+"""A scene as a record that the store and a folder's ``scene.json`` keep, and back to a state.
+
+The record names captures, not entries of a library, so that it outlives the library: on the way
+back every clip is found by its capture, frames and edit, and where the library has it no longer,
+the entry of the same action that is most like it takes its place.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+
+from motiondb import store
+from motiondb.database.scenes.scene_making import MadeScene, SceneSettings, SceneText
+from motiondb.errors import SceneError
+from motiondb.grammar.cfg.context_free import choices_of, derive_by
+from motiondb.records import IntArray
+from motiondb.scene.clips.clips import ClipLibrary, ClipSource
+from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.language.grammar_file import read_motion_grammar
+from motiondb.scene.language.tactics_file import read_diagram
+
+FORMAT = "motiondb scene 1"
+
+
+def scene_record(
+    made: MadeScene, name: str, digests: Mapping[str, str], report: Mapping[str, Any]
+) -> store.StoredScene:
+    """A made scene as it is kept.
+
+    Parameters
+    ----------
+    digests : sha256 of captures by name. report : facts beyond the rules, for JSON.
+    """
+    ball = made.polished.ball
+    return store.StoredScene(
+        name=name,
+        diagram=made.text.diagram_text,
+        grammar=made.text.grammar_text,
+        settings=asdict(made.settings),
+        error=float(made.error),
+        n_frames=made.n_frames,
+        players=_players(made, digests),
+        rules=tuple(
+            store.SceneRule(
+                row.player,
+                row.action,
+                row.token,
+                row.kind,
+                row.about,
+                row.unit,
+                float(row.before),
+                float(row.after),
+                float(row.threshold),
+                int(row.frame),
+                bool(row.kept),
+            )
+            for row in made.report.rules
+        ),
+        ball=np.zeros((0, 3)) if ball is None else np.asarray(ball.positions, dtype=float),
+        report=report,
+    )
+
+
+def _players(made: MadeScene, digests: Mapping[str, str]) -> tuple[store.ScenePlayer, ...]:
+    library, found = made.clips.library, []
+    for who, state in zip(made.text.diagram.players, made.state.players, strict=True):
+        entries = np.asarray(state.entries).tolist()
+        begins = state.delay + np.concatenate([[0], np.cumsum(library.n_frames[entries])])
+        clips = tuple(
+            store.SceneClip(
+                action, s.capture, digests.get(s.capture, ""), s.start, s.end, s.mirrored,
+                s.bend, s.stretch, int(begin),
+            )
+            for action, s, begin in zip(
+                state.tree.leaves(), (library.source[e] for e in entries), begins, strict=False
+            )
+        )  # fmt: skip
+        x, z, heading = (float(value) for value in state.origin)
+        rules = choices_of(state.tree)
+        found.append(
+            store.ScenePlayer(who.name, who.team, rules, (x, z, heading), int(state.delay), clips)
+        )
+    return tuple(found)
+
+
+def record_text(record: store.StoredScene) -> SceneText:
+    """The diagram and grammar of a record, read again (SceneError)."""
+    diagram = read_diagram(record.diagram, f"{record.name}: diagram")
+    grammar = read_motion_grammar(record.grammar, f"{record.name}: grammar")
+    return SceneText(diagram, grammar, record.diagram, record.grammar)
+
+
+def record_state(record: store.StoredScene, text: SceneText, library: ClipLibrary) -> SceneState:
+    """The state of a record with the entries of a library.
+
+    Raises
+    ------
+    SceneError : the record does not fit its own diagram or grammar, or the library has no clip.
+    """
+    players = []
+    for who in text.diagram.players:
+        kept = next((player for player in record.players if player.name == who.name), None)
+        if kept is None:
+            raise SceneError(
+                f"{record.name}: expected the player {who.name} of its diagram, found none."
+                " The scene was changed by hand: make it anew."
+            )
+        grammar = text.grammar.started(text.grammar.start_of(who.team))
+        tree = derive_by(grammar, kept.rules)
+        if tree.leaves() != tuple(clip.terminal for clip in kept.clips):
+            raise SceneError(
+                f"{record.name}: expected clips of the actions of {who.name}, found others."
+                " The scene was changed by hand: make it anew."
+            )
+        entries = [_entry(library, clip) for clip in kept.clips]
+        players.append(PlayerState(tree, np.array(entries), kept.origin, kept.delay))
+    return SceneState(tuple(players))
+
+
+def _entry(library: ClipLibrary, clip: store.SceneClip) -> int:
+    """The entry that a clip came from, or the one of its action most like it."""
+    if clip.terminal not in library.terminals or not len(library.of(clip.terminal)):
+        raise SceneError(
+            f"{clip.terminal}: expected clips of this action, found none. Add captures that show"
+            " it."
+        )
+    entries: IntArray = np.array(library.of(clip.terminal))
+    costs = [_unlike(library.source[entry], clip) for entry in entries.tolist()]
+    return int(entries[int(np.argmin(costs))])
+
+
+def _unlike(source: ClipSource, clip: store.SceneClip) -> tuple[float, ...] | float:
+    other = 100.0 * (source.capture != clip.capture) + 10.0 * (source.mirrored != clip.mirrored)
+    frames = abs(source.start - clip.start) + abs(source.end - clip.end)
+    return other + 0.1 * frames + abs(source.bend - clip.bend) + abs(source.stretch - clip.stretch)
+
+
+def to_json(record: store.StoredScene) -> str:
+    """The record as text."""
+    facts = asdict(replace(record, ball=np.zeros((0, 3)))) | {
+        "format": FORMAT,
+        "ball": np.round(record.ball, 4).tolist(),
+    }
+    return json.dumps(facts, indent=1, ensure_ascii=False)
+
+
+_TYPES: dict[str, type | tuple[type, ...]] = {
+    "name": str, "diagram": str, "grammar": str, "error": (int, float), "n_frames": int,
+    "report": dict,
+}  # fmt: skip
+
+
+def _check_types(facts: Mapping[str, Any]) -> None:
+    for key, kind in _TYPES.items():
+        if not isinstance(facts[key], kind):
+            raise TypeError(f"{key} is of type {type(facts[key]).__name__}")
+
+
+def from_json(text: str, where: str) -> store.StoredScene:
+    """The record of a text (SceneError: it is none)."""
+    try:
+        facts = json.loads(text)
+        if facts.pop("format") != FORMAT:
+            raise KeyError("format")
+        players = tuple(
+            store.ScenePlayer(
+                **(
+                    player
+                    | {
+                        "rules": tuple(player["rules"]),
+                        "origin": tuple(player["origin"]),
+                        "clips": tuple(store.SceneClip(**clip) for clip in player["clips"]),
+                    }
+                )
+            )
+            for player in facts.pop("players")
+        )
+        rules = tuple(store.SceneRule(**rule) for rule in facts.pop("rules"))
+        ball = np.array(facts.pop("ball"), dtype=float).reshape(-1, 3)
+        SceneSettings(**facts["settings"])
+        _check_types(facts)
+        return store.StoredScene(**facts, players=players, rules=rules, ball=ball)
+    except (ValueError, KeyError, TypeError, AttributeError, SceneError) as error:
+        raise SceneError(
+            f"{where}: expected a scene as motiondb scene make writes it, found something else"
+            f" ({type(error).__name__}: {error}). Make it anew."
+        ) from None

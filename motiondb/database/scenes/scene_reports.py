@@ -1,0 +1,185 @@
+"""What a scene's rules, characters and sources say: as text to read and as facts for programs.
+
+Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
+directions and frames for synchronisation. The threshold of a position, a line or a direction is the
+rule's weight, the deviation that costs 1; that of a synchronisation two frames; a distance must be
+kept. Both are measured on the motions that came out (:mod:`motiondb.scene.polish.scene_report`),
+in the frames that a rule looks at: one, or, throughout, those of its own actions and no others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from motiondb import store
+from motiondb.records import MOTION_FPS
+
+_Span = tuple[int | None, int | None]
+
+
+def report_facts(record: store.StoredScene) -> dict[str, Any]:
+    """Everything that is known of how well a scene keeps its rules, for JSON.
+
+    Of every rule the frames [start, end) that it looked at, and how many of them, ``frames``;
+    null in scenes of earlier versions, which did not note them.
+    """
+    rest = {key: value for key, value in record.report.items() if key != "rule_frames"}
+    return {
+        "scene": record.name,
+        "settings": dict(record.settings),
+        "error": record.error,
+        "characters": len(record.players),
+        "clips": sum(len(player.clips) for player in record.players),
+        "frames": record.n_frames,
+        "seconds": round(record.n_frames / MOTION_FPS, 3),
+        "ball": bool(len(record.ball)),
+        "rules": len(record.rules),
+        "broken": sum(not rule.kept for rule in record.rules),
+        "actions": {
+            player.name: [clip.terminal for clip in player.clips] for player in record.players
+        },
+        "by_rule": [_rule_facts(rule, span) for rule, span in _spans(record)],
+        **rest,
+    }
+
+
+def _spans(record: store.StoredScene) -> list[tuple[store.SceneRule, _Span]]:
+    """The rules, each with the first frame that it looked at and the one behind the last."""
+    unknown: list[_Span] = [(None, None)] * len(record.rules)
+    found = record.report.get("rule_frames", unknown)
+    return [(rule, (start, end)) for rule, (start, end) in zip(record.rules, found, strict=True)]
+
+
+def _rule_facts(rule: store.SceneRule, span: _Span) -> dict[str, Any]:
+    start, end = span
+    return {
+        "player": rule.player,
+        "action": rule.action,
+        "clip": rule.clip,
+        "rule": rule.kind,
+        "about": rule.about,
+        "unit": rule.unit,
+        "before": round(rule.before, 4),
+        "after": round(rule.after, 4),
+        "threshold": round(rule.threshold, 4),
+        "frame": rule.frame,
+        "start": start,
+        "end": end,
+        "frames": None if start is None or end is None else end - start,
+        "kept": rule.kept,
+    }
+
+
+def report_text(record: store.StoredScene) -> str:
+    """The report as lines of text."""
+    facts = report_facts(record)
+    lines = [
+        f"{record.name}: {facts['characters']} characters, {facts['clips']} clips,"
+        f" {record.n_frames} frames ({facts['seconds']:.1f} s)",
+        f"error -log P(Z) {record.error:.2f} as sampled; seed {record.settings.get('seed')}",
+        *cut_short_lines(record),
+        "",
+    ]
+    lines += [f"{name:6} {' '.join(actions)}" for name, actions in facts["actions"].items()]
+    kept = facts["rules"] - facts["broken"]
+    lines += ["", f"rules kept: {kept} of {facts['rules']}", ""]
+    lines += _table(
+        ["player", "action", "rule", "about", "before", "after", "threshold", "frame", ""],
+        [_rule_row(rule, span, record.n_frames) for rule, span in _spans(record)],
+    )
+    lines += ["", *_contact_lines(record), *_feet_lines(record), "", *_source_lines(record)]
+    return "\n".join(lines)
+
+
+def cut_short_lines(record: store.StoredScene) -> list[str]:
+    """A line where time ended the sampling before it was done, else none."""
+    if not record.report.get("cut_short", False):
+        return []
+    minutes = float(record.settings.get("minutes", 0.0))
+    return [
+        f"sampling was cut short by --minutes {minutes:g}: the seed alone does not fix this scene,"
+        " and with more minutes it may be better"
+    ]
+
+
+def _rule_row(rule: store.SceneRule, span: _Span, n_frames: int) -> list[str]:
+    start, end = span
+    frames, fault = str(rule.frame), "" if rule.kept else "BROKEN"
+    if start is not None and end is not None and end - start > 1:
+        frames = f"{start}-{end - 1}, {end - start} of {n_frames}"
+        fault += f", most at {rule.frame}" * (not rule.kept)
+    shown = [
+        f"{value:.2f} {rule.unit}".rstrip() for value in (rule.before, rule.after, rule.threshold)
+    ]
+    action = f"{rule.action} ({rule.clip + 1})"
+    return [
+        rule.player,
+        action,
+        rule.kind,
+        rule.about,
+        *shown,
+        frames,
+        fault,
+    ]
+
+
+def _contact_lines(record: store.StoredScene) -> list[str]:
+    found = record.report.get("collisions", [])
+    if not found:
+        return ["collisions: none"]
+    return ["collisions:"] + [
+        f"  {' and '.join(c['players'])}, frames {c['start']} to {c['end']},"
+        f" {c['depth']:.2f} m deep"
+        for c in found
+    ]
+
+
+def _feet_lines(record: store.StoredScene) -> list[str]:
+    feet = record.report.get("feet", {})
+    lines = ["feet on the ground slide (in the captures), m/s:"]
+    lines += [f"  {name:6} {own:.3f} ({there:.3f})" for name, (own, there) in feet.items()]
+    paces = record.report.get("paces", [])
+    lines += ["fastest on the ground, as sampled and after polish, m/s:"] * bool(paces)
+    lines += [f"  {p['player']:6} {p['before']:.1f} {p['after']:.1f}" for p in paces]
+    gap = record.report.get("ball_gap")
+    return lines + ([] if gap is None else [f"ball to palm while held: {gap:.2f} m at most"])
+
+
+def _source_lines(record: store.StoredScene) -> list[str]:
+    lines = ["made from:"]
+    for source in record.report.get("sources", []):
+        lines.append(
+            f"  {source['capture']}, licence {source['licence']}, {source['frames']} frames"
+        )
+    return lines
+
+
+def source_list(found: Sequence[store.Provenance]) -> list[dict[str, Any]]:
+    """The captures that a scene's frames come from, each once, with licence and frames."""
+    frames: dict[store.SourceCapture, int] = {}
+    for one in found:
+        for number, source in enumerate(one.sources):
+            count = int((np.asarray(one.source_numbers) == number).sum())
+            frames[source] = frames.get(source, 0) + count
+    return [
+        {
+            "capture": source.name,
+            "licence": source.licence or "unknown",
+            "sha256": source.sha256,
+            "frames": count,
+        }
+        for source, count in sorted(frames.items(), key=lambda pair: pair[0].name)
+        if count
+    ]
+
+
+def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
+    """Columns as wide as they need to be."""
+    widths = [max(len(cell) for cell in column) for column in zip(columns, *rows, strict=True)]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in [columns, *rows]
+    ]

@@ -1,0 +1,187 @@
+"""One open database: the store, and the only cache of what was loaded from it.
+
+Everything that is kept belongs to one revision of the store, which every committed change raises
+(:func:`motiondb.store.revision`). So nothing has to be dropped by hand: what was kept is used as
+long as the revision is the same. Threads may share a session.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numpy as np
+
+from motiondb import store
+from motiondb.errors import NotLearnedError
+from motiondb.learning.counting import join_tables
+from motiondb.learning.learned import Learned
+from motiondb.learning.making.segment_material import Takes
+from motiondb.learning.parameter_arrays import from_stored
+from motiondb.learning.recognition import recognise_capture
+from motiondb.learning.symbol_fitting import FeaturePool
+from motiondb.pose.features import N_FEATURES, recognition_features
+from motiondb.records import SegmentTable
+
+T = TypeVar("T")
+
+
+class Session:
+    """The store of one open database, and the values kept for its present revision.
+
+    Parameters
+    ----------
+    path : str or Path
+        The DuckDB file.
+    read_only : bool
+        Whether writing is refused; several processes may read at once.
+    create : bool
+        Make the file where there is none (never when ``read_only``).
+    wait : float
+        Seconds to wait for another process that holds the file.
+
+    Attributes
+    ----------
+    store : motiondb.store.Store
+        The open store.
+    """
+
+    def __init__(
+        self, path: str | Path, *, read_only: bool = False, create: bool = True, wait: float = 0.0
+    ) -> None:
+        self.store = store.open_store(path, read_only=read_only, create=create, wait=wait)
+        self._lock = threading.RLock()
+        self._revision = -1
+        self._kept: dict[Hashable, Any] = {}
+
+    def close(self) -> None:
+        """Close the file; a second call does nothing."""
+        self.store.close()
+
+    @contextmanager
+    def reading(self) -> Iterator[None]:
+        """One state of the database for everything in the block, whatever others save meanwhile."""
+        with store.reading(self.store):
+            yield
+
+    def kept(self, key: Hashable, load: Callable[[], T]) -> T:
+        """A value for the revision that is being read: kept, or loaded now.
+
+        Parameters
+        ----------
+        key : hashable
+            Names the value.
+        load : callable
+            Loads it; called in a ``reading`` block. Nothing is kept where it raises, within a
+            transaction, or while a block reads an earlier revision than the newest one read.
+        """
+        with store.reading(self.store) as revision:
+            if self.store.in_transaction:  # it may yet be undone
+                return load()
+            with self._lock:
+                if revision > self._revision:
+                    self._revision, self._kept = revision, {}
+                if revision == self._revision:
+                    if key not in self._kept:
+                        self._kept[key] = load()
+                    return cast(T, self._kept[key])
+            return load()
+
+    @property
+    def learned(self) -> Learned:
+        """What was learned, with the catalogue of the same revision.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned.
+        """
+        return self.kept("learned", lambda: load_learned(self.store))
+
+    @property
+    def searchable(self) -> Learned:
+        """What was learned, with the generated captures beside those learned from.
+
+        ``learn`` passes over generated captures, so that the database does not learn from itself.
+        They take no part in counts, nor as material for further generation. Search finds them: here
+        they are cut and scored by the learned symbols.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned.
+        """
+        return self.kept("searchable", lambda: _with_generated(self.store, self.learned))
+
+    @property
+    def features(self) -> FeaturePool:
+        """Recognition features of all captures."""
+        return self.kept("features", lambda: load_features(self.store))
+
+    @property
+    def takes(self) -> Takes:
+        """Motions of all captures, as generation needs them."""
+        pool = self.kept("motions", lambda: store.load_motion_pool(self.store))
+        return Takes(self.features, pool.motion)
+
+
+def load_learned(opened: store.Store) -> Learned:
+    """Load what questions need, all of one revision.
+
+    Raises
+    ------
+    NotLearnedError
+        When the database has not learned.
+    """
+    with store.reading(opened):
+        if not store.is_learned(opened):
+            raise NotLearnedError(
+                f"{opened.path}: expected a database that has learned, found only captures. "
+                "Run motiondb learn first."
+            )
+        return Learned(
+            **vars(from_stored(store.load_learning(opened))),
+            captures={info.capture_id: info for info in store.load_captures(opened)},
+            captions=store.load_captions(opened),
+            synonyms=store.load_synonyms(opened),
+            source=str(opened.path),
+        )
+
+
+def load_features(opened: store.Store) -> FeaturePool:
+    """Features of all motions; computed once, then mapped from files beside the database."""
+
+    def build() -> dict[str, np.ndarray]:
+        pool = store.load_motion_pool(opened)
+        parts = [recognition_features(pool.motion(int(c))) for c in pool.capture_ids]
+        bounds = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
+        none = np.zeros((0, N_FEATURES), dtype=np.float32)
+        return {
+            "capture_ids": pool.capture_ids,
+            "bounds": bounds,
+            "features": np.concatenate(parts) if parts else none,
+            "lengths": np.diff(pool.offsets),
+        }
+
+    return FeaturePool(**store.cached_arrays(opened, "features", build))
+
+
+def _with_generated(opened: store.Store, learned: Learned) -> Learned:
+    """What was learned, with segments of the generated captures; the same where there are none."""
+    generated = sorted(i.capture_id for i in learned.captures.values() if i.kind == "generated")
+    if not generated:
+        return learned
+    tables = [recognise_capture(learned, c, store.load_motion(opened, c)) for c in generated]
+    added, old = join_tables(*tables), learned.segments
+    width = old.movement.shape[1]  # 0 where an older motiondb learned
+    added = replace(added, movement=added.movement[:, :width])
+    order = np.argsort(np.concatenate([old.capture_ids, added.capture_ids]), kind="stable")
+    columns = {
+        name: np.concatenate([column, vars(added)[name]])[order]
+        for name, column in vars(old).items()
+    }
+    return replace(learned, segments=SegmentTable(**columns))

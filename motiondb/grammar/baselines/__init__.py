@@ -1,0 +1,1 @@
+"""Simpler grammars to compare with, and measures of languages."""

@@ -1,0 +1,216 @@
+"""Sequitur: a grammar that says a string again in fewer symbols, built from left to right.
+
+Symbols are appended to the start rule one by one, and two constraints are restored each time:
+*digram uniqueness*, no pair of neighbouring symbols stands twice (without overlap) in the grammar:
+a repeated pair becomes a rule; *rule utility*, each rule is used at least twice: one that is used
+once is put back in its place. Time and space grow linearly with the string.
+
+The grammar derives the given sentences and nothing else; it shows their hierarchy. Sentences are
+divided by marks that match nothing, and each becomes one alternative of the start symbol.
+
+Source: C. G. Nevill-Manning and I. H. Witten, "Identifying Hierarchical Structure in Sequences: A
+Linear-Time Algorithm", Journal of Artificial Intelligence Research 7 (1997).
+"""
+
+from __future__ import annotations
+
+from motiondb.grammar.baselines.flat import Sentences, counted, unused_name
+from motiondb.grammar.cfg.context_free import Grammar, Rule
+
+_MARK = ""  # no terminal has this name
+
+
+def sequitur_grammar(sentences: Sentences) -> Grammar:
+    """The grammar of the different sentences, each as likely as it was frequent.
+
+    Raises
+    ------
+    GrammarError where there is no sentence.
+
+    >>> from motiondb.grammar.cfg.context_free import format_grammar
+    >>> print(format_grammar(sequitur_grammar(["abcdbcabcdbc"])))
+    S -> R1 R1
+    R1 -> a R2 d R2
+    R2 -> b c
+    """
+    counts = counted(sentences)
+    builder = _Builder()
+    for sentence in counts:
+        for symbol in (*sentence, _MARK):
+            builder.append(symbol)
+    return _as_grammar(builder.bodies(), list(counts.values()))
+
+
+Symbol = str | int  # a terminal, or the number of a rule
+
+
+def _as_grammar(bodies: dict[int, list[Symbol]], counts: list[int]) -> Grammar:
+    terminals = {s for body in bodies.values() for s in body if isinstance(s, str)}
+    start = unused_name("S", terminals)
+    order = _by_appearance(bodies)
+    names = {rule: unused_name(f"R{k}", terminals) for k, rule in enumerate(order, start=1)}
+
+    def named(body: list[Symbol]) -> tuple[str, ...]:
+        return tuple(names[symbol] if isinstance(symbol, int) else symbol for symbol in body)
+
+    alternatives: list[list[Symbol]] = [[]]
+    for symbol in bodies[0]:
+        if symbol == _MARK:
+            alternatives.append([])
+        else:
+            alternatives[-1].append(symbol)
+    rules = [
+        Rule(start, named(body), number / sum(counts))
+        for body, number in zip(alternatives[:-1], counts, strict=True)
+    ]
+    return Grammar(start, (*rules, *(Rule(names[r], named(bodies[r])) for r in order)))
+
+
+def _by_appearance(bodies: dict[int, list[Symbol]]) -> list[int]:
+    """Rules in the order in which a reader from the start symbol down meets them."""
+    found: dict[int, None] = {}
+    level = [0]
+    while level:
+        below = [s for rule in level for s in bodies[rule] if isinstance(s, int)]
+        level = [rule for rule in dict.fromkeys(below) if rule not in found]
+        found.update(dict.fromkeys(level))
+    return list(found)
+
+
+class _Builder:
+    """Rules as rings of linked nodes around a guard; node numbers index the lists below."""
+
+    def __init__(self) -> None:
+        self.value: list[Symbol] = []
+        self.before: list[int] = []
+        self.after: list[int] = []
+        self.rule_of_guard: dict[int, int] = {}
+        self.guards: dict[int, int] = {}
+        self.uses: dict[int, set[int]] = {}
+        self.place: dict[tuple[Symbol, Symbol], int] = {}  # digram -> node of its first symbol
+        self.waiting: list[int] = []  # nodes whose digram is to be looked at
+        self.n_rules = 0
+        self._new_rule()
+
+    def append(self, symbol: str) -> None:
+        """Append a terminal to the start rule and restore both constraints."""
+        guard = self.guards[0]
+        last = self.before[guard]
+        node = self._new_node(symbol)
+        self._link(last, node)
+        self._link(node, guard)
+        self.waiting.append(last)
+        while self.waiting:
+            self._look_at(self.waiting.pop())
+
+    def bodies(self) -> dict[int, list[Symbol]]:
+        """The right side of each rule; rule 0 is the start."""
+        return {rule: [self.value[node] for node in self._nodes(rule)] for rule in self.guards}
+
+    def _nodes(self, rule: int) -> list[int]:
+        guard = self.guards[rule]
+        nodes, node = [], self.after[guard]
+        while node != guard:
+            nodes.append(node)
+            node = self.after[node]
+        return nodes
+
+    def _new_node(self, value: Symbol) -> int:
+        self.value.append(value)
+        self.before.append(-1)
+        self.after.append(-1)
+        node = len(self.value) - 1
+        if isinstance(value, int):
+            self.uses[value].add(node)
+        return node
+
+    def _new_rule(self) -> int:
+        rule = self.n_rules
+        self.n_rules += 1
+        self.uses[rule] = set()
+        guard = self._new_node(_MARK)
+        self.rule_of_guard[guard], self.guards[rule] = rule, guard
+        self._link(guard, guard)
+        return rule
+
+    def _link(self, left: int, right: int) -> None:
+        self.after[left], self.before[right] = right, left
+
+    def _digram(self, node: int) -> tuple[Symbol, Symbol] | None:
+        """The pair that begins at a node; none at a guard, a mark or a node that is gone."""
+        if self.after[node] < 0:
+            return None
+        pair = self.value[node], self.value[self.after[node]]
+        return None if _MARK in pair else pair
+
+    def _forget(self, node: int) -> None:
+        pair = self._digram(node)
+        if pair is not None and self.place.get(pair) == node:
+            del self.place[pair]
+
+    def _remove(self, node: int) -> None:
+        value = self.value[node]
+        if isinstance(value, int):
+            self.uses[value].discard(node)
+        self.before[node] = self.after[node] = -1
+
+    def _look_at(self, node: int) -> None:
+        pair = self._digram(node)
+        if pair is None:
+            return
+        other = self.place.setdefault(pair, node)
+        if other == node or self.after[other] == node or self.after[node] == other:
+            return
+        whole = self._whole_rule(other)
+        if whole is not None:
+            self._substitute(node, whole)
+        elif (whole := self._whole_rule(node)) is not None:
+            self._substitute(other, whole)
+            self.place[pair] = node
+        else:
+            whole = self._new_rule()
+            guard, first = self.guards[whole], self._new_node(pair[0])
+            second = self._new_node(pair[1])
+            self._link(guard, first)
+            self._link(first, second)
+            self._link(second, guard)
+            self._substitute(other, whole)
+            self._substitute(node, whole)
+            self.place[pair] = first
+        for symbol in pair:
+            if isinstance(symbol, int) and len(self.uses.get(symbol, ())) == 1:
+                self._put_back(symbol)
+
+    def _whole_rule(self, node: int) -> int | None:
+        """The rule that the digram at a node is all of."""
+        guard = self.rule_of_guard.get(self.before[node])
+        end = self.after[self.after[node]]
+        return guard if guard and self.rule_of_guard.get(end) == guard else None
+
+    def _substitute(self, node: int, rule: int) -> None:
+        """Put a rule in the place of the two symbols at a node."""
+        second = self.after[node]
+        left, right = self.before[node], self.after[second]
+        for changed in (left, node, second):
+            self._forget(changed)
+        self._remove(node)
+        self._remove(second)
+        new = self._new_node(rule)
+        self._link(left, new)
+        self._link(new, right)
+        # of three equal symbols in a row one pair is not noted: look at the neighbours' pairs too
+        self.waiting += [right, new, left, self.before[left]]
+
+    def _put_back(self, rule: int) -> None:
+        """Put the right side of a rule in the place of its only use."""
+        (use,) = self.uses.pop(rule)
+        guard = self.guards.pop(rule)
+        del self.rule_of_guard[guard]
+        left, right = self.before[use], self.after[use]
+        first, last = self.after[guard], self.before[guard]
+        self._forget(left)
+        self._forget(use)
+        self.before[use] = self.after[use] = self.before[guard] = self.after[guard] = -1
+        self._link(left, first)
+        self._link(last, right)
+        self.waiting += [right, last, left, self.before[left]]

@@ -1,0 +1,1 @@
+"""Context-free grammars: records, compiled form, chart, parse, prefix and length probabilities."""

@@ -1,0 +1,305 @@
+"""A grammar as arrays of numbers, made once and parsed with often.
+
+Symbols are numbered: nonterminals, terminals, then *tails*. A tail stands for two or more symbols
+at the end of a rule, X Y Z = X (Y Z), and is shared by all rules that end so. Then a rule of the
+grammar rewrites a nonterminal into one symbol (or into nothing), and a tail always splits into its
+two children: trees over this form and trees of the grammar are the same, one to one, for any
+grammar, with empty rules, unit cycles and left recursion.
+
+p(rule)   probability of a rule, scaled to sum to 1 over the rules of its left side
+e(X)      probability that X becomes empty; z(X) that X ends at all; both the least solution of
+          x(A) = sum p(A -> Y) x(Y), x(Y Z) = x(Y) x(Z), found by Newton's method in each strongly
+          connected component
+w(A, B)   weight of a step that reads nothing: p(A -> B), e(Z) for (Y Z) to Y, e(Y) for (Y Z) to Z
+
+Rules that no finished derivation can use (probability 0, a symbol that never ends, a left side
+never reached) are left out.
+
+Sources: A. Stolcke, "An Efficient Probabilistic Context-Free Parsing Algorithm that Computes
+Prefix Probabilities", Computational Linguistics 21 (1995); K. Etessami and M. Yannakakis,
+"Recursive Markov Chains", Journal of the ACM 56 (2009), for Newton's method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, close_graph, transpose
+from motiondb.grammar.cfg.context_free import Grammar, GrammarError, check_grammar
+from motiondb.grammar.cfg.least_solution import (
+    best_empties,
+    count_empties,
+    grow,
+    least_solution,
+    sparse_graph,
+)
+from motiondb.records import FloatArray, IntArray
+
+RULE_PENALTY = 1e-9
+"""Each rule of a tree lowers its log-probability by this when trees are compared, so that of
+equally probable trees the one with fewest rules is best, and no round trip is free."""
+
+Sparse = tuple[IntArray, IntArray, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledGrammar:
+    """A grammar in the numbered form; S symbols, R rules in use.
+
+    ``names``: nonterminals, then terminals. ``left``, ``right`` (S,): children of a tail, else -1.
+    ``rule_numbers`` (R,): numbers in ``grammar.rules``, sorted by left side, then number;
+    ``rule_of`` (S + 1,): where the rules of a nonterminal begin. ``rule_left``, ``rule_right``
+    (R,): its two sides, right -1 for the empty string. ``probabilities`` (R,).
+    """
+
+    grammar: Grammar
+    names: tuple[str, ...]
+    n_nonterminals: int
+    left: IntArray
+    right: IntArray
+    rule_numbers: IntArray
+    rule_of: IntArray
+    rule_left: IntArray
+    rule_right: IntArray
+    probabilities: FloatArray
+
+    @cached_property
+    def ids(self) -> dict[str, int]:
+        """Terminal -> its number."""
+        first = self.n_nonterminals
+        return {name: first + k for k, name in enumerate(self.names[first:])}
+
+    @property
+    def n_symbols(self) -> int:
+        """S."""
+        return len(self.left)
+
+    @property
+    def terminals(self) -> slice:
+        """The numbers of the terminals."""
+        return slice(self.n_nonterminals, len(self.names))
+
+    @property
+    def start(self) -> int:
+        """The number of the start symbol."""
+        return self.names.index(self.grammar.start, 0, self.n_nonterminals)
+
+    @cached_property
+    def ends(self) -> FloatArray:
+        """z (S,): the probability that a symbol's derivation ends."""
+        return least_solution(self, 1.0, np.ones(self.n_symbols, bool))
+
+    @cached_property
+    def empties(self) -> FloatArray:
+        """e (S,): the probability that a symbol becomes empty."""
+        return least_solution(self, 0.0, self.nullable)
+
+    @cached_property
+    def best_empties(self) -> FloatArray:
+        """The probability (with penalty) of the best tree by which a symbol becomes empty."""
+        return best_empties(self, self.probabilities * np.exp(-RULE_PENALTY))
+
+    @cached_property
+    def empty_counts(self) -> FloatArray:
+        """The number of trees by which a symbol becomes empty, perhaps infinite."""
+        return count_empties(self)
+
+    @cached_property
+    def nullable(self) -> np.ndarray:
+        """(S,) whether a symbol derives the empty string."""
+        return grow(self, np.zeros(self.n_symbols, bool), all_parts=True)
+
+    @cached_property
+    def speaking(self) -> np.ndarray:
+        """(S,) whether a symbol derives a string that is not empty."""
+        seed = np.zeros(self.n_symbols, bool)
+        seed[self.terminals] = True
+        return grow(self, seed, all_parts=False)
+
+    @cached_property
+    def best_chains(self) -> Sparse:
+        """Best chain of steps that read nothing, by the symbol they end in."""
+        weights = self.probabilities * np.exp(-RULE_PENALTY)
+        return transpose(*close_graph(BEST, *_steps(self, weights, self.best_empties)))
+
+    @cached_property
+    def all_chains(self) -> Sparse:
+        """Sum over all chains of steps that read nothing, by the symbol they end in."""
+        return transpose(*close_graph(SUM, *_steps(self, self.probabilities, self.empties)))
+
+    @cached_property
+    def counted_chains(self) -> Sparse:
+        """Number of chains of steps that read nothing, by the symbol they end in."""
+        ones = np.ones(len(self.probabilities))
+        return transpose(*close_graph(COUNT, *_steps(self, ones, self.empty_counts)))
+
+    @cached_property
+    def left_corners(self) -> Sparse:
+        """Sum over all chains from a symbol to what its string can begin with, by the symbol."""
+        steps = _steps(self, self.probabilities, self.empties, corners=True)
+        return close_graph(SUM, *steps)
+
+    @cached_property
+    def by_right(self) -> tuple[IntArray, IntArray]:
+        """For each symbol, the tails whose right child it is (both children not only empty)."""
+        return _tails_by(self, self.right)
+
+    @cached_property
+    def by_left(self) -> tuple[IntArray, IntArray]:
+        """For each symbol, the tails whose left child it is (both children not only empty)."""
+        return _tails_by(self, self.left)
+
+
+@lru_cache(maxsize=16)
+def compile_grammar(grammar: Grammar) -> CompiledGrammar:
+    """The numbered form of a grammar; the latest few are remembered.
+
+    Raises
+    ------
+    GrammarError where the start symbol derives no string.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> compiled = compile_grammar(read_grammar("S -> S S [0.6] | a [0.3] | empty [0.1]"))
+    >>> round(float(compiled.empties[0]), 4), round(float(compiled.ends[0]), 4)
+    (0.1069, 0.6667)
+    """
+    totals: dict[str, float] = {}
+    for rule in grammar.rules:
+        totals[rule.left] = totals.get(rule.left, 0.0) + rule.probability
+    used = _useful_rules(grammar)
+    if not used:
+        check_grammar(grammar)
+        raise GrammarError(
+            f"grammar: expected a derivation of {grammar.start!r} with a probability above 0,"
+            " found none. Give its rules probabilities."
+        )
+    lefts = dict.fromkeys([grammar.start, *(grammar.rules[r].left for r in used)])
+    number = {name: k for k, name in enumerate(lefts)}
+    order = sorted(used, key=lambda r: (number[grammar.rules[r].left], r))
+    names = (*number, *(t for t in grammar.terminals if not grammar.is_nonterminal(t)))
+    table: dict[tuple[str, ...], int] = {(name,): k for k, name in enumerate(names)}
+    pairs: list[tuple[int, int]] = []
+    rights = [_number_tail(grammar.rules[r].right, table, pairs) for r in order]
+    rule_left = np.array([number[grammar.rules[r].left] for r in order], np.int64)
+    blank = [(-1, -1)] * len(names)
+    children = np.array(blank + pairs, np.int64)
+    chance = [grammar.rules[r].probability / totals[grammar.rules[r].left] for r in order]
+    rule_of = np.searchsorted(rule_left, np.arange(len(children) + 1))
+    return CompiledGrammar(
+        grammar,
+        names,
+        len(number),
+        np.ascontiguousarray(children[:, 0]),
+        np.ascontiguousarray(children[:, 1]),
+        np.array(order, np.int64),
+        rule_of.astype(np.int64),
+        rule_left,
+        np.array(rights, np.int64),
+        np.array(chance),
+    )
+
+
+def _useful_rules(grammar: Grammar) -> list[int]:
+    likely = [r for r, rule in enumerate(grammar.rules) if rule.probability > 0]
+    ending: set[str] = {s for s in grammar.terminals if not grammar.is_nonterminal(s)}
+    while True:
+        found = {
+            grammar.rules[r].left
+            for r in likely
+            if all(symbol in ending for symbol in grammar.rules[r].right)
+        }
+        if found <= ending:
+            break
+        ending |= found
+    likely = [r for r in likely if ending.issuperset(grammar.rules[r].right)]
+    by_left: dict[str, list[int]] = {}
+    for r in likely:
+        by_left.setdefault(grammar.rules[r].left, []).append(r)
+    reached, waiting = {grammar.start}, [grammar.start]
+    while waiting:
+        for r in by_left.get(waiting.pop(), ()):
+            new = set(grammar.rules[r].right) - reached
+            reached |= new
+            waiting.extend(sorted(new))
+    return [r for r in likely if grammar.rules[r].left in reached]
+
+
+def _number_tail(
+    right: tuple[str, ...], table: dict[tuple[str, ...], int], pairs: list[tuple[int, int]]
+) -> int:
+    if not right:
+        return -1
+    n_names = len(table) - len(pairs)
+    for first in range(len(right) - 2, -1, -1):
+        tail = right[first:]
+        if tail not in table:
+            pairs.append((table[tail[:1]], table[tail[1:]]))
+            table[tail] = n_names + len(pairs) - 1
+    return table[right]
+
+
+def _steps(
+    compiled: CompiledGrammar, weights: FloatArray, empties: FloatArray, corners: bool = False
+) -> Sparse:
+    """Graph of steps that read nothing; with ``corners``, of steps to what a string begins with."""
+    sources, targets, values, _ = list_steps(compiled, weights, empties, corners)
+    return sparse_graph(compiled.n_symbols, sources, targets, values)
+
+
+def list_steps(
+    compiled: CompiledGrammar, weights: FloatArray, empties: FloatArray, corners: bool = False
+) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
+    """Steps that read nothing: from, to, weight, and the rule in use or -1 for a tail's."""
+    tails = np.flatnonzero(compiled.left >= 0)
+    left, right = compiled.left[tails], compiled.right[tails]
+    real = np.flatnonzero(compiled.rule_right >= 0)
+    to_left = np.ones(len(tails)) if corners else empties[right]
+    sources = np.concatenate((compiled.rule_left[real], tails, tails))
+    targets = np.concatenate((compiled.rule_right[real], left, right))
+    values = np.concatenate((weights[real], to_left, empties[left]))
+    origins = np.concatenate((real, np.full(2 * len(tails), -1)))
+    keep = (values > 0) & compiled.speaking[targets]
+    return sources[keep], targets[keep], values[keep], origins[keep]
+
+
+def _tails_by(compiled: CompiledGrammar, child: IntArray) -> tuple[IntArray, IntArray]:
+    speaking = compiled.speaking
+    full = (compiled.left >= 0) & speaking[compiled.left] & speaking[compiled.right]
+    tails = np.flatnonzero(full)
+    starts, found, _ = sparse_graph(compiled.n_symbols, child[tails], tails, np.ones(len(tails)))
+    return starts, found
+
+
+def finite_part(compiled: CompiledGrammar) -> CompiledGrammar:
+    """The same grammar with probabilities given that the derivation ends.
+
+    p'(A -> X Y ...) = p(A -> X Y ...) z(X) z(Y) ... / z(A): trees keep their proportions, and
+    where all derivations end with probability 1 nothing changes (Z. Chi, "Statistical Properties
+    of Probabilistic Context-Free Grammars", Computational Linguistics 25, 1999).
+    """
+    if (compiled.ends[: compiled.n_nonterminals] > 1 - 1e-12).all():
+        return compiled
+    return with_chances(compiled, ending_chances(compiled))
+
+
+def ending_chances(compiled: CompiledGrammar) -> FloatArray:
+    """Probability (R,) of each rule in use, given that the derivation ends."""
+    z, right = compiled.ends, compiled.rule_right
+    return compiled.probabilities * np.where(right < 0, 1.0, z[right]) / z[compiled.rule_left]
+
+
+def with_chances(compiled: CompiledGrammar, chances: FloatArray) -> CompiledGrammar:
+    """The same rules with other probabilities (R,), scaled to sum to 1 for each left side."""
+    chance = np.zeros(len(compiled.grammar.rules))
+    chance[compiled.rule_numbers] = chances
+    rules = (replace(r, probability=float(p)) for r, p in zip(compiled.grammar.rules, chance))
+    return compile_grammar(replace(compiled.grammar, rules=tuple(rules)))
+
+
+def numbered(compiled: CompiledGrammar, sentence: Sequence[str]) -> IntArray:
+    """A sentence as symbol numbers, -1 for what is no terminal of the grammar."""
+    return np.array([compiled.ids.get(symbol, -1) for symbol in sentence], np.int64)

@@ -1,0 +1,173 @@
+"""How long the strings of a grammar are: their mean, and the weight of every length.
+
+W(X, l) is the total probability of the strings of l terminals that X derives: the chart of a
+sentence of l symbols that each may be anything, of which only the length of a stretch matters.
+W(A, l) = sum p(A -> Y) W(Y, l) and W(Y Z, l) = sum over k of W(Y, k) W(Z, l - k); what reads
+nothing is summed by the chains of the compiled grammar. Each length has its own power of two.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import frexp, inf, ldexp
+
+import numpy as np
+from numba import njit
+
+from motiondb.grammar.cfg.compiled import CompiledGrammar
+from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form
+from motiondb.records import FloatArray, IntArray
+
+
+@njit(cache=True)
+def _fill_lengths(n, terminals, tails, chains, empties):  # type: ignore[no-untyped-def]
+    chain_starts, chain_symbols, chain_weights = chains
+    left, right = tails
+    n_symbols = len(empties)
+    weights, exponents = np.zeros((n + 1, n_symbols)), np.zeros(n + 1, np.int64)
+    weights[0] = empties
+    possible = np.zeros(n + 1, np.bool_)
+    for length in range(1, n + 1):
+        base = np.zeros(n_symbols)
+        if length == 1:
+            base[terminals[0] : terminals[1]] = 1.0
+        top, found = 0, False
+        for k in range(1, length):
+            here = exponents[k] + exponents[length - k]
+            if possible[k] and possible[length - k] and (not found or here > top):
+                top, found = here, True
+        for k in range(1, length):
+            if not (possible[k] and possible[length - k]):
+                continue
+            factor = ldexp(1.0, exponents[k] + exponents[length - k] - top)
+            for tail in range(n_symbols):
+                if left[tail] >= 0:
+                    first = weights[k, left[tail]]
+                    base[tail] += first * weights[length - k, right[tail]] * factor
+        for symbol in range(n_symbols):
+            if base[symbol] > 0.0:
+                for c in range(chain_starts[symbol], chain_starts[symbol + 1]):
+                    weights[length, chain_symbols[c]] += chain_weights[c] * base[symbol]
+        greatest = 0.0
+        for symbol in range(n_symbols):
+            greatest = max(greatest, weights[length, symbol])
+        if greatest > 0.0:
+            shift = frexp(greatest)[1]
+            for symbol in range(n_symbols):
+                weights[length, symbol] = ldexp(weights[length, symbol], -shift)
+            exponents[length], possible[length] = top + shift, True
+    return weights, exponents
+
+
+@lru_cache(maxsize=16)
+def length_weights(compiled: CompiledGrammar, n: int) -> tuple[FloatArray, IntArray]:
+    """W for lengths 0 to ``n``: values (n + 1, S) and the exponent of 2 of each length."""
+    terminals = np.array([compiled.terminals.start, compiled.terminals.stop])
+    tails = compiled.left, compiled.right
+    return _fill_lengths(n, terminals, tails, compiled.all_chains, compiled.empties)
+
+
+def shortest_length(compiled: CompiledGrammar) -> int:
+    """Length of the shortest string of the grammar."""
+    lengths = np.full(compiled.n_symbols, inf)
+    lengths[compiled.terminals] = 1.0
+    tails, right = compiled.left >= 0, compiled.rule_right
+    while True:
+        new = lengths.copy()
+        new[tails] = lengths[compiled.left[tails]] + lengths[compiled.right[tails]]
+        np.minimum.at(new, compiled.rule_left, np.where(right < 0, 0.0, lengths[right]))
+        if np.array_equal(new, lengths):
+            return int(lengths[compiled.start])
+        lengths = new
+
+
+def longest_length(compiled: CompiledGrammar) -> float:
+    """Length of the longest string of the grammar; inf where there is no end.
+
+    A tree in which no symbol stands below itself is no deeper than there are symbols: lengths that
+    still grow after so many rounds grow for ever.
+    """
+    lengths = np.full(compiled.n_symbols, -inf)
+    lengths[compiled.terminals] = 1.0
+    tails, right = compiled.left >= 0, compiled.rule_right
+    for _ in range(compiled.n_symbols + 1):
+        new = lengths.copy()
+        new[tails] = lengths[compiled.left[tails]] + lengths[compiled.right[tails]]
+        np.maximum.at(new, compiled.rule_left, np.where(right < 0, 0.0, lengths[right]))
+        if np.array_equal(new, lengths):
+            return float(lengths[compiled.start])
+        lengths = new
+    return inf
+
+
+def nearest_length(grammar: AnyGrammar, length: int) -> int:
+    """The length nearest to ``length`` that a string of the grammar has; of two, the shorter.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> pairs = read_grammar("S -> a S b | empty")
+    >>> nearest_length(pairs, 6), nearest_length(pairs, 7)
+    (6, 6)
+    """
+    compiled = compiled_form(grammar)
+    shortest = shortest_length(compiled)
+    if length <= shortest:
+        return shortest
+    longest = longest_length(compiled)
+    if length >= longest:
+        return int(longest)
+    farthest = 2 * length - shortest
+    seen = min(length + 8, farthest)
+    while True:
+        weights, _ = length_weights(compiled, seen)
+        possible = np.flatnonzero(weights[:, compiled.start] > 0)
+        best = int(possible[np.argmin(np.abs(possible - length))])
+        if abs(best - length) <= seen - length or seen == farthest:
+            return best
+        seen = min(length + abs(best - length), farthest)
+
+
+def expected_length(grammar: AnyGrammar) -> float:
+    """Mean length of the strings that random derivations of the grammar end with; inf if none.
+
+    A derivation that may go on for ever has no mean length.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> round(expected_length(read_grammar("S -> a S [0.9] | b [0.1]")), 6)
+    10.0
+    """
+    compiled = compiled_form(grammar)
+    return mean_length(compiled, compiled.probabilities)
+
+
+def mean_length(compiled: CompiledGrammar, chances: FloatArray) -> float:
+    """Mean length under other rule probabilities (R,): m = own terminals + M m, solved."""
+    parts, own = _expected_parts(compiled)
+    expected = np.zeros((compiled.n_nonterminals, compiled.n_nonterminals))
+    np.add.at(expected, compiled.rule_left, chances[:, None] * parts)
+    terminals = np.bincount(
+        compiled.rule_left, weights=chances * own, minlength=compiled.n_nonterminals
+    )
+    right_sides = np.stack([terminals, np.ones(compiled.n_nonterminals)], axis=1)
+    try:
+        found = np.linalg.solve(np.eye(compiled.n_nonterminals) - expected, right_sides)
+    except np.linalg.LinAlgError:
+        return inf
+    # rules needed: at least 1 each and finite exactly where the spectral radius is below 1
+    if not (np.isfinite(found).all() and (found[:, 1] >= 1 - 1e-9).all()):
+        return inf
+    return float(found[compiled.start, 0])
+
+
+@lru_cache(maxsize=16)
+def _expected_parts(compiled: CompiledGrammar) -> tuple[FloatArray, FloatArray]:
+    """Nonterminals (R, N) and terminals (R,) on the right side of each rule in use."""
+    index = {name: k for k, name in enumerate(compiled.names[: compiled.n_nonterminals])}
+    parts = np.zeros((len(compiled.rule_numbers), compiled.n_nonterminals))
+    own = np.zeros(len(compiled.rule_numbers))
+    for row, rule in enumerate(compiled.rule_numbers):
+        for symbol in compiled.grammar.rules[rule].right:
+            if symbol in index:
+                parts[row, index[symbol]] += 1
+            else:
+                own[row] += 1
+    return parts, own

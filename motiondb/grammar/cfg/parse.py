@@ -1,0 +1,252 @@
+"""Parse a sentence with any context-free grammar: its best tree, its probability, its faults.
+
+Ambiguous grammars, empty rules, unit cycles and left recursion are all allowed. Among the trees of
+a sentence the most probable is taken; of equally probable ones that with the fewest rules, then at
+each node, from the root down, the rule that stands first in the grammar, then the shortest first
+part. The probability of a sentence is the sum over all its trees, of which there may be infinitely
+many. Rule probabilities are scaled to sum to 1 for each left side; a rule with probability 0 is
+never used.
+
+Cost: n^3 for a sentence of n symbols, times the symbols that really meet in a cell of the chart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, ldexp, log
+
+import numpy as np
+
+from motiondb.errors import suggestion
+from motiondb.grammar.cfg.chart import best_choices, fill_chart, find
+from motiondb.grammar.cfg.compiled import RULE_PENALTY, CompiledGrammar, compile_grammar, numbered
+from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Tree, derive_by
+from motiondb.grammar.cfg.forward import forward
+from motiondb.records import FloatArray, IntArray
+
+AnyGrammar = Grammar | CompiledGrammar
+
+_SHOWN = 20  # expected terminals that a message names; the error holds all
+
+
+class ParseError(GrammarError):
+    """A sentence that the grammar does not derive.
+
+    Attributes
+    ----------
+    position : the first symbol, from 0, with which no string of the grammar goes on; the length
+        of the sentence where more must follow.
+    found : that symbol, None at the end of the sentence.
+    expected : the terminals with which it could go on, in the grammar's order.
+    may_end : whether the sentence could have ended there.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        position: int,
+        found: str | None,
+        expected: tuple[str, ...],
+        may_end: bool,
+    ) -> None:
+        super().__init__(message)
+        self.position, self.found = position, found
+        self.expected, self.may_end = expected, may_end
+
+
+def compiled_form(grammar: AnyGrammar) -> CompiledGrammar:
+    """The compiled form of a grammar that may be compiled already."""
+    return grammar if isinstance(grammar, CompiledGrammar) else compile_grammar(grammar)
+
+
+def parse(grammar: AnyGrammar, sentence: Sequence[str]) -> Tree:
+    """The most probable tree of a sentence.
+
+    Raises
+    ------
+    ParseError where the grammar does not derive it, with the place and what was expected there;
+    GrammarError where the grammar derives nothing.
+
+    >>> from motiondb.grammar.cfg.context_free import choices_of, read_grammar
+    >>> toy = read_grammar("S -> hold A shoot\\nA -> dribble A | empty")
+    >>> choices_of(parse(toy, ("hold", "dribble", "shoot")))
+    (0, 1, 2)
+    >>> parse(toy, ("hold", "dribble"))
+    Traceback (most recent call last):
+    motiondb.grammar.cfg.parse.ParseError: end of the sentence (after symbol 1, 'dribble'): \
+expected one of dribble, shoot, found the end. Go on with one of them.
+    """
+    compiled = compiled_form(grammar)
+    choices = _best_rules(compiled, sentence)
+    if choices is None:
+        fault = explain(compiled, sentence)
+        assert fault is not None
+        raise fault
+    return derive_by(compiled.grammar, compiled.rule_numbers[choices].tolist())
+
+
+def accepts(grammar: AnyGrammar, sentence: Sequence[str]) -> bool:
+    """Whether the grammar derives the sentence."""
+    return log_probability(grammar, sentence) > -inf
+
+
+def log_probability(grammar: AnyGrammar, sentence: Sequence[str]) -> float:
+    """Natural logarithm of the sum of the probabilities of all trees; -inf where there is none.
+
+    >>> from math import exp
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> cycle = read_grammar("S -> S [0.5] | a [0.25] | b [0.25]")
+    >>> round(exp(log_probability(cycle, ["a"])), 6)
+    0.5
+    """
+    compiled = compiled_form(grammar)
+    symbols = numbered(compiled, sentence)
+    if not len(symbols):
+        value = compiled.empties[compiled.start]
+        return log(value) if value > 0 else -inf
+    if (symbols < 0).any():
+        return -inf
+    value, exponent = find(sum_chart(compiled, symbols), compiled.start, 0, len(symbols))
+    return log(value) + exponent * log(2.0) if value > 0 else -inf
+
+
+def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
+    """The number of trees of a sentence: exact below 2^53, to 53 bits above, perhaps infinite.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> count_trees(read_grammar("S -> S S | a"), ["a"] * 5)
+    14
+    """
+    compiled = compiled_form(grammar)
+    symbols = numbered(compiled, sentence)
+    if (symbols < 0).any():
+        return 0
+    value, exponent = float(compiled.empty_counts[compiled.start]), 0
+    if len(symbols):
+        chart = fill_chart(
+            False, symbols, compiled.by_right, compiled.left, compiled.counted_chains
+        )
+        value, exponent = find(chart, compiled.start, 0, len(symbols))
+    if value == inf:
+        return inf
+    digits = 0 if value == int(value) else 60
+    whole = int(ldexp(value, digits))
+    shift = int(exponent) - digits
+    return whole << shift if shift >= 0 else whole >> -shift
+
+
+def tree_log_probability(grammar: AnyGrammar, tree: Tree) -> float:
+    """Natural logarithm of a tree's probability: the sum over its rules."""
+    compiled = compiled_form(grammar)
+    chance = np.zeros(len(compiled.grammar.rules))
+    chance[compiled.rule_numbers] = compiled.probabilities
+    rules = [node.rule for node in tree.nodes() if not node.is_leaf]
+    with np.errstate(divide="ignore"):
+        return float(np.log(chance[rules]).sum())
+
+
+def explain(grammar: AnyGrammar, sentence: Sequence[str]) -> ParseError | None:
+    """Where and why a sentence fails and what was expected there; None where it does not.
+
+    The place is the first symbol with which no string of the grammar goes on from what stands
+    before it, as a reader from left to right meets it.
+    """
+    reading = read_sentence(grammar, sentence)
+    if reading.position == len(sentence) and reading.end > 0:
+        return None
+    return fault_at(compiled_form(grammar), tuple(sentence), reading)
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """How far a reader from left to right gets, and what can stand there.
+
+    ``position`` symbols are read. ``weights`` (terminals,) and ``end``, times two to the
+    ``exponent``: probabilities that a string begins with these and the terminal, or ends there.
+    """
+
+    position: int
+    weights: FloatArray
+    end: float
+    exponent: int
+
+
+def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> Reading:
+    """Read a sentence, or the beginning of one, as far as strings of the grammar go with it."""
+    compiled = compiled_form(grammar)
+    symbols = numbered(compiled, sentence)
+    unknown = np.flatnonzero(symbols < 0)
+    known = symbols[: unknown[0]] if len(unknown) else symbols
+    chart = sum_chart(compiled, known)
+    forms = (*compiled.by_left, compiled.right, *compiled.left_corners)
+    weights, exponents = forward(chart, known, compiled.start, forms)
+    position = 0
+    while position < len(known) and weights[position, known[position]] > 0:
+        position += 1
+    value, exponent = float(compiled.empties[compiled.start]), 0
+    if position:
+        value, exponent = find(chart, compiled.start, 0, position)
+    scale = int(exponents[position])
+    may = weights[position, compiled.terminals]
+    if not may.any():
+        return Reading(position, may, value, int(exponent))
+    return Reading(position, may, ldexp(value, int(exponent) - scale), scale)
+
+
+def fault_at(compiled: CompiledGrammar, sentence: tuple[str, ...], reading: Reading) -> ParseError:
+    """The error that says where a reading stopped."""
+    terminals = compiled.names[compiled.terminals]
+    expected = tuple(t for t, weight in zip(terminals, reading.weights) if weight > 0)
+    may_end = reading.end > 0
+    message = _say(compiled, sentence, reading.position, expected, may_end)
+    found = sentence[reading.position] if reading.position < len(sentence) else None
+    return ParseError(message, reading.position, found, expected, may_end)
+
+
+def sum_chart(compiled: CompiledGrammar, symbols: IntArray) -> tuple[np.ndarray, ...]:
+    """The chart of inside probabilities of a sentence of known terminals."""
+    return fill_chart(False, symbols, compiled.by_right, compiled.left, compiled.all_chains)
+
+
+def _best_rules(compiled: CompiledGrammar, sentence: Sequence[str]) -> IntArray | None:
+    symbols = numbered(compiled, sentence)
+    if (symbols < 0).any():
+        return None
+    n, empties = len(symbols), compiled.best_empties
+    chart = fill_chart(True, symbols, compiled.by_right, compiled.left, compiled.best_chains)
+    best = find(chart, compiled.start, 0, n)[0] if n else empties[compiled.start]
+    if best == 0.0:
+        return None
+    weights = np.log(compiled.probabilities) - RULE_PENALTY
+    forms = (compiled.left, compiled.right, compiled.rule_of, compiled.rule_right, weights)
+    return best_choices(chart, empties, forms, compiled.start, n)
+
+
+def _say(
+    compiled: CompiledGrammar,
+    sentence: tuple[str, ...],
+    position: int,
+    expected: tuple[str, ...],
+    may_end: bool,
+) -> str:
+    options = [*expected[:_SHOWN], *(["the end"] if may_end else [])]
+    wanted = f"one of {', '.join(options)}" if len(options) > 1 else "".join(options) or "nothing"
+    if len(expected) > _SHOWN:
+        wanted += f" and {len(expected) - _SHOWN} more"
+    if position == len(sentence):
+        last = f" (after symbol {position - 1}, {sentence[-1]!r})" if sentence else ""
+        where = f"end of the sentence{last}"
+        what = "one of them" if len(options) > 1 else "it"
+        return f"{where}: expected {wanted}, found the end. Go on with {what}."
+    symbol = sentence[position]
+    where = f"symbol {position} ({symbol!r})"
+    if symbol in compiled.ids:
+        advice = " Put another symbol there, or learn the rules from sentences that hold this one."
+        return f"{where}: expected {wanted}, found {symbol}.{advice}"
+    if compiled.grammar.is_nonterminal(symbol):
+        kind, advice = "a nonterminal", " A sentence holds terminals only."
+    else:
+        kind = "a symbol that the grammar does not know"
+        advice = suggestion(symbol, compiled.ids) or " Use a terminal of the grammar."
+    return f"{where}: expected {wanted}, found {symbol}, {kind}.{advice}"

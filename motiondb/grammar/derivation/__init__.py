@@ -1,0 +1,1 @@
+"""New and changed sentences of a grammar: drawn, listed, planned, edited."""

@@ -1,0 +1,147 @@
+"""Random derivations that always end and never leave the language, of a length if one is wished.
+
+From the start symbol, every nonterminal is rewritten by a rule drawn by its probability. Of a
+grammar with cycles this may never end, or only after very long: then every rule is damped by the
+same factor theta < 1, which makes a tree of m rules theta^m times as likely and leaves the
+proportions of trees of equal size as they were. theta is the greatest factor with which the mean
+length of a string is at most the given one. A damped grammar ends with probability 1.
+
+With a wished length, trees are drawn exactly from those of the grammar (undamped) whose strings
+have that length: downwards through the weights W(X, l) of all lengths; see lengths.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import lru_cache
+from math import exp
+
+import numpy as np
+
+from motiondb.grammar.cfg.compiled import (
+    CompiledGrammar,
+    ending_chances,
+    finite_part,
+    with_chances,
+)
+from motiondb.grammar.cfg.context_free import GrammarError, Tree, derive_by
+from motiondb.grammar.cfg.lengths import length_weights, mean_length, nearest_length
+from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form
+from motiondb.records import FloatArray
+
+MEAN_LENGTH = 100.0
+"""Greatest mean length of a random derivation's string unless another is given."""
+
+_WEAKEST = -12.0  # logarithm of the strongest damping tried
+
+
+def derive(
+    grammar: AnyGrammar,
+    rng: np.random.Generator,
+    *,
+    length: int | None = None,
+    most: float = MEAN_LENGTH,
+) -> Tree:
+    """A random tree of the grammar.
+
+    Parameters
+    ----------
+    length : wished length of the string; where no string has it, the nearest length that one has
+        (of two, the shorter). The leaves of the result tell.
+    most : greatest mean length without a wish.
+
+    Raises
+    ------
+    GrammarError where the grammar derives nothing, or the length is negative.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> toy = read_grammar("S -> a S b | c")
+    >>> "".join(derive(toy, np.random.default_rng(0), length=7).leaves())
+    'aaacbbb'
+    """
+    compiled = compiled_form(grammar)
+    if length is not None and length < 0:
+        raise GrammarError(
+            f"length: expected 0 or more symbols, found {length}. Ask for a length of at least 1."
+        )
+    if length is None:
+        choices = _free_choices(damped(compiled, most), rng)
+    else:
+        choices = _choices_of_length(compiled, nearest_length(compiled, length), rng)
+    return derive_by(compiled.grammar, list(choices))
+
+
+@lru_cache(maxsize=16)
+def damped(compiled: CompiledGrammar, most: float = MEAN_LENGTH) -> CompiledGrammar:
+    """The grammar whose derivations end and are ``most`` symbols long in the mean, or less.
+
+    Unchanged where that holds already. Where even the smallest trees are longer, ``most`` is twice
+    their mean length.
+    """
+    finite = finite_part(compiled)
+    if mean_length(finite, finite.probabilities) <= most:
+        return finite
+    low, high = _WEAKEST, 0.0
+    most = max(most, 2 * mean_length(compiled, _damped_chances(compiled, low)))
+    while high - low > 1e-6:
+        middle = (low + high) / 2
+        if mean_length(compiled, _damped_chances(compiled, middle)) <= most:
+            low = middle
+        else:
+            high = middle
+    return with_chances(compiled, _damped_chances(compiled, low))
+
+
+def _damped_chances(compiled: CompiledGrammar, log_factor: float) -> FloatArray:
+    weaker = replace(compiled, probabilities=compiled.probabilities * exp(log_factor))
+    return ending_chances(weaker)
+
+
+def _free_choices(compiled: CompiledGrammar, rng: np.random.Generator) -> Iterator[int]:
+    left, right, rule_of = compiled.left, compiled.right, compiled.rule_of
+    sums = np.cumsum(compiled.probabilities)
+    waiting = [compiled.start]
+    while waiting:
+        symbol = waiting.pop()
+        if left[symbol] >= 0:
+            waiting += [int(right[symbol]), int(left[symbol])]
+        elif symbol < compiled.n_nonterminals:
+            first, last = rule_of[symbol], rule_of[symbol + 1]
+            below = sums[first - 1] if first else 0.0
+            drawn = below + rng.random() * (sums[last - 1] - below)
+            rule = min(first + int(np.searchsorted(sums[first:last], drawn, "right")), last - 1)
+            yield int(compiled.rule_numbers[rule])
+            if compiled.rule_right[rule] >= 0:
+                waiting.append(int(compiled.rule_right[rule]))
+
+
+def _choices_of_length(
+    compiled: CompiledGrammar, length: int, rng: np.random.Generator
+) -> Iterator[int]:
+    weights, exponents = length_weights(compiled, length)
+    waiting = [(compiled.start, length)]
+    while waiting:
+        symbol, n = waiting.pop()
+        left, right = compiled.left[symbol], compiled.right[symbol]
+        if left >= 0:
+            shifts = exponents[: n + 1] + exponents[n::-1]
+            both = weights[: n + 1, left] * weights[n::-1, right]
+            shifts = np.where(both > 0, shifts, -(2**40))
+            k = _draw(np.ldexp(both, np.maximum(shifts - shifts.max(), -2000)), rng)
+            waiting += [(int(right), n - k), (int(left), k)]
+        elif symbol < compiled.n_nonterminals:
+            rules = slice(compiled.rule_of[symbol], compiled.rule_of[symbol + 1])
+            below = compiled.rule_right[rules]
+            chances = np.where(below < 0, float(n == 0), weights[n, below])
+            rule = int(rules.start) + _draw(chances * compiled.probabilities[rules], rng)
+            yield int(compiled.rule_numbers[rule])
+            if compiled.rule_right[rule] >= 0:
+                waiting.append((int(compiled.rule_right[rule]), n))
+
+
+def _draw(weights: FloatArray, rng: np.random.Generator) -> int:
+    """An index by weights that need not sum to 1; never one of weight 0."""
+    sums = np.cumsum(weights)
+    drawn = int(np.searchsorted(sums, rng.random() * sums[-1], "right"))
+    return min(drawn, int(np.flatnonzero(weights)[-1]))

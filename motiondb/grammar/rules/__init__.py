@@ -1,0 +1,1 @@
+"""Rule sets and their description length; where sentences repeat and agree."""

@@ -1,0 +1,241 @@
+"""Description length of a partition within a fraction of a millisecond: what the search asks.
+
+A partition is judged by the grammar that contexts give, a family simple enough to be induced and
+counted thousands of times a second:
+
+1. equal sentences are one rule of S;
+2. of the repeats that the cover has chosen, those that pay are nonterminals with one rule;
+3. right sides of one nonterminal that share a beginning and an end become one rule, what stands
+   between becomes the alternatives of a new nonterminal; the group that saves most bits is taken,
+   until none saves any. Alternatives are grouped further in the same way.
+
+The bits are those of ``description`` for that grammar: an upper bound of what ``induction`` finds
+for the same sentences. ``context_rules`` gives the grammar itself.
+
+Notation: rights are rows of (left, offset, length, count) over one array of symbols. Terminals
+are 0..T-1, the start symbol T, repeats T+1.. by their number, further nonterminals above.
+
+Source: description length from J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures
+from Human Motion Data", Computer Graphics Forum 30 (2011), section 5.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from motiondb.grammar.rules.repeats import cover_repeats
+from motiondb.grammar.rules.rule_set import Rules, RuleSet
+from motiondb.grammar.sentences.grouping import group_by_contexts
+
+IntArray = npt.NDArray[np.int64]
+_HASH = np.uint64(0x9E3779B97F4A7C15)
+
+
+@dataclass(frozen=True, eq=False)
+class CoveredString:
+    """Joined strings with the cover of their repeats; made once, asked for many partitions.
+
+    symbols : array (N,), separators at the ends of strings; n_terminals : K.
+    repeat_at : array (N,), number of the repeat that begins there, or -1.
+    repeat_starts, repeat_lengths : array (R,), where each repeat first stands and how long it is.
+    inside : array (N,), whether a cut before this symbol would divide a chosen occurrence.
+    hashes, powers : array (N + 1,), so that equal substrings are found without reading them.
+    """
+
+    symbols: IntArray
+    n_terminals: int
+    repeat_at: IntArray
+    repeat_starts: IntArray
+    repeat_lengths: IntArray
+    inside: npt.NDArray[np.bool_]
+    hashes: npt.NDArray[np.uint64]
+    powers: npt.NDArray[np.uint64]
+
+
+def cover_string(symbols: IntArray, n_terminals: int) -> CoveredString:
+    """Find the cover of a joined string (see :func:`repeats.join_strings`)."""
+    starts, lengths = cover_repeats(symbols)
+    inside = np.zeros(symbols.size, dtype=np.bool_)
+    for start, length in zip(starts, lengths, strict=True):
+        inside[start + 1 : start + length] = True
+    number: dict[bytes, int] = {}
+    firsts: list[tuple[int, int]] = []
+    repeat_at = np.full(symbols.size, -1, dtype=np.int64)
+    for start, length in zip(starts.tolist(), lengths.tolist(), strict=True):
+        spelled = symbols[start : start + length].tobytes()
+        if spelled not in number:
+            number[spelled] = len(firsts)
+            firsts.append((start, length))
+        repeat_at[start] = number[spelled]
+    table = np.array(firsts, dtype=np.int64).reshape(-1, 2)
+    hashes, powers = _hashes(symbols)
+    return CoveredString(
+        symbols, n_terminals, repeat_at, table[:, 0], table[:, 1], inside, hashes, powers
+    )
+
+
+def context_bits(covered: CoveredString, starts: IntArray, ends: IntArray) -> float:
+    """DL of the sentences symbols[starts[i]:ends[i]], none of which divides a chosen occurrence."""
+    n = _rights_at_most(starts)
+    table = np.empty((n, 4), dtype=np.int64)
+    text = np.empty(_text_at_most(starts, ends, covered), dtype=np.int64)
+    bits, _, _ = _context_grammar(*_arrays(covered), starts, ends, table, text)  # type: ignore[call-arg]
+    return float(bits)
+
+
+def context_rules(covered: CoveredString, starts: IntArray, ends: IntArray) -> RuleSet:
+    """The grammar whose bits :func:`context_bits` counts."""
+    n = _rights_at_most(starts)
+    table = np.empty((n, 4), dtype=np.int64)
+    text = np.empty(_text_at_most(starts, ends, covered), dtype=np.int64)
+    _, n_rights, used = _context_grammar(*_arrays(covered), starts, ends, table, text)  # type: ignore[call-arg]
+    rules: Rules = {covered.n_terminals: {}}
+    for left, offset, length, count in table[:n_rights].tolist():
+        rules.setdefault(left, {})[tuple(text[offset : offset + length].tolist())] = count
+    result = RuleSet(covered.n_terminals, rules)
+    for number in np.flatnonzero(used).tolist():
+        symbol = covered.n_terminals + 1 + number
+        first, length = int(covered.repeat_starts[number]), int(covered.repeat_lengths[number])
+        count = sum(
+            nodes * right.count(symbol)
+            for rights in rules.values()
+            for right, nodes in rights.items()
+        )
+        spelled = tuple(covered.symbols[first : first + length].tolist())
+        result.rules[symbol] = {spelled: count}
+    return result
+
+
+def _arrays(covered: CoveredString) -> tuple:
+    return (
+        covered.symbols,
+        covered.n_terminals,
+        covered.repeat_at,
+        covered.repeat_starts,
+        covered.repeat_lengths,
+        covered.hashes,
+        covered.powers,
+    )
+
+
+def _rights_at_most(starts: IntArray) -> int:
+    return 2 * starts.size + 1
+
+
+def _text_at_most(starts: IntArray, ends: IntArray, covered: CoveredString) -> int:
+    return 2 * covered.symbols.size + 2 * int((ends - starts).max()) + 2 * starts.size
+
+
+@njit(cache=True)
+def _hashes(
+    symbols: IntArray,
+) -> tuple[npt.NDArray[np.uint64], npt.NDArray[np.uint64]]:
+    hashes = np.zeros(symbols.size + 1, dtype=np.uint64)
+    powers = np.ones(symbols.size + 1, dtype=np.uint64)
+    for i in range(symbols.size):
+        hashes[i + 1] = hashes[i] * _HASH + np.uint64(symbols[i] + 1)
+        powers[i + 1] = powers[i] * _HASH
+    return hashes, powers
+
+
+@njit(cache=True)
+def _context_grammar(
+    symbols: IntArray,
+    n_terminals: int,
+    repeat_at: IntArray,
+    repeat_starts: IntArray,
+    repeat_lengths: IntArray,
+    hashes: npt.NDArray[np.uint64],
+    powers: npt.NDArray[np.uint64],
+    starts: IntArray,
+    ends: IntArray,
+    table: IntArray,
+    text: IntArray,
+) -> tuple[float, int, npt.NDArray[np.bool_]]:
+    """Bits, number of rights in ``table`` over ``text``, and which repeats are nonterminals."""
+    firsts, counts = _distinct(hashes, powers, starts, ends)
+    used = _paying_repeats(repeat_at, repeat_starts, repeat_lengths, starts, ends, firsts)
+    n_rights = firsts.size
+    end = 0
+    for r in range(n_rights):
+        table[r, 0] = n_terminals
+        table[r, 1] = end
+        table[r, 3] = counts[r]
+        i = starts[firsts[r]]
+        while i < ends[firsts[r]]:
+            number = repeat_at[i]
+            if number >= 0 and used[number]:
+                text[end] = n_terminals + 1 + number
+                i += repeat_lengths[number]
+            else:
+                text[end] = symbols[i]
+                i += 1
+            end += 1
+        table[r, 2] = end - table[r, 1]
+    length = 0  # of the whole sequence of rules
+    for r in range(n_rights):
+        length += table[r, 2] + 2
+    n_nonterminals = 1
+    for number in range(used.size):
+        if used[number]:
+            length += repeat_lengths[number] + 2
+            n_nonterminals += 1
+    n_rights, length, n_nonterminals, data = group_by_contexts(
+        table, text, n_rights, end, length - 1, n_nonterminals, n_terminals, used.size
+    )
+    return length * np.log2(n_nonterminals + n_terminals + 1) + data, n_rights, used
+
+
+@njit(cache=True)
+def _distinct(
+    hashes: npt.NDArray[np.uint64],
+    powers: npt.NDArray[np.uint64],
+    starts: IntArray,
+    ends: IntArray,
+) -> tuple[IntArray, IntArray]:
+    """The first of each group of equal sentences, and how many are in it."""
+    n = starts.size
+    keys = np.empty(n, dtype=np.uint64)
+    for s in range(n):
+        keys[s] = hashes[ends[s]] - hashes[starts[s]] * powers[ends[s] - starts[s]]
+    firsts = np.empty(n, dtype=np.int64)
+    counts = np.zeros(n, dtype=np.int64)
+    found = 0
+    for s in range(n):
+        same = -1
+        for f in range(found):
+            t = firsts[f]
+            if keys[t] == keys[s] and ends[t] - starts[t] == ends[s] - starts[s]:
+                same = f
+                break
+        if same < 0:
+            same = found
+            firsts[found] = s
+            found += 1
+        counts[same] += 1
+    return firsts[:found], counts[:found]
+
+
+@njit(cache=True)
+def _paying_repeats(
+    repeat_at: IntArray,
+    repeat_starts: IntArray,
+    repeat_lengths: IntArray,
+    starts: IntArray,
+    ends: IntArray,
+    firsts: IntArray,
+) -> npt.NDArray[np.bool_]:
+    """The repeats that stand in different sentences often enough to be worth a rule."""
+    counts = np.zeros(repeat_starts.size, dtype=np.int64)
+    for s in firsts:
+        for i in range(starts[s], ends[s]):
+            if repeat_at[i] >= 0:
+                counts[repeat_at[i]] += 1
+    used = np.zeros(repeat_starts.size, dtype=np.bool_)
+    for number in range(used.size):
+        used[number] = counts[number] * (repeat_lengths[number] - 1) > repeat_lengths[number] + 2
+    return used

@@ -1,0 +1,340 @@
+"""Cut strings into sentences: the partition that is described in the fewest bits.
+
+A partition costs the bits of the rules learned from its sentences, and of the sentences given the
+rules. To learn rules in full takes seconds, so partitions race:
+
+1. *Candidates.* The paper's: drawn and bettered so that no cut divides a chosen repeat
+   (``cutting``). In a long string, though, some repeat lies over nearly every true border by
+   chance: of strings of ten and more sentences of known grammars the cover leaves one border in
+   ten to be cut. So further candidates are cut freely, and others wherever one symbol follows
+   another, or before or after every occurrence of a symbol (``borders``).
+2. *Race.* Rules are annealed from each candidate; a third, those of fewest bits, is annealed three
+   times as often, and so on, until a few finalists are left.
+3. *Better.* Each finalist is changed again and again, and rules annealed for what results, from
+   the rules before and from plain sentences: strings are cut anew where the present rules say so
+   (``reparsing``), or all cuts of a kind are made, taken away or moved (``borders``). A change that
+   costs bits is accepted with a probability that falls with the cost and with time.
+4. The best is learned from in full.
+
+No sentence is shorter than the shortest; longer than the longest only where nothing else is
+allowed. The ends of strings are cuts that always stand.
+
+Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
+Computer Graphics Forum 30 (2011), section 5.2, for partitions judged by their bits and the cover of
+repeats; O. Maron and A. W. Moore, "The Racing Algorithm", Artificial Intelligence Review 11 (1997).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from motiondb.grammar.cfg.context_free import Grammar, GrammarError
+from motiondb.grammar.induction.annealing import WARMEST, anneal
+from motiondb.grammar.induction.induction import Induction, induce_with_bits
+from motiondb.grammar.induction.perturbation import perturb
+from motiondb.grammar.induction.refitting import refit
+from motiondb.grammar.rules.description_length import DescriptionLength, Sentence
+from motiondb.grammar.rules.repeats import join_strings
+from motiondb.grammar.rules.rule_set import RuleSet, flat_rules
+from motiondb.grammar.sentences.borders import (
+    Cuts,
+    border_places,
+    change_alike,
+    recurring_splits,
+    too_long,
+)
+from motiondb.grammar.sentences.cutting import (
+    LONGEST,
+    SHORTEST,
+    Progress,
+    Room,
+    cutting_room,
+    search_cuts,
+)
+from motiondb.grammar.sentences.reparsing import cut_by_rules
+
+EVALUATIONS = 4000
+_SEARCHES = 3
+"""Rooms searched for candidates: the covered one, and the free one twice."""
+
+_FULLY_SEARCHED = 200
+"""Symbols of strings up to which as many evaluations are spent as are wished; then fewer."""
+
+_FINALISTS, _STEPS = 4, 6
+"""Partitions that are bettered: all, then half, then the best. Steps of progress told."""
+
+_TRIES_A_SYMBOL, _MOST_TRIES = 25, 5000
+"""Tries of each annealing."""
+
+_CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 20
+"""Changes of each finalist at most, and of how many evaluations one change takes the place."""
+
+_FIRST_ANNEALINGS = 6
+"""Annealings of each candidate in the first heat; three times as many in the next."""
+
+_FRESH, _WARM, _AGAIN = 1, 1, 4
+"""Annealings that judge a change, from plain sentences and from rules taken apart; and from rules
+taken apart where the cuts stay."""
+
+_REWARMED = 2.0
+"""Bits: the first temperature of annealings that begin with rules."""
+
+_WARMTH = 0.01
+"""First temperature of changes, as a share of the bits."""
+
+_BY_RULES, _BY_KINDS = 0.4, 0.4
+"""Shares of changes that cut anew by the rules, and alike at borders of a kind; else the rules
+alone are learned further."""
+
+
+@dataclass(frozen=True)
+class Sentences:
+    """A partition of strings and what was learned from it.
+
+    cuts : for each string the places of its inner cuts, in rising order.
+    sentences : all sentences, string by string.
+    induction : the grammar, how it was found, and its bits with those of the sentences.
+    """
+
+    cuts: tuple[tuple[int, ...], ...]
+    sentences: tuple[Sentence, ...]
+    induction: Induction
+
+    @property
+    def grammar(self) -> Grammar:
+        """The grammar learned from the sentences."""
+        return self.induction.grammar
+
+    @property
+    def bits(self) -> DescriptionLength:
+        """Bits of the rules, and of the sentences given the rules."""
+        return self.induction.bits
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A partition with the best rules that were annealed for it so far."""
+
+    cuts: Cuts
+    rules: RuleSet
+    bits: float
+
+
+def find_sentences(
+    strings: Sequence[Sentence],
+    rng: np.random.Generator,
+    *,
+    shortest: int = SHORTEST,
+    longest: int = LONGEST,
+    evaluations: int = EVALUATIONS,
+    progress: Progress | None = None,
+) -> Sentences:
+    """Cut strings of terminals into sentences and learn their grammar.
+
+    Raises
+    ------
+    GrammarError where there is no string, one is empty, lengths make no sense, or all strings hold
+    one and the same symbol only.
+    """
+    lengths = shortest, longest
+    total = sum(map(len, strings))
+    tell = progress or (lambda _done, _of: None)
+    room = cutting_room(strings, *lengths)
+    evaluations = max(1, round(evaluations * min(1.0, _FULLY_SEARCHED / total) ** 2))
+    candidates = [
+        *_searched(strings, room, lengths, rng, evaluations),
+        *recurring_splits(strings, *lengths),
+    ]
+    candidates = [cuts for cuts in candidates if not too_long(strings, cuts, lengths)] or candidates
+    tell(1, _STEPS)
+    bettered = race(strings, candidates, rng)
+    tell(2, _STEPS)
+    changes = min(evaluations // _EVALUATIONS_A_CHANGE, _CHANGES_A_SYMBOL * total)
+    for heat, number in enumerate((_FINALISTS, _FINALISTS // 2, 1), start=3):
+        spent = changes // number
+        bettered = [better(strings, one, lengths, rng, spent) for one in bettered[:number]]
+        bettered.sort(key=lambda judged: judged.bits)
+        tell(heat, _STEPS)
+    found = _learned(strings, bettered[0].cuts, [bettered[0].rules])
+    tell(_STEPS, _STEPS)
+    return found
+
+
+def _searched(
+    strings: Sequence[Sentence],
+    room: Room,
+    lengths: tuple[int, int],
+    rng: np.random.Generator,
+    evaluations: int,
+) -> Iterator[Cuts]:
+    """The best of a search of the covered room, and of the free room."""
+    free = cutting_room(strings, *lengths, free=True)
+    for searched in (room, free, free):
+        found, _ = search_cuts(searched, rng, max(1, evaluations // _SEARCHES))
+        yield _by_string(found, room)
+
+
+def _by_string(cuts: Sequence[int], room: Room) -> Cuts:
+    bounds = pairwise(room.bounds)
+    return tuple(tuple(c - low for c in cuts if low < c < high) for low, high in bounds)
+
+
+def race(
+    strings: Sequence[Sentence], candidates: Sequence[Cuts], rng: np.random.Generator
+) -> list[Judged]:
+    """A few of the candidates, those for which annealing finds the fewest bits; best first."""
+    number = _numbers(strings)
+    live = [
+        _judged(cuts, _flat(strings, cuts, number), rng, _FIRST_ANNEALINGS)
+        for cuts in dict.fromkeys(candidates)
+    ]
+    times = _FIRST_ANNEALINGS
+    while True:
+        live.sort(key=lambda judged: judged.bits)
+        kept = live[: max(_FINALISTS, len(live) // 3)]
+        if len(kept) <= _FINALISTS:
+            return _unlike(live)
+        times *= 3
+        live = [
+            _judged(one.cuts, _flat(strings, one.cuts, number), rng, times // 2, times // 2, one)
+            for one in kept
+        ]
+
+
+def _unlike(judged: Sequence[Judged]) -> list[Judged]:
+    """The best of each number of sentences, and more only where there are too few numbers."""
+    chosen: dict[int, Judged] = {}
+    for one in judged:
+        chosen.setdefault(sum(map(len, one.cuts)), one)
+    first = list(chosen.values())[:_FINALISTS]
+    return [*first, *(one for one in judged if one not in first)][:_FINALISTS]
+
+
+def better(
+    strings: Sequence[Sentence],
+    begun: Judged,
+    lengths: tuple[int, int],
+    rng: np.random.Generator,
+    changes: int,
+) -> Judged:
+    """The best partition that so many changes lead to; the one given at worst."""
+    number, places = _numbers(strings), border_places(strings)
+    current = best = begun
+    seen = {begun.cuts}
+    for done in range(changes):
+        kind = rng.random()
+        if kind < _BY_RULES:
+            cuts = _cut_anew(strings, current.rules, lengths, rng)
+        elif kind < _BY_RULES + _BY_KINDS:
+            cuts = change_alike(strings, places, current.cuts, lengths[0], rng)
+        else:
+            cuts = current.cuts
+        if cuts == current.cuts:
+            changed = _judged(cuts, _flat(strings, cuts, number), rng, 1, _AGAIN, current)
+        elif cuts in seen or too_long(strings, cuts, lengths):
+            continue
+        else:
+            flat = _flat(strings, cuts, number)
+            changed = _judged(cuts, flat, rng, _FRESH, _WARM, None, refit(current.rules, flat))
+        seen.add(cuts)
+        warmth = _WARMTH * best.bits * (1.0 - done / changes)
+        if changed.bits <= current.bits or rng.random() < math.exp(
+            (current.bits - changed.bits) / warmth
+        ):
+            current = changed
+            best = min(best, current, key=lambda judged: judged.bits)
+    return best
+
+
+def _cut_anew(
+    strings: Sequence[Sentence],
+    rules: RuleSet,
+    lengths: tuple[int, int],
+    rng: np.random.Generator,
+) -> Cuts:
+    symbols, bounds = join_strings(strings)
+    shaken = 4.0 * rng.random() * rng.exponential(size=symbols.size)
+    novelty = rng.uniform(0.3, 1.2)
+    return cut_by_rules(
+        symbols, bounds, rules, lengths, novelty=novelty, shaken=shaken - shaken.mean()
+    )
+
+
+def _judged(
+    cuts: Cuts,
+    flat: RuleSet,
+    rng: np.random.Generator,
+    fresh: int,
+    again: int = 0,
+    known: Judged | None = None,
+    begun: RuleSet | None = None,
+) -> Judged:
+    """The best of rules annealed from plain sentences, and again from rules taken apart."""
+    state = np.array([rng.integers(1 << 62)], dtype=np.uint64)
+    found = [_annealed(flat, rng) for _ in range(fresh)]
+    if known is not None:
+        found.append(known.rules)
+    if begun is not None:
+        found.append(_annealed(begun, rng, _REWARMED))
+    best = min(found, key=RuleSet.bits)
+    for _ in range(again):
+        apart = perturb(best, flat, _tries(flat), state)
+        if apart is not None:
+            best = min(best, _annealed(apart, rng, _REWARMED), key=RuleSet.bits)
+    return Judged(cuts, best, best.bits())
+
+
+def _annealed(begun: RuleSet, rng: np.random.Generator, warmest: float = WARMEST) -> RuleSet:
+    return anneal(begun, tries=_tries(begun), warmest=warmest, seed=int(rng.integers(1 << 30)))
+
+
+def _tries(begun: RuleSet) -> int:
+    size = sum(len(right) for _, right in begun.uses())
+    return min(_MOST_TRIES, max(200, _TRIES_A_SYMBOL * size))
+
+
+def _numbers(strings: Sequence[Sentence]) -> dict[str, int]:
+    names = sorted({name for string in strings for name in string})
+    return {name: place for place, name in enumerate(names)}
+
+
+def _flat(strings: Sequence[Sentence], cuts: Cuts, number: dict[str, int]) -> RuleSet:
+    """One rule a sentence."""
+    counted: Counter[tuple[int, ...]] = Counter()
+    for string, inner in zip(strings, cuts, strict=True):
+        for a, b in pairwise((0, *inner, len(string))):
+            counted[tuple(number[name] for name in string[a:b])] += 1
+    return flat_rules(counted, len(number))
+
+
+def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]) -> Sentences:
+    """Learn from a partition that is given: by the user, or no cuts for strings that are sentences.
+
+    Raises
+    ------
+    GrammarError where cuts are no rising places inside their string.
+    """
+    for number, (string, inner) in enumerate(zip(strings, cuts, strict=True), start=1):
+        edges = [0, *inner, len(string)]
+        if any(low >= high for low, high in pairwise(edges)):
+            raise GrammarError(
+                f"string {number}: expected rising cuts between 1 and {len(string) - 1}, found"
+                f" {', '.join(map(str, inner)) or 'none in an empty string'}."
+                " Give each cut as the number of the symbol that begins a sentence."
+            )
+    return _learned(strings, tuple(tuple(int(cut) for cut in inner) for inner in cuts))
+
+
+def _learned(strings: Sequence[Sentence], cuts: Cuts, known: Sequence[RuleSet] = ()) -> Sentences:
+    sentences = tuple(
+        tuple(string[a:b])
+        for string, inner in zip(strings, cuts, strict=True)
+        for a, b in pairwise((0, *inner, len(string)))
+    )
+    return Sentences(cuts, sentences, induce_with_bits(sentences, known=known))

@@ -1,0 +1,1 @@
+"""From takes to strings of terminals: pose and segment distances, cuts, groups, labelling."""

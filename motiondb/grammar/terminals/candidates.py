@@ -1,0 +1,190 @@
+"""Where a take may be cut, and every segment that such cuts allow.
+
+Movements begin and end where the body rests or turns back, so the candidate cuts are the moments
+at which the pose changes least, and between them further ones, so that two neighbours are never
+more than ``grid`` frames apart: an uneven grid that is as fine as it need be. A *cell* is a segment
+between two candidate cuts of one take, of allowed length. A segmentation is a path of cells from
+the first cut to the last, and the cheapest path is found exactly (``cheapest_path``): cuts are
+vertices in order of time, cells are edges.
+
+Park, Lee and Lee (2011) take a cut every 30 frames, at which the numbers of segments of their own
+Table 1 cannot be reached.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numba import njit
+
+from motiondb.grammar.terminals.pose_distance import Poses
+from motiondb.records import Float32Array, FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """All segments between candidate cuts, ordered by their end, then start.
+
+    Attributes
+    ----------
+    cuts : array (cuts,), frames (of all takes in a row), ascending; begins and ends of takes are
+        among them.
+    firsts, lasts : arrays (cells,), numbers of the cuts that a cell lies between.
+    pointers : array (cuts + 1,), cells pointers[j] to pointers[j + 1] end at cut j.
+    """
+
+    cuts: IntArray
+    firsts: IntArray
+    lasts: IntArray
+    pointers: IntArray
+
+    @cached_property
+    def starts(self) -> IntArray:
+        """First frame of every cell."""
+        return self.cuts[self.firsts]
+
+    @cached_property
+    def ends(self) -> IntArray:
+        """Frame after the last of every cell."""
+        return self.cuts[self.lasts]
+
+
+def thinned(poses: Poses, step: int) -> Poses:
+    """Every ``step``-th frame of every take, from its first."""
+    pieces = [np.arange(a, b, step) for a, b in zip(poses.bounds, poses.bounds[1:])]
+    kept = np.concatenate(pieces)
+    bounds = np.cumsum([0, *(len(piece) for piece in pieces)])
+    values = np.ascontiguousarray(poses.values[kept])
+    return Poses(values, bounds, poses.largest, poses.speeds[kept])
+
+
+def unthinned(cuts: IntArray, thin: Poses, poses: Poses, step: int) -> IntArray:
+    """Cuts of ``thinned`` takes as cuts of the takes."""
+    takes = np.searchsorted(thin.bounds[:-1], cuts, side="right") - 1
+    frames = poses.bounds[takes] + step * (cuts - thin.bounds[takes])
+    return np.minimum(frames, poses.n_frames)
+
+
+def rests(speeds: FloatArray) -> IntArray:
+    """Frames inside at which the smoothed speed is least among its neighbours.
+
+    >>> rests(np.array([3.0, 2.0, 0.0, 2.0, 4.0, 1.0, 1.0, 3.0, 3.0]))
+    array([2, 6])
+    """
+    if len(speeds) < 3:
+        return np.zeros(0, dtype=np.int64)
+    padded = np.concatenate([speeds[:1], speeds, speeds[-1:]])
+    smooth = (padded[:-2] + 2.0 * padded[1:-1] + padded[2:]) / 4.0
+    inside = smooth[1:-1]
+    return np.flatnonzero((inside <= smooth[:-2]) & (inside < smooth[2:])) + 1
+
+
+def candidate_cuts(poses: Poses, grid: int, shortest: int) -> IntArray:
+    """Rests and what fills the gaps between them: array (cuts,), with begins and ends of takes.
+
+    grid : frames, the largest gap between neighbours. Rests nearer than half of ``shortest`` to an
+    end of their take are left out.
+    """
+    found = [np.array([0])]
+    for first, last in zip(poses.bounds, poses.bounds[1:]):
+        n_frames = int(last - first)
+        still = rests(poses.speeds[first:last])
+        still = still[(still > shortest // 2) & (still < n_frames - shortest // 2)]
+        fixed = np.concatenate([[0], still, [n_frames]])
+        for a, b in pairwise(fixed):
+            n_parts = -(-int(b - a) // grid)
+            found.append(first + a + np.arange(1, n_parts + 1) * (b - a) // n_parts)
+    return np.unique(np.concatenate(found))
+
+
+def make_cells(
+    cuts: IntArray, frames: IntArray, bounds: IntArray, shortest: int, longest: int
+) -> Cells:
+    """All cells of ``shortest`` to ``longest`` frames that cross no end of a take.
+
+    Parameters
+    ----------
+    cuts, bounds : arrays, in thinned frames: candidate cuts, and the ends of takes among them.
+    frames : array (cuts,), the cuts in frames of the takes, by which lengths are judged.
+
+    A take shorter than ``shortest`` is one cell. ``longest`` is at least twice ``shortest`` and a
+    gap of the cuts, so that there is a way through.
+    """
+    is_bound = np.isin(cuts, bounds)
+    longest = max(longest, 2 * shortest + int(np.diff(frames).max()))
+    firsts: list[IntArray] = []
+    begin = 0
+    for j in range(len(cuts)):
+        earlier = np.arange(begin, j)
+        lengths = frames[j] - frames[earlier]
+        allowed = (lengths >= shortest) & (lengths <= longest)
+        if is_bound[j]:
+            if len(earlier) and not allowed.any():
+                allowed = earlier == begin
+            begin = j
+        firsts.append(earlier[allowed])
+    counts = np.array([len(some) for some in firsts])
+    pointers = np.concatenate([[0], np.cumsum(counts)])
+    return Cells(cuts, np.concatenate(firsts), np.repeat(np.arange(len(cuts)), counts), pointers)
+
+
+@njit(cache=True, nogil=True)
+def path_costs(firsts, pointers, costs, cut_costs, least, before):  # type: ignore[no-untyped-def]
+    """Fill ``least`` (cost of the cheapest path to every cut) and ``before`` (its last cell)."""
+    least[0] = 0.0
+    for j in range(1, len(least)):
+        cheapest, cell = np.inf, -1
+        for c in range(pointers[j], pointers[j + 1]):
+            cost = least[firsts[c]] + costs[c]
+            if cost < cheapest:
+                cheapest, cell = cost, c
+        least[j] = cheapest + cut_costs[j]
+        before[j] = cell
+    return least[-1]
+
+
+def cheapest_path(
+    cells: Cells, costs: FloatArray | Float32Array, cut_costs: FloatArray
+) -> tuple[float, IntArray]:
+    """The segmentation of least cost: its cost, and its cells in order of time.
+
+    costs : array (cells,). cut_costs : array (cuts,), paid for every cell at its end.
+    """
+    least = np.empty(len(cells.cuts))
+    before = np.empty(len(cells.cuts), dtype=np.int64)
+    total = path_costs(cells.firsts, cells.pointers, costs, cut_costs, least, before)
+    path, cut = [], len(cells.cuts) - 1
+    while cut > 0:
+        path.append(int(before[cut]))
+        cut = int(cells.firsts[before[cut]])
+    return float(total), np.array(path[::-1], dtype=np.int64)
+
+
+def bounded_path(
+    cells: Cells,
+    costs: FloatArray | Float32Array,
+    cut_costs: FloatArray,
+    fewest: int,
+    most: int | None,
+) -> IntArray:
+    """The cheapest path with ``fewest`` to ``most`` cells that a price per cell leads to."""
+    paid = np.asarray(costs, dtype=np.float64)
+    size = float(np.abs(paid).sum() + np.abs(cut_costs).sum()) + 1.0
+    low, high = -size, size
+    _, path = cheapest_path(cells, paid + low, cut_costs)
+    too_many = most is not None and len(path) > most
+    answer = cheapest_path(cells, paid + (high if too_many else low), cut_costs)[1]
+    for _ in range(60):
+        price = (low + high) / 2.0
+        _, path = cheapest_path(cells, paid + price, cut_costs)
+        if len(path) < fewest:
+            high = price
+        elif most is not None and len(path) > most:
+            low = price
+        else:
+            answer = path
+            low, high = (price, high) if price < 0.0 else (low, price)
+    return answer

@@ -1,0 +1,189 @@
+"""The genetic algorithm over candidate cuts, in parts.
+
+A solution is a bit for every candidate cut (``candidates``: at most 10 frames apart): cut here or
+not. Its segments are grouped by the swap search, and its cost is that of ``tuning``: w R + (1 - w)
+E' and what cuts cost. Solutions are drawn in proportion to their score 1 / cost above the worst,
+two are crossed at two places, bits flip or move to a neighbour, and cuts nearer than the shortest
+segment are taken out again. The best solution is kept.
+
+An evaluation costs the square of the length, so a long take is cut into parts that are searched one
+by one, each with a table of its own poses' distances, and grouped as a whole afterwards: parts end
+where takes end or where the body rests.
+
+Source: Park, Lee and Lee (2011), section 4.2 and the splitting described in section 7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numba import njit
+
+from motiondb.grammar.terminals.medoids import group_by_medoids
+from motiondb.grammar.terminals.tuning import Costs
+from motiondb.records import Float32Array, FloatArray, IntArray
+
+Bits = np.ndarray
+
+
+@dataclass(frozen=True)
+class GeneticSettings:
+    """population, generations; mutation : flips a solution on average; part : frames of a part."""
+
+    population: int = 60
+    generations: int = 120
+    mutation: float = 1.5
+    part: int = 1000
+
+
+def genetic_cuts(
+    candidates: IntArray,
+    costs: Costs,
+    n_groups: int,
+    rng: np.random.Generator,
+    settings: GeneticSettings | None = None,
+    advance: Callable[[float], None] | None = None,
+) -> IntArray:
+    """The cuts that were found, begins and ends of takes among them.
+
+    Parameters
+    ----------
+    candidates : array (cuts,), frames, with begins and ends of takes (``costs.fixed``).
+    n_groups : K of the whole; a part of T' frames is grouped into K sqrt(T' / T).
+    advance : called with the share of parts that are done.
+    """
+    settings = settings or GeneticSettings()
+    parts = split(candidates, costs.fixed, settings.part)
+    n_frames = int(candidates[-1])
+    found = [np.array([0])]
+    for number, own in enumerate(parts):
+        share = float(np.sqrt((own[-1] - own[0]) / n_frames))
+        found.append(_search_part(own, costs, max(1, round(n_groups * share)), rng, settings))
+        if advance:
+            advance((number + 1) / len(parts))
+    return np.unique(np.concatenate(found))
+
+
+def split(candidates: IntArray, fixed: np.ndarray, part: int) -> list[IntArray]:
+    """Candidates of every part, both its ends among them; parts have about ``part`` frames.
+
+    >>> fixed = np.isin(np.arange(41), [0, 20, 40])
+    >>> [own.tolist() for own in split(np.arange(0, 41, 5), fixed, 12)]
+    [[0, 5, 10], [10, 15, 20], [20, 25, 30], [30, 35, 40]]
+    """
+    ends = candidates[fixed[candidates]]
+    parts = []
+    for a, b in pairwise(ends):
+        inside = candidates[(candidates >= a) & (candidates <= b)]
+        n_parts = max(1, round((b - a) / part))
+        wished = a + (b - a) * np.arange(n_parts + 1) / n_parts
+        at = np.unique([int(np.argmin(np.abs(inside - x))) for x in wished])
+        parts += [inside[i : j + 1] for i, j in pairwise(at)]
+    return parts
+
+
+def _search_part(
+    own: IntArray,
+    costs: Costs,
+    n_groups: int,
+    rng: np.random.Generator,
+    settings: GeneticSettings,
+) -> IntArray:
+    """The best cuts of one part."""
+    first = int(own[0])
+    table = _distances(costs.values[first : own[-1]])
+    n_bits = max(len(own) - 2, 0)
+
+    def cost(bits: Bits) -> float:
+        return _cost(own[np.concatenate([[True], bits, [True]])], first, table, costs, n_groups)
+
+    shares = rng.uniform(0.1, 0.6, settings.population)
+    population = [_repair(rng.random(n_bits) < share, own, costs.shortest) for share in shares]
+    values = np.array([cost(bits) for bits in population])
+    for _ in range(settings.generations if n_bits else 0):
+        best = int(np.argmin(values))
+        children = [population[best]]
+        chances = 1.0 / values - 1.0 / values.max() + 1e-12
+        chances /= chances.sum()
+        while len(children) < settings.population:
+            mother, father = rng.choice(settings.population, 2, p=chances)
+            child = _cross(population[mother], population[father], rng)
+            child = _mutate(child, settings.mutation, rng)
+            children.append(_repair(child, own, costs.shortest))
+        values = np.array([values[best], *(cost(bits) for bits in children[1:])])
+        population = children
+    return own[np.concatenate([[True], population[int(np.argmin(values))], [True]])]
+
+
+def _distances(values: Float32Array) -> Float32Array:
+    squares = (values**2).sum(axis=1)
+    inner = values @ values.T
+    return np.sqrt(np.maximum(squares[:, None] + squares - 2.0 * inner, 0.0))
+
+
+def _cost(cuts: IntArray, first: int, table: Float32Array, costs: Costs, n_groups: int) -> float:
+    """What a segmentation of a part costs after grouping; its price where it is too few."""
+    starts, ends = cuts[:-1] - first, cuts[1:] - first
+    lengths = ends - starts
+    distances = _table_distances(table, starts, ends)
+    weights, prices = costs.weight * lengths, costs.price * lengths
+    medoids, labels = group_by_medoids(
+        distances, min(n_groups, len(starts)), weights=weights, prices=prices
+    )
+    error = float(weights @ distances[np.arange(len(starts)), medoids[labels]])
+    return error + float(prices[medoids].sum()) + float(costs.rest[cuts[:-1]].sum()) + 1e-12
+
+
+def _cross(mother: Bits, father: Bits, rng: np.random.Generator) -> Bits:
+    """The mother's bits, the father's between two places."""
+    child = mother.copy()
+    a, b = np.sort(rng.integers(0, len(mother) + 1, 2))
+    child[a:b] = father[a:b]
+    return child
+
+
+def _mutate(bits: Bits, flips: float, rng: np.random.Generator) -> Bits:
+    """Flip some bits, and move a cut to the neighbouring candidate."""
+    flipped = rng.random(len(bits)) < flips / max(len(bits), 1)
+    bits = bits ^ flipped
+    cuts = np.flatnonzero(bits)
+    if len(cuts):
+        at = int(rng.choice(cuts))
+        to = at + (1 if rng.random() < 0.5 else -1)
+        if 0 <= to < len(bits) and not bits[to]:
+            bits[at], bits[to] = False, True
+    return bits
+
+
+def _repair(bits: Bits, own: IntArray, shortest: int) -> Bits:
+    """Without the cuts that would make a segment too short, from left to right."""
+    repaired = np.zeros(len(bits), dtype=bool)
+    last = own[0]
+    for n in np.flatnonzero(bits):
+        if own[n + 1] - last >= shortest and own[-1] - own[n + 1] >= shortest:
+            repaired[n] = True
+            last = own[n + 1]
+    return repaired
+
+
+@njit(cache=True, fastmath=True)
+def _table_distances(table: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
+    """D between segments from a table of pose distances; see ``segment_distance``."""
+    n = len(starts)
+    found = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i):
+            a, b = (i, j) if ends[i] - starts[i] >= ends[j] - starts[j] else (j, i)
+            length, shorter = ends[a] - starts[a], ends[b] - starts[b]
+            total, behind, at = 0.0, 0, starts[b]
+            for t in range(starts[a], ends[a]):
+                total += table[t, at]
+                behind += shorter
+                if behind >= length:
+                    behind -= length
+                    at += 1
+            found[i, j] = found[j, i] = total / length
+    return found

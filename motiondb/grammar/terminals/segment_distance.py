@@ -1,0 +1,82 @@
+"""How far two segments are from one another: poses matched by uniform time warping.
+
+Frame m of the longer segment (l frames) is matched with frame floor(m l' / l) of the shorter (l'
+frames), m = 0 .. l - 1, and
+
+    D(s, s') = (1 / l) sum_m d(x_{s + m}, x_{s' + floor(m l' / l)}),
+
+so that D is symmetric, 0 for a segment and itself, and 0 for a segment and itself at a whole
+fraction of its pace. The distances d are computed where they are needed; no table of all pairs of
+frames is made.
+
+Source: Park, Lee and Lee (2011), equation 1. Print counts m from 1, which would skip the first
+frame and step over the last.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numba import njit
+
+from motiondb.records import Float32Array, FloatArray, IntArray
+
+
+@njit(cache=True, fastmath=True, inline="always")
+def _pose_distance(values, t, u):  # type: ignore[no-untyped-def]
+    square = np.float32(0.0)
+    for d in range(values.shape[1]):
+        gap = values[t, d] - values[u, d]
+        square += gap * gap
+    return np.sqrt(square)
+
+
+_PARTS = 4
+
+
+@njit(cache=True, fastmath=True, nogil=True)
+def segment_distance(values: Float32Array, a: int, b: int, a2: int, b2: int) -> float:
+    """D of the segments [a, b) and [a2, b2), in the unit of d.
+
+    values : array (frames, dimensions), float32, of
+        :class:`motiondb.grammar.terminals.pose_distance.Poses`.
+    """
+    if b - a < b2 - a2:
+        a, b, a2, b2 = a2, b2, a, b
+    length, shorter = b - a, b2 - a2
+    total = 0.0
+    for m in range(length):
+        total += _pose_distance(values, a + m, a2 + m * shorter // length)
+    return total / length
+
+
+def segment_distances(values: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
+    """D between all segments: array (segments, segments), symmetric, 0 on the diagonal."""
+    found = np.zeros((len(starts), len(starts)))
+
+    def fill(part: int) -> None:
+        _fill_rows(values, starts, ends, part, _PARTS, found)
+
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(fill, range(_PARTS)))
+    return found + found.T
+
+
+@njit(cache=True, nogil=True)
+def _fill_rows(values, starts, ends, part, n_parts, found):  # type: ignore[no-untyped-def]
+    """Below the diagonal, every n_parts-th row."""
+    for i in range(part, len(starts), n_parts):
+        for j in range(i):
+            found[i, j] = segment_distance(values, starts[i], ends[i], starts[j], ends[j])
+
+
+@njit(cache=True)
+def distances_to(
+    values: Float32Array, a: int, b: int, starts: IntArray, ends: IntArray
+) -> FloatArray:
+    """D of the segment [a, b) to every given segment: array (segments,)."""
+    found = np.empty(len(starts))
+    for i in range(len(starts)):
+        found[i] = segment_distance(values, a, b, starts[i], ends[i])
+    return found

@@ -1,0 +1,390 @@
+"""The terminals of takes: segments, K groups of segments that are alike, and a name for each.
+
+Poses are described so that d(x_t, x_t') is cheap (``poses``). A coarse search at 15 frames a
+second over candidate cuts finds segments and medoids together (``exchange``, or the genetic
+algorithm of the paper, ``genetic``). Then cuts slide to single frames (``tuning``), all segments
+are grouped once more from the medoids found, and what is better counts. The takes become strings
+over the terminals; no segment crosses the end of a take.
+
+What is made large is the paper's F, less a price for every cut: F alone grows when segments get
+shorter, down to the shortest that is allowed. The price and the weight of R were chosen on one take
+of each of the three grammars of the sample data, so that boundaries and groups agree best with the
+truth; the others are what the tests and benchmarks report.
+
+Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
+Computer Graphics Forum 30 (2011), section 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from itertools import product
+from string import ascii_lowercase
+
+import numpy as np
+
+from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.terminals import candidates, exchange, genetic, tuning
+from motiondb.grammar.terminals.medoids import group_by_medoids
+from motiondb.grammar.terminals.objective import REPETITION_WEIGHT, score
+from motiondb.grammar.terminals.pose_distance import Poses, make_poses
+from motiondb.grammar.terminals.segment_distance import distances_to, segment_distances
+from motiondb.records import IntArray, Motion, SegmentTable
+
+TUNED = 4
+"""How many of the starts' best are tuned; the best of them after that counts."""
+COARSE_STEP = 2
+"""Frames per frame of the coarse search."""
+FEWEST_TRIALS, MOST_TRIALS, TRIED_CELLS = 6_000, 16_000, 32_000_000
+"""Medoids that are tried, and the sum over them of cells looked at."""
+
+Progress = Callable[[int, int, str], None]
+"""Called with what is done, of how much, and with what is being done."""
+
+
+@dataclass(frozen=True, eq=False)
+class Terminals:
+    """Segments of takes and the terminals that they show.
+
+    Attributes
+    ----------
+    names : K names, numbered as ``labels`` number them.
+    takes : array (segments,), number of the take, in the order given.
+    starts, ends : arrays (segments,), frames of the canonical motion, half-open; the segments of a
+        take tile it.
+    labels : array (segments,), number of the terminal; every terminal is used.
+    medoids : array (K,), the segment in the middle of every terminal.
+    objective : F.
+    """
+
+    names: tuple[str, ...]
+    takes: IntArray
+    starts: IntArray
+    ends: IntArray
+    labels: IntArray
+    medoids: IntArray
+    objective: float
+
+
+@dataclass(frozen=True)
+class TerminalSettings:
+    """How terminals are looked for.
+
+    shortest, longest : frames of a segment. grid : frames between candidate cuts at most. weight :
+    w, the share of R. segment_price : of a segment more, in mean distances of a pose from the mean
+    pose times frames; rest : the same for a cut at the takes' mean speed. most_segments : N.
+    method : "exchange" or "genetic". n_starts, n_trials : of the exchange search; None: as many as
+    the length of the takes allows, see :func:`trials_for`.
+    """
+
+    shortest: int = 8
+    longest: int = 75
+    grid: int = 10
+    weight: float = REPETITION_WEIGHT
+    segment_price: float = 2.0
+    rest: float = 3.0
+    most_segments: int | None = None
+    method: str = "exchange"
+    n_starts: int = 16
+    n_trials: int | None = None
+    genetic: genetic.GeneticSettings = field(default_factory=genetic.GeneticSettings)
+    tuning: tuning.TuningSettings = field(default_factory=tuning.TuningSettings)
+
+
+def find_terminals(
+    takes: Sequence[Motion],
+    n_terminals: int,
+    rng: np.random.Generator,
+    *,
+    settings: TerminalSettings | None = None,
+    progress: Progress | None = None,
+) -> Terminals:
+    """Segments and terminals of takes.
+
+    Parameters
+    ----------
+    takes : motions on the canonical body, 30 frames a second.
+    n_terminals : K.
+    rng : the same seed gives the same terminals, whatever the number of threads.
+    progress : called with (done, 100, what is being done).
+
+    Raises
+    ------
+    GrammarError
+        where takes or settings cannot be used, or the takes are too short for K.
+    """
+    settings = settings or TerminalSettings()
+    tell = progress or _silent
+    _check(n_terminals, settings)
+    tell(0, 100, "describe poses")
+    poses = make_poses(takes)
+    costs = cut_costs(poses, settings)
+    tell(5, 100, "search terminals")
+
+    def advance(share: float) -> None:
+        tell(5 + round(75 * share), 100, "search terminals")
+
+    search = _by_exchange if settings.method == "exchange" else _by_genetic
+    groupings = search(poses, costs, n_terminals, settings, rng, advance)
+    tell(80, 100, "tune cuts")
+
+    def finish(job: tuple[tuning.Grouping, np.random.Generator]) -> tuning.Grouping:
+        tuned, _ = tuning.tune(job[0], costs, job[1], settings.tuning)
+        again = _grouped(tuned.cuts, costs, n_terminals, tuned.medoids)
+        return min((tuned, again), key=lambda g: tuning.total_cost(g, costs))
+
+    with ThreadPoolExecutor(2) as pool:
+        finished = list(pool.map(finish, zip(groupings, rng.spawn(len(groupings)))))
+    best = min(finished, key=lambda g: tuning.total_cost(g, costs))
+    tell(100, 100, "terminals found")
+    return _record(poses, best, settings.weight)
+
+
+def strings_of(terminals: Terminals) -> tuple[tuple[str, ...], ...]:
+    """One string a take: the names of its segments' terminals in order of time."""
+    strings: list[list[str]] = [[] for _ in range(int(terminals.takes.max()) + 1)]
+    for take, label in zip(terminals.takes, terminals.labels):
+        strings[take].append(terminals.names[label])
+    return tuple(tuple(string) for string in strings)
+
+
+def terminals_from_symbols(
+    takes: Sequence[Motion],
+    capture_ids: Sequence[int],
+    segments: SegmentTable,
+    weight: float = REPETITION_WEIGHT,
+) -> Terminals:
+    """The segments and symbols of a learned database as terminals.
+
+    Parameters
+    ----------
+    takes : motions of the captures. capture_ids : of every take, their numbers in ``segments``.
+
+    Returns
+    -------
+    Terminals of the K symbols that the takes show, named s0, s1, ... as the symbols are numbered;
+    the medoid of a terminal is the segment nearest to all its segments, frame by frame.
+
+    Raises
+    ------
+    GrammarError
+        where the segments of a capture do not tile its take.
+    """
+    poses = make_poses(takes)
+    rows = [np.flatnonzero(segments.capture_ids == number) for number in capture_ids]
+    for number, (own, take) in enumerate(zip(rows, takes, strict=True)):
+        tiles = np.concatenate([[0], segments.ends[own]])
+        if not (len(own) and (tiles[:-1] == segments.starts[own]).all()) or (
+            tiles[-1] != take.n_frames
+        ):
+            raise GrammarError(
+                f"take {number + 1}: expected segments that tile its {take.n_frames} frames, found "
+                f"{len(own)} up to frame {tiles[-1]}. Run `motiondb learn` again."
+            )
+    order = np.concatenate(rows)
+    offsets = np.repeat(poses.bounds[:-1], [len(own) for own in rows])
+    cuts = np.append(offsets + segments.starts[order], poses.n_frames)
+    used, labels = np.unique(segments.symbols[order], return_inverse=True)
+    medoids = np.array([_middle(poses, cuts, labels == k) for k in range(len(used))])
+    grouping = tuning.Grouping(cuts, labels.astype(np.int64), medoids)
+    return _record(poses, grouping, weight, [f"s{symbol}" for symbol in used])
+
+
+def trials_for(n_cells: int) -> int:
+    """Medoids to try for so many cells: an exchange takes time in proportion to them.
+
+    >>> trials_for(1_000), trials_for(4_000), trials_for(20_000)
+    (16000, 8000, 6000)
+    """
+    return min(MOST_TRIALS, max(FEWEST_TRIALS, TRIED_CELLS // n_cells))
+
+
+def terminal_names(n: int) -> tuple[str, ...]:
+    """a to z, then aa, ab, ...
+
+    >>> terminal_names(28)[-3:]
+    ('z', 'aa', 'ab')
+    """
+    names: list[str] = []
+    length = 1
+    while len(names) < n:
+        names += ["".join(letters) for letters in product(ascii_lowercase, repeat=length)]
+        length += 1
+    return tuple(names[:n])
+
+
+def _silent(_done: int, _total: int, _text: str) -> None:
+    pass
+
+
+def _check(n_terminals: int, settings: TerminalSettings) -> None:
+    if n_terminals < 1:
+        raise GrammarError(
+            f"terminals: expected at least 1, found {n_terminals}. Ask for more terminals."
+        )
+    most = settings.most_segments
+    if most is not None and most < n_terminals:
+        raise GrammarError(
+            f"terminals: expected room for {n_terminals} segments or more, found at most {most} "
+            "allowed. Allow more segments, or ask for fewer terminals."
+        )
+    if not 0.0 <= settings.weight < 1.0:
+        raise GrammarError(
+            f"terminals: expected a weight of R from 0 to below 1, found {settings.weight}. "
+            "Choose one such as 0.1."
+        )
+    if not 2 <= settings.shortest <= settings.longest or settings.grid < COARSE_STEP:
+        raise GrammarError(
+            "terminals: expected 2 <= shortest <= longest frames and a grid of 2 frames or more, "
+            f"found {settings.shortest}, {settings.longest} and {settings.grid}. Change them."
+        )
+    if settings.method not in ("exchange", "genetic"):
+        raise GrammarError(
+            f'terminals: expected the method "exchange" or "genetic", found "{settings.method}". '
+            "Choose one of them."
+        )
+
+
+def cut_costs(poses: Poses, settings: TerminalSettings) -> tuning.Costs:
+    """What segments, distances and cuts cost, all as parts of 1 / F."""
+    n_frames = poses.n_frames
+    weight = (1.0 - settings.weight) / (n_frames * poses.largest) if poses.largest > 0.0 else 0.0
+    mean = float(np.linalg.norm(poses.values - poses.values.mean(axis=0), axis=1).mean())
+    pace = np.append(poses.speeds / max(float(poses.speeds.mean()), 1e-12), 0.0)
+    pace[poses.bounds] = 0.0
+    rest = weight * mean * (settings.segment_price + settings.rest * pace)
+    fixed = np.zeros(n_frames + 1, dtype=bool)
+    fixed[poses.bounds] = True
+    price = settings.weight / n_frames
+    return tuning.Costs(poses.values, fixed, rest, price, weight, settings.shortest)
+
+
+def _by_exchange(
+    poses: Poses,
+    costs: tuning.Costs,
+    n_terminals: int,
+    settings: TerminalSettings,
+    rng: np.random.Generator,
+    advance: Callable[[float], None],
+) -> list[tuning.Grouping]:
+    thin = candidates.thinned(poses, COARSE_STEP)
+    cuts = candidates.candidate_cuts(
+        thin, settings.grid // COARSE_STEP, -(-settings.shortest // COARSE_STEP)
+    )
+    frames = candidates.unthinned(cuts, thin, poses, COARSE_STEP)
+    cells = candidates.make_cells(cuts, frames, thin.bounds, settings.shortest, settings.longest)
+    _check_room(cells, n_terminals, settings)
+    unit = COARSE_STEP * costs.weight if costs.weight > 0.0 else 1.0
+    task = exchange.Task(
+        thin, cells, costs.rest[frames] / unit, COARSE_STEP * costs.price / unit, n_terminals
+    )
+    trials = trials_for(len(cells.firsts)) if settings.n_trials is None else settings.n_trials
+    states = exchange.exchange_search(task, rng, settings.n_starts, trials, advance)
+    groupings = []
+    for state in states[:TUNED]:
+        path = _path_within(task, state, n_terminals, settings.most_segments)
+        found = np.append(frames[cells.firsts[path]], poses.n_frames)
+        medoids = exchange.path_medoids(task, state, path)
+        groupings.append(_grouped(found, costs, n_terminals, medoids))
+    return groupings
+
+
+def _by_genetic(
+    poses: Poses,
+    costs: tuning.Costs,
+    n_terminals: int,
+    settings: TerminalSettings,
+    rng: np.random.Generator,
+    advance: Callable[[float], None],
+) -> list[tuning.Grouping]:
+    cuts = candidates.candidate_cuts(poses, settings.grid, settings.shortest)
+    cells = candidates.make_cells(cuts, cuts, poses.bounds, settings.shortest, settings.longest)
+    _check_room(cells, n_terminals, settings)
+    found = genetic.genetic_cuts(cuts, costs, n_terminals, rng, settings.genetic, advance)
+    most = settings.most_segments
+    if len(found) - 1 < n_terminals or (most is not None and len(found) - 1 > most):
+        wanted = np.where(np.isin(cells.starts, found) & np.isin(cells.ends, found), 0.0, 1.0)
+        path = candidates.bounded_path(cells, wanted, np.zeros(len(cuts)), n_terminals, most)
+        found = np.append(cells.starts[path], poses.n_frames)
+    return [_grouped(found, costs, n_terminals, None)]
+
+
+def _check_room(cells: candidates.Cells, n_terminals: int, settings: TerminalSettings) -> None:
+    """Whether the takes can be cut into K segments, and into no more than N."""
+    ones, free = np.ones(len(cells.firsts)), np.zeros(len(cells.cuts))
+    most = len(candidates.cheapest_path(cells, -ones, free)[1])
+    least = len(candidates.cheapest_path(cells, ones, free)[1])
+    if most < n_terminals:
+        raise GrammarError(
+            f"terminals: expected takes long enough for {n_terminals} terminals, found "
+            f"{most} segments of {settings.shortest} frames or more at most. "
+            "Ask for fewer terminals, or add captures."
+        )
+    if settings.most_segments is not None and least > settings.most_segments:
+        raise GrammarError(
+            f"terminals: expected at least {least} segments (none longer than {settings.longest} "
+            f"frames or across takes), found at most {settings.most_segments} allowed. "
+            "Allow more segments, or longer ones."
+        )
+
+
+def _path_within(
+    task: exchange.Task, state: exchange.State, fewest: int, most: int | None
+) -> IntArray:
+    """The state's path, or the cheapest with K to N segments."""
+    if len(state.path) >= fewest and (most is None or len(state.path) <= most):
+        return state.path
+    return candidates.bounded_path(task.cells, state.least, task.cut_costs, fewest, most)
+
+
+def _grouped(
+    cuts: IntArray, costs: tuning.Costs, n_groups: int, initial: IntArray | None
+) -> tuning.Grouping:
+    """Groups of largest F for given cuts."""
+    starts, ends = cuts[:-1], cuts[1:]
+    lengths = ends - starts
+    distances = segment_distances(costs.values, starts, ends)
+    medoids, labels = group_by_medoids(
+        distances,
+        n_groups,
+        weights=costs.weight * lengths,
+        prices=costs.price * lengths,
+        initial=initial,
+    )
+    return tuning.Grouping(cuts, labels, medoids)
+
+
+def _middle(poses: Poses, cuts: IntArray, own: np.ndarray) -> int:
+    """The segment with the least distance to all of a group, weighted by their frames."""
+    members = np.flatnonzero(own)
+    starts, ends = cuts[members], cuts[members + 1]
+    distances = segment_distances(poses.values, starts, ends)
+    return int(members[int(np.argmin((ends - starts) @ distances))])
+
+
+def _record(
+    poses: Poses, grouping: tuning.Grouping, weight: float, names: Sequence[str] | None = None
+) -> Terminals:
+    """The record, terminals numbered by their first appearance unless they have names."""
+    starts, ends = grouping.cuts[:-1], grouping.cuts[1:]
+    to_medoid = np.empty(len(starts))
+    for k, m in enumerate(grouping.medoids):
+        own = np.flatnonzero(grouping.labels == k)
+        to_medoid[own] = distances_to(poses.values, starts[m], ends[m], starts[own], ends[own])
+    found = score(ends - starts, grouping.medoids, to_medoid, poses.largest, weight)
+    n_groups = len(grouping.medoids)
+    first = np.array([int(np.argmax(grouping.labels == k)) for k in range(n_groups)])
+    order = np.argsort(first) if names is None else np.arange(n_groups)
+    rank = np.argsort(order)
+    takes = np.searchsorted(poses.bounds, starts, side="right") - 1
+    return Terminals(
+        names=terminal_names(n_groups) if names is None else tuple(names),
+        takes=takes,
+        starts=starts - poses.bounds[takes],
+        ends=ends - poses.bounds[takes],
+        labels=rank[grouping.labels],
+        medoids=grouping.medoids[order],
+        objective=found.objective,
+    )

@@ -1,0 +1,1 @@
+"""What is learned from captures, and what follows from it: arrays in, arrays out."""

@@ -1,0 +1,200 @@
+"""Search by example: the stored intervals that move like a motion, and how sure each answer is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+
+from motiondb.learning.answers.word_answers import mark_generated, reaches, to_seconds
+from motiondb.learning.learned import Learned
+from motiondb.learning.recognition import recognise
+from motiondb.learning.symbol_fitting import FeaturePool
+from motiondb.pose.features import FEATURE_STEP, recognition_features
+from motiondb.records import Match, Motion
+from motiondb.search import by_motion, certainty, extents, score_vectors
+from motiondb.symbols.hmm_jobs import one_blas_thread
+from motiondb.words import vocabulary
+
+
+@dataclass(frozen=True, eq=False)
+class ExampleAnswer(Sequence[Match]):
+    """The matches of an example, best first, as a sequence.
+
+    Attributes
+    ----------
+    matches : tuple of Match
+        Best first.
+    strength : float or None
+        Largest resemblance of a match (``search.by_motion``), 1 for the same motion.
+    threshold : float or None
+        Strength below which nothing in the database matches. Both are None where too little was
+        written about the captures to learn them.
+    """
+
+    matches: tuple[Match, ...]
+    strength: float | None = None
+    threshold: float | None = None
+
+    @property
+    def matches_anything(self) -> bool | None:
+        """Whether anything in the database moves like the example; None where this is not known."""
+        return reaches(self.matches, self.strength, self.threshold)
+
+    def __len__(self) -> int:
+        return len(self.matches)
+
+    @overload
+    def __getitem__(self, index: int) -> Match: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Match, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Match | tuple[Match, ...]:
+        return self.matches[index]
+
+
+def search_motion(
+    learned: Learned,
+    pool: FeaturePool,
+    motion: Motion,
+    allowed: Sequence[int],
+    limit: int = 10,
+    meaning: bool | None = None,
+) -> ExampleAnswer:
+    """The stored intervals that move like a motion, best first.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    pool : FeaturePool
+        Recognition features of all captures.
+    motion : Motion
+        The example.
+    allowed : sequence of int
+        Numbers of the captures to search; those without segments are left out.
+    limit : int
+        Largest number of matches.
+    meaning : bool or None
+        Whether learned words take part in the resemblance, so that the same action in another
+        style counts as alike; None: where there are words.
+
+    Raises
+    ------
+    NotLearnedError
+        When ``meaning`` is True and no words were learned.
+    """
+    allowed = [capture for capture in allowed if capture in learned.rows]
+    query = make_query(learned, motion, learned.has_words if meaning is None else meaning)
+    with one_blas_thread():  # the matrices of one query are too small for two threads to gain by
+        refined = _find_motion(learned, pool, query, allowed)
+        refined = _whole_activities(learned, pool, motion, refined[: 2 * limit])[:limit]
+        sure = _how_sure(learned, query, refined)
+    matches = tuple(
+        Match(
+            rank,
+            learned.captures[c.capture].name,
+            *to_seconds(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
+            c.score,
+            _words_of_interval(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
+            mark_generated(learned, c.capture),
+            sure[rank - 1][1] if sure else None,
+        )
+        for rank, c in enumerate(refined, start=1)
+    )
+    known = learned.example_certainty
+    return ExampleAnswer(
+        matches,
+        max((alike for alike, _ in sure), default=None),
+        None if known is None or np.isnan(known.threshold) else known.threshold,
+    )
+
+
+def _how_sure(
+    learned: Learned, query: by_motion.Query, found: Sequence[by_motion.Candidate]
+) -> list[tuple[float, float]]:
+    """Resemblance of every match, and the calibrated probability that it shows the same action;
+    nothing where that was not learned."""
+    sure = learned.example_certainty
+    if sure is None:
+        return []
+    actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
+    clear = certainty.clearest(learned.word_map, query.vector, actions & learned.is_known())
+    told = []
+    for c in found:
+        rows = learned.rows[c.capture]
+        vector = score_vectors.interval_vectors(
+            learned.standardised[rows], learned.segments.starts[rows], learned.segments.ends[rows],
+            np.array([c.start * FEATURE_STEP]), np.array([c.end * FEATURE_STEP]),
+        )  # fmt: skip
+        alike = by_motion.resemblance(
+            query.vector, vector, learned.word_map, n_bearing=learned.n_bearing
+        )[0]
+        chance = float(certainty.probability(sure.log_odds(np.array([alike, clear]))))
+        told.append(
+            (by_motion.same_motion(float(alike), c.warp), by_motion.same_motion(chance, c.warp))
+        )
+    return told
+
+
+def _find_motion(
+    learned: Learned, pool: FeaturePool, query: by_motion.Query, allowed: Sequence[int]
+) -> list[by_motion.Candidate]:
+    takes = {
+        capture: by_motion.Take(
+            learned.segments.starts[rows] // FEATURE_STEP,
+            -(-learned.segments.ends[rows] // FEATURE_STEP),
+            learned.segments.symbols[rows],
+            learned.standardised[rows],
+        )
+        for capture in allowed
+        for rows in [learned.rows[capture]]
+    }
+    candidates = by_motion.find_candidates(query, takes, learned.distances)
+    features = {
+        capture: learned.feature_space.project(pool.of_capture(capture))
+        for capture in {c.capture for c in candidates}
+    }
+    return by_motion.refine(query, candidates, features)
+
+
+def _whole_activities(
+    learned: Learned, pool: FeaturePool, motion: Motion, found: list[by_motion.Candidate]
+) -> list[by_motion.Candidate]:
+    """Extend answers in long captures to the whole activity (``search.extents``)."""
+    contexts = learned.context_space
+    if contexts is None or motion.n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
+        return found
+    example = contexts.view(recognition_features(motion))
+    lengths = {c.capture: learned.captures[c.capture].motion_frames for c in found}
+    takes = {
+        capture: contexts.view(pool.of_capture(capture))
+        for capture, length in lengths.items()
+        if length >= extents.LONG * motion.n_frames
+    }
+    return by_motion.to_activities(example, found, takes)
+
+
+def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_motion.Query:
+    """Segment and recognise an example as the captures were; see :func:`search_motion`."""
+    seen = recognise(learned, motion)
+    starts, ends = seen.starts, seen.ends
+    weights = (ends - starts) / max(int((ends - starts).sum()), 1)
+    whole = np.array([0.0]), np.array([float(len(seen.features))])
+    vector = score_vectors.interval_vectors(seen.standardised, starts, ends, *whole)[0]
+    words = learned.word_map if meaning else None
+    return by_motion.Query(seen.features, seen.symbols, weights, vector, words, learned.n_bearing)
+
+
+def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:
+    """The likeliest words of a stored interval, if the database knows words at all."""
+    if learned.fitted_word_map is None:
+        return ()
+    take = learned.takes[capture]
+    inside = (take.starts < end) & (take.ends > start)
+    odds = np.where(learned.is_known(), take.windows[inside].mean(axis=0), -np.inf)
+    order = np.argsort(-odds, kind="stable")[:3]
+    return tuple(learned.association.words[w] for w in order if odds[w] > -1.0)

@@ -1,0 +1,81 @@
+"""Learning as a whole: from features and captions to everything that ``learn`` derives."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from motiondb.learning import counting, drift
+from motiondb.learning.learned import LearnedModel
+from motiondb.learning.symbol_fitting import (
+    FeaturePool,
+    LearnSettings,
+    Progress,
+    acquire_symbols,
+    segment_table,
+)
+from motiondb.learning.word_fitting import TaughtWords, fit_words
+from motiondb.search import extents
+from motiondb.symbols import feature_space
+from motiondb.symbols import space as symbol_spaces
+from motiondb.words import transition
+
+
+def fit_model(
+    pool: FeaturePool, taught: TaughtWords, settings: LearnSettings, tell: Progress
+) -> LearnedModel:
+    """Learn symbols, their space and their words.
+
+    Parameters
+    ----------
+    pool : FeaturePool
+        Recognition features of the captures to learn from.
+    taught : TaughtWords
+        What people wrote about these captures.
+    settings : LearnSettings
+        What decides the result; the same settings and captures give the same result.
+    tell : callable
+        Called with the step and the share of it that is done.
+
+    Returns
+    -------
+    LearnedModel
+        With run 0: it is not saved yet.
+
+    Raises
+    ------
+    MotionDBError
+        When there are fewer segments than symbols asked for.
+    """
+    rng = np.random.default_rng(settings.seed)
+    parts = [pool.features[a:b] for a, b in pairwise(pool.bounds)]
+    space = feature_space.fit_feature_space(parts)
+    frames = space.project(np.asarray(pool.features))
+    acquired = acquire_symbols(frames, pool, rng, settings, tell)
+    tell("scoring", 0.0)
+    table = segment_table(frames, pool, acquired.symbols, acquired.cutting)
+    tell("symbol space", 0.0)
+    symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
+    tell("words", 0.0)
+    n_symbols = acquired.symbols.n_symbols
+    words = fit_words(table, taught, n_symbols)
+    return LearnedModel(
+        run_id=0,
+        symbols=acquired.symbols,
+        segments=table,
+        space=symbol_space,
+        association=words.association,
+        transition_counts=transition.count_transitions(counting.symbol_sequences(table), n_symbols),
+        feature_space=space,
+        score_space=words.score_space,
+        context_space=extents.fit_context_space(parts),
+        fitted_word_map=words.word_map,
+        certainties=words.certainties,
+        lengths=dict(words.counted.counts.shapes),
+        counted=words.counted,
+        lemmas=words.counted.reference.lemmas,
+        cutting=settings.acquisition,
+        description_lengths=np.array(acquired.description_lengths),
+        drift_baseline=drift.fit_baseline(table),
+    )

@@ -1,0 +1,335 @@
+"""What was learned: :class:`LearnedModel` as ``learn`` derives it, :class:`Learned` for questions.
+
+Both are frozen and hold no store. A :class:`Learned` is whole: what was learned, the catalogue and
+what people wrote, all of one revision of the store. What follows from these arrays alone is
+computed at its first use and kept with the record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.errors import NotLearnedError
+from motiondb.learning.asked_certainty import Certainties
+from motiondb.learning.counting import (
+    Counts,
+    Described,
+    Reference,
+    capture_rows,
+    described_intervals,
+    publish_association,
+    publish_word_map,
+)
+from motiondb.learning.drift import DriftBaseline
+from motiondb.records import (
+    Association,
+    Caption,
+    CaptureInfo,
+    FloatArray,
+    IntArray,
+    MotionSymbols,
+    SegmentTable,
+    SymbolSpace,
+)
+from motiondb.search import by_words, certainty, extents, movement
+from motiondb.search.by_words import WINDOW_MARGIN
+from motiondb.search.score_vectors import ScoreSpace
+from motiondb.symbols.acquisition import AcquisitionSettings
+from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.words import explanation, transition
+from motiondb.words.word_map import WordMap
+
+
+@dataclass(frozen=True, eq=False)
+class Counted:
+    """What was counted, and what it was counted with.
+
+    Attributes
+    ----------
+    counts : Counts
+        Sums over all captures that were counted.
+    reference : Reference
+        What the counts were made with; the same from one ``learn`` to the next.
+    """
+
+    counts: Counts
+    reference: Reference
+
+
+@dataclass(frozen=True, eq=False)
+class LearnedModel:
+    """Everything that ``learn`` derives; the store keeps it as a whole.
+
+    Attributes
+    ----------
+    run_id : int
+        Run that made or last changed it.
+    symbols : MotionSymbols
+        Motion symbols.
+    segments : SegmentTable
+        Segments of all captures that were learned from or added since.
+    space : SymbolSpace
+        Distances, coordinates and clusters of the symbols.
+    association : Association
+        IBM Model 2 from symbols to words.
+    transition_counts : array (symbols + 1, symbols + 1)
+        How often symbol column - 1 follows symbol row - 1; row 0 is the begin of a capture,
+        column 0 its end.
+    feature_space : FeatureSpace
+        Projection of recognition features.
+    score_space : ScoreSpace
+        Standardisation of scores and movement.
+    context_space : ContextSpace or None
+        Contexts of activities; None in databases of versions that did not learn them.
+    fitted_word_map : WordMap or None
+        Calibrated map from score vectors to words; None where no words were written.
+    certainties : Certainties
+        How sure answers are.
+    lengths : dict
+        (symbols l, words m) -> number of described intervals of this shape.
+    counted : Counted or None
+        Exact counts; None in databases of versions that did not keep them.
+    lemmas : dict
+        Lemmas that the dictionary gave for the words of captions.
+    cutting : AcquisitionSettings
+        How the symbols cut a motion into segments.
+    description_lengths : array (updates,)
+        Objective after every accepted update, bits; decreasing.
+    drift_baseline : DriftBaseline or None
+        What drift is measured against; None in databases of versions that did not keep it.
+    """
+
+    run_id: int
+    symbols: MotionSymbols
+    segments: SegmentTable
+    space: SymbolSpace
+    association: Association
+    transition_counts: FloatArray
+    feature_space: FeatureSpace
+    score_space: ScoreSpace
+    context_space: extents.ContextSpace | None = None
+    fitted_word_map: WordMap | None = None
+    certainties: Certainties = field(default_factory=Certainties)
+    lengths: Mapping[tuple[int, int], int] = field(default_factory=dict)
+    counted: Counted | None = None
+    lemmas: Mapping[str, str] = field(default_factory=dict)
+    cutting: AcquisitionSettings = field(default_factory=AcquisitionSettings)
+    description_lengths: FloatArray = field(default_factory=lambda: np.zeros(0))
+    drift_baseline: DriftBaseline | None = None
+
+
+def with_counts(
+    model: LearnedModel, run_id: int, table: SegmentTable, counted: Counted
+) -> LearnedModel:
+    """What was learned, with other counts and everything that follows from them.
+
+    Parameters
+    ----------
+    model : LearnedModel
+        What was learned.
+    run_id : int
+        Run that changed the counts.
+    table : SegmentTable
+        Segments of the captures that are there now.
+    counted : Counted
+        The counts that hold now.
+    """
+    fit, counts = model.fitted_word_map, counted.counts
+    word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
+    return replace(
+        model,
+        run_id=run_id,
+        segments=table,
+        association=publish_association(counts, counted.reference),
+        transition_counts=counts.transitions,
+        fitted_word_map=word_map,
+        lengths=dict(counts.shapes),
+        counted=counted,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Learned(LearnedModel):
+    """What questions need: what was learned, with the catalogue of the same revision.
+
+    Attributes
+    ----------
+    captures : dict
+        Capture number -> row of the catalogue, of all captures.
+    captions : dict
+        Capture number -> what people wrote about the capture.
+    synonyms : dict
+        Lemma -> canonical lemma.
+    source : str
+        Path of the database file, for messages.
+    """
+
+    captures: Mapping[int, CaptureInfo] = field(default_factory=dict)
+    captions: Mapping[int, tuple[Caption, ...]] = field(default_factory=dict)
+    synonyms: Mapping[str, str] = field(default_factory=dict)
+    source: str = ""
+
+    @cached_property
+    def rows(self) -> dict[int, slice]:
+        """Capture number -> its rows of the segment table."""
+        return capture_rows(self.segments)
+
+    @cached_property
+    def standardised(self) -> FloatArray:
+        """Standardised scores and movement of all segments: array (segments, symbols + columns)."""
+        return self.score_space.standardise(self.segments.scores, self.segments.movement)
+
+    @cached_property
+    def n_bearing(self) -> int:
+        """Number of the last columns of score vectors that are posture and travel."""
+        return movement.count_bearing(len(self.score_space.mean) - self.symbols.n_symbols)
+
+    @property
+    def word_map(self) -> WordMap:
+        """Calibrated map from score vectors to words.
+
+        Raises
+        ------
+        NotLearnedError
+            When no capture had words when the database learned.
+        """
+        if self.fitted_word_map is None:
+            raise NotLearnedError(
+                f"{self.source}: expected captures with words, found none when it learned. "
+                'Add words (motiondb words set CAPTURE "...") and run motiondb learn again.'
+            )
+        return self.fitted_word_map
+
+    @cached_property
+    def has_words(self) -> bool:
+        """Whether words were learned, and some capture still has words."""
+        return self.fitted_word_map is not None and bool(self.association.counts.any())
+
+    @property
+    def word_certainty(self) -> certainty.Certainty | None:
+        """How sure an answer to words is; None where it could not be learned."""
+        return self.certainties.words if self.has_words else None
+
+    @property
+    def example_certainty(self) -> certainty.Certainty | None:
+        """How sure an answer to an example is; None where it could not be learned."""
+        return self.certainties.example if self.has_words else None
+
+    @property
+    def distances(self) -> FloatArray:
+        """Distances between symbols: array (symbols, symbols), nats per frame."""
+        return self.space.distances
+
+    @property
+    def clusters(self) -> IntArray:
+        """Cluster of every symbol: array (symbols,)."""
+        return self.space.clusters
+
+    @cached_property
+    def word_numbers(self) -> dict[str, int]:
+        """Word -> its number in the vocabulary."""
+        return {word: number for number, word in enumerate(self.association.words)}
+
+    @cached_property
+    def known_words(self) -> tuple[str, ...]:
+        """Words of the vocabulary that some caption holds now."""
+        pairs = zip(self.association.words, self.association.counts)
+        return tuple(word for word, count in pairs if count > 0)
+
+    @cached_property
+    def described(self) -> tuple[Described, ...]:
+        """Captions with at least one motion word, and the segments they describe."""
+        return tuple(described_intervals(self.segments, self.captions, self.synonyms, self.lemmas))
+
+    @cached_property
+    def log_transitions(self) -> dict[bool, FloatArray]:
+        """Log-probabilities of transitions: plain bigram (False) or mixed with clusters (True)."""
+        counts = self.transition_counts
+        return {
+            True: transition.log_interpolated_bigram(counts, self.clusters),
+            False: transition.log_bigram(counts),
+        }
+
+    @cached_property
+    def shapes(self) -> dict[tuple[int, int], float]:
+        """(symbols l, words m) -> number of described intervals of this shape."""
+        return {shape: float(count) for shape, count in self.lengths.items()}
+
+    @cached_property
+    def smoothed_association(self) -> Association:
+        """Association for decoding: t and a, smoothed where examples are few."""
+        return explanation.smoothed(self.association, self.shapes)
+
+    @cached_property
+    def motion_log_odds(self) -> dict[int, FloatArray]:
+        """Log-odds of all words from the motion alone, per capture.
+
+        Arrays (segments + 1, words); the last row is of the whole capture.
+        """
+        starts, ends, fit = self.segments.starts, self.segments.ends, self.word_map
+        return {
+            capture: by_words.heard(
+                fit, self.standardised[rows], starts[rows], ends[rows], WINDOW_MARGIN
+            )
+            for capture, rows in self.rows.items()
+        }
+
+    @cached_property
+    def segment_probabilities(self) -> FloatArray:
+        """Probability of every word at every segment, from the motion alone: (segments, words)."""
+        odds = np.concatenate([self.motion_log_odds[c][:-1] for c in self.rows])
+        return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+
+    @cached_property
+    def written(self) -> dict[int, FloatArray]:
+        """Log-odds that captions add, for captures that have any: arrays (segments, words)."""
+        spans: dict[int, list[tuple[int, int, FloatArray]]] = {}
+        for d in self.described:
+            said = np.zeros(len(self.word_numbers))
+            said[[self.word_numbers[w] for w in d.words if w in self.word_numbers]] = 1.0
+            spans.setdefault(d.capture_id, []).append((int(d.start), int(d.end), said))
+        return {
+            capture: by_words.written_evidence(
+                rows.stop - rows.start,
+                spans[capture],
+                self.segments.starts[rows],
+                self.segments.ends[rows],
+                len(self.word_numbers),
+            )
+            for capture, rows in self.rows.items()
+            if capture in spans
+        }
+
+    @cached_property
+    def seen_takes(self) -> dict[int, by_words.TakeScores]:
+        """Log-odds of all words in every capture, from the motion alone."""
+        return {
+            capture: by_words.TakeScores(
+                self.segments.starts[rows], self.segments.ends[rows], odds[:-1], odds[-1]
+            )
+            for capture, rows in self.rows.items()
+            for odds in [self.motion_log_odds[capture]]
+        }
+
+    @cached_property
+    def takes(self) -> dict[int, by_words.TakeScores]:
+        """Log-odds of all words in every capture, from the motion and the captions."""
+        takes = {}
+        for capture, rows in self.rows.items():
+            odds = self.motion_log_odds[capture]
+            evidence = self.written.get(capture)
+            if evidence is not None:
+                odds = odds + np.concatenate([evidence, evidence.max(axis=0, keepdims=True)])
+            takes[capture] = by_words.TakeScores(
+                self.segments.starts[rows], self.segments.ends[rows], odds[:-1], odds[-1]
+            )
+        return takes
+
+    def is_known(self) -> NDArray[np.bool_]:
+        """Which words of the vocabulary some caption holds now: array (words,)."""
+        return np.asarray(self.association.counts > 0)

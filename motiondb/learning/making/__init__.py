@@ -1,0 +1,1 @@
+"""New motion from a sentence, computed from what was learned."""

@@ -1,0 +1,211 @@
+"""Typed records of what was learned, to the arrays by name that the store keeps, and back.
+
+The table ``parameter`` of the store holds arrays of float64 by name. This module alone knows the
+names. Databases of earlier versions lack some of them; each record says what stands in for it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from motiondb.learning.asked_certainty import Certainties
+from motiondb.learning.counting import Counts, Reference
+from motiondb.learning.drift import DriftBaseline
+from motiondb.learning.learned import Counted, LearnedModel
+from motiondb.records import Association, FloatArray, Learning
+from motiondb.search import certainty
+from motiondb.search.extents import ContextSpace
+from motiondb.search.score_vectors import ScoreSpace
+from motiondb.symbols.acquisition import AcquisitionSettings
+from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.words.explanation import ExpectedCounts
+from motiondb.words.word_map import WordMap
+from motiondb.words.word_moments import WordMoments
+
+Arrays = Mapping[str, FloatArray]
+
+COUNTED_NAME = "counted_pairs"
+"""Array that a database has where counts were kept."""
+DRIFT_NAMES = ("learned_from", "drift_baseline")
+"""Arrays of :class:`~motiondb.learning.drift.DriftBaseline`."""
+LEMMA_NAME = "dictionary_forms"
+"""Array of the lemmas that the dictionary gave."""
+
+
+def to_stored(model: LearnedModel) -> Learning:
+    """What the store keeps of what was learned; :func:`from_stored` is the inverse."""
+    return Learning(
+        run_id=model.run_id,
+        symbols=model.symbols,
+        segments=model.segments,
+        space=model.space,
+        association=model.association,
+        transition_counts=model.transition_counts,
+        parameters=to_arrays(model),
+    )
+
+
+def from_stored(stored: Learning) -> LearnedModel:
+    """What was learned, from what the store keeps."""
+    arrays = stored.parameters
+    lengths = Counter((int(length), int(m)) for m, length in arrays["length_counts"])
+    model = LearnedModel(
+        run_id=stored.run_id,
+        symbols=stored.symbols,
+        segments=stored.segments,
+        space=stored.space,
+        association=stored.association,
+        transition_counts=stored.transition_counts,
+        feature_space=FeatureSpace(arrays["feature_mean"], arrays["feature_projection"]),
+        score_space=ScoreSpace(arrays["score_mean"], arrays["score_spread"]),
+        context_space=_context_space(arrays),
+        fitted_word_map=_word_map(arrays),
+        certainties=Certainties(
+            _certainty(arrays, "certainty_words"), _certainty(arrays, "certainty_example")
+        ),
+        lengths=dict(lengths),
+        lemmas=lemmas_from(arrays),
+        cutting=_cutting(arrays),
+        description_lengths=arrays.get("description_lengths", np.zeros(0)),
+        drift_baseline=drift_baseline_from(arrays),
+    )
+    if COUNTED_NAME not in arrays:
+        return model
+    return replace(model, counted=_counted(arrays, model))
+
+
+def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
+    """Arrays by name of everything that has no table of its own."""
+    lengths = [(m, n) for n, m in sorted(Counter(dict(model.lengths)).elements())]
+    arrays: dict[str, FloatArray] = {
+        "feature_mean": model.feature_space.mean,
+        "feature_projection": model.feature_space.projection,
+        "score_mean": model.score_space.mean,
+        "score_spread": model.score_space.spread,
+        "length_counts": np.array(lengths, dtype=float).reshape(-1, 2),
+        LEMMA_NAME: lemma_array(model.lemmas),
+        "recut": np.array([model.cutting.switch_cost, model.cutting.shortest]),
+        "description_lengths": model.description_lengths,
+    }
+    for prefix, record in (("context", model.context_space), ("word", model.fitted_word_map)):
+        if record is not None:
+            arrays |= {f"{prefix}_{name}": np.asarray(v) for name, v in vars(record).items()}
+    for name, one in vars(model.certainties).items():
+        if one is not None:
+            arrays[f"certainty_{name}"] = one.pack()
+    if model.drift_baseline is not None:
+        arrays |= _drift_arrays(model.drift_baseline)
+    if model.counted is not None:
+        arrays |= _counted_arrays(model.counted)
+    return arrays
+
+
+def drift_baseline_from(arrays: Arrays) -> DriftBaseline | None:
+    """What drift is measured against; None where it was not kept."""
+    if any(name not in arrays for name in DRIFT_NAMES):
+        return None
+    mean, worst, frames = arrays["drift_baseline"]
+    return DriftBaseline(
+        arrays["learned_from"].astype(np.int64), float(mean), float(worst), float(frames)
+    )
+
+
+def lemmas_from(arrays: Arrays) -> dict[str, str]:
+    """Lemmas that the dictionary gave for the words of captions; none where they were not kept."""
+    numbers = arrays.get(LEMMA_NAME, np.zeros(0))
+    lines = bytes(numbers.astype(np.uint8)).decode().splitlines()
+    return dict(line.split(" ", 1) for line in lines)
+
+
+def lemma_array(lemmas: Mapping[str, str]) -> FloatArray:
+    """The bytes of lines ``form lemma``, one number a byte: the table knows numbers only."""
+    text = "\n".join(f"{form} {lemma}" for form, lemma in lemmas.items())
+    return np.array(list(text.encode()), dtype=np.float64)
+
+
+def _drift_arrays(baseline: DriftBaseline) -> dict[str, FloatArray]:
+    return {
+        "learned_from": baseline.captures.astype(np.float64),
+        "drift_baseline": np.array([baseline.mean, baseline.worst, baseline.frames]),
+    }
+
+
+def _context_space(arrays: Arrays) -> ContextSpace | None:
+    names = ("context_features", "context_mean", "context_projection")
+    if any(name not in arrays for name in names):
+        return None
+    return ContextSpace(*(arrays[name] for name in names))
+
+
+def _word_map(arrays: Arrays) -> WordMap | None:
+    if "word_weights" not in arrays:
+        return None
+    names = ("weights", "offsets", "priors", "spreads", "calibration")
+    ridge = float(arrays["word_ridge"]) if "word_ridge" in arrays else 1.0
+    return WordMap(*(arrays[f"word_{name}"] for name in names), ridge=ridge)
+
+
+def _certainty(arrays: Arrays, name: str) -> certainty.Certainty | None:
+    return certainty.unpack(arrays[name]) if name in arrays else None
+
+
+def _cutting(arrays: Arrays) -> AcquisitionSettings:
+    defaults = AcquisitionSettings()
+    if "recut" not in arrays:
+        return defaults
+    switch_cost, shortest = arrays["recut"]
+    return replace(defaults, switch_cost=float(switch_cost), shortest=int(shortest))
+
+
+def _counted_arrays(counted: Counted) -> dict[str, FloatArray]:
+    counts, fixed = counted.counts, counted.reference.association
+    return {
+        "counted_translation": counts.expected.translation,
+        COUNTED_NAME: np.array(float(counts.expected.n_pairs)),
+        **_table_arrays("counted", counts.expected.alignment),
+        **{f"moment_{name}": np.asarray(v) for name, v in vars(counts.moments).items()},
+        "reference_translation": fixed.translation,
+        "reference_counts": fixed.counts.astype(np.float64),
+        **_table_arrays("reference", fixed.alignment),
+    }
+
+
+def _counted(arrays: Arrays, model: LearnedModel) -> Counted:
+    published = model.association
+    fixed = Association(
+        published.words,
+        arrays["reference_counts"].astype(np.int64),
+        arrays["reference_translation"],
+        _tables("reference", arrays),
+        published.log_likelihoods,
+    )
+    names = ("vectors", "words", "gram", "cross")
+    moments = WordMoments(float(arrays["moment_n"]), *(arrays[f"moment_{n}"] for n in names))
+    expected = ExpectedCounts(
+        arrays["counted_translation"], _tables("counted", arrays), int(arrays[COUNTED_NAME])
+    )
+    said = np.asarray(published.counts, dtype=np.int64)
+    counts = Counts(model.transition_counts, said, Counter(dict(model.lengths)), expected, moments)
+    return Counted(counts, Reference(fixed, model.score_space, model.lemmas))
+
+
+def _table_arrays(
+    name: str, alignment: Mapping[tuple[int, int], FloatArray]
+) -> dict[str, FloatArray]:
+    shapes = sorted(alignment)
+    flat = [np.zeros(0), *(alignment[shape].ravel() for shape in shapes)]
+    return {
+        f"{name}_shapes": np.array(shapes, dtype=float).reshape(-1, 2),
+        f"{name}_alignment": np.concatenate(flat),
+    }
+
+
+def _tables(name: str, arrays: Arrays) -> dict[tuple[int, int], FloatArray]:
+    shapes = [(int(length), int(m)) for length, m in arrays[f"{name}_shapes"]]
+    ends = np.cumsum([m * (length + 1) for length, m in shapes])
+    parts = np.split(arrays[f"{name}_alignment"], ends[:-1]) if shapes else []
+    return {(n, m): part.reshape(m, n + 1) for (n, m), part in zip(shapes, parts)}

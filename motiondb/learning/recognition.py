@@ -1,0 +1,165 @@
+"""Motions seen through the learned symbols, and words turned into sequences of symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from motiondb.learning.learned import Learned, LearnedModel
+from motiondb.learning.symbol_fitting import FeaturePool, describe_segments, segment_table
+from motiondb.pose.features import FEATURE_STEP, recognition_features
+from motiondb.records import (
+    Association,
+    Float32Array,
+    FloatArray,
+    IntArray,
+    Motion,
+    SegmentTable,
+)
+from motiondb.search import score_vectors
+from motiondb.search.by_words import WINDOW_MARGIN
+from motiondb.symbols import acquisition, hmm
+from motiondb.words import decoding
+
+LONGEST_DECODED = 12
+"""Largest number of symbols of a decoded sequence of up to 6 words. Chosen by hand; not tuned."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recognised:
+    """A motion as the learned symbols cut and score it.
+
+    Attributes
+    ----------
+    features : array (frames, dimensions), float32
+        Whitened features, 15 a second.
+    starts, ends : array (segments,)
+        Feature frames, half-open.
+    symbols : array (segments,)
+        Likeliest symbol of every segment.
+    standardised : array (segments, symbols + columns)
+        Standardised scores and movement.
+    """
+
+    features: Float32Array
+    starts: IntArray
+    ends: IntArray
+    symbols: IntArray
+    standardised: FloatArray
+
+    def window_vectors(self) -> FloatArray:
+        """Score vectors of every segment with its surroundings: array (segments, columns)."""
+        margin = WINDOW_MARGIN // FEATURE_STEP
+        return score_vectors.interval_vectors(
+            self.standardised, self.starts, self.ends, self.starts - margin, self.ends + margin
+        )
+
+
+def recognise(learned: LearnedModel, motion: Motion) -> Recognised:
+    """Cut and score a motion by the learned symbols, as the captures were."""
+    plain = recognition_features(motion)
+    features = learned.feature_space.project(plain)
+    bounds = np.array([0, len(features)])
+    cutting = acquisition.recut(features, bounds, learned.symbols, learned.cutting)
+    lengths = (cutting.ends - cutting.starts)[:, None]
+    scores = hmm.score(learned.symbols, features, cutting.starts, cutting.ends) / lengths
+    moving = describe_segments(features, plain, cutting.starts, cutting.ends)
+    standardised = learned.score_space.standardise(scores.astype(np.float32), moving)
+    return Recognised(
+        features, cutting.starts, cutting.ends, np.argmax(scores, axis=1), standardised
+    )
+
+
+def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) -> SegmentTable:
+    """Segments of a capture, as ``learn`` makes them at its end.
+
+    Columns of movement that an earlier version did not learn are left out.
+    """
+    features = recognition_features(motion)
+    bounds = np.array([0, len(features)])
+    frames = learned.feature_space.project(features)
+    pool = FeaturePool(np.array([capture_id]), bounds, features, np.array([motion.n_frames]))
+    cutting = acquisition.recut(frames, bounds, learned.symbols, learned.cutting)
+    table = segment_table(frames, pool, learned.symbols, cutting)
+    known = len(learned.score_space.mean) - learned.symbols.n_symbols
+    return replace(table, movement=table.movement[:, :known])
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a decoded sequence of symbols stands.
+
+    Attributes
+    ----------
+    after : int or None
+        Symbol that the sequence follows.
+    first : bool
+        Without ``after``: whether the sequence begins a capture. If not, it may begin with any
+        symbol, as probable as the symbol is frequent.
+    last : bool
+        Whether the sequence ends a capture. If not, it may end with any symbol.
+    """
+
+    after: int | None = None
+    first: bool = True
+    last: bool = True
+
+
+WHOLE_CAPTURE = Place()
+"""The place of a sequence that begins and ends a capture."""
+
+
+def decode(
+    learned: Learned,
+    words: Sequence[str],
+    clustered: bool = True,
+    place: Place = WHOLE_CAPTURE,
+    length: int | None = None,
+    association: Association | None = None,
+) -> decoding.Decoding | None:
+    """The most probable symbols behind known words (see ``words.decoding``).
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    words : sequence of str
+        Words of the vocabulary.
+    clustered : bool
+        Whether to mix in the clustered bigram, so that pairs never seen may follow one another.
+    place : Place
+        Where the sequence stands.
+    length : int or None
+        Number of symbols; None: any, as probable as the described captures make it.
+    association : Association or None
+        t and a in place of the learned ones.
+
+    Returns
+    -------
+    Decoding or None
+        None where no sequence of symbols has a positive probability.
+    """
+    log_transitions = learned.log_transitions[clustered].copy()
+    if place.after is not None:
+        log_transitions[0] = log_transitions[place.after + 1]
+        log_transitions[0, 0] = -np.inf
+    elif not place.first:
+        count = np.bincount(learned.segments.symbols, minlength=learned.symbols.n_symbols)
+        log_transitions[0, 1:] = np.log((count + 0.5) / (count + 0.5).sum())
+        log_transitions[0, 0] = -np.inf
+    if not place.last:
+        log_transitions[1:, 0] = 0.0
+    if length is None:
+        longest = max(LONGEST_DECODED, 2 * len(words))
+        lengths = decoding.log_length_prior(learned.shapes, len(words), longest)
+    else:
+        lengths = np.full(length + 1, -np.inf)
+        lengths[length] = 0.0
+    return decoding.decode_words(
+        [learned.word_numbers[w] for w in words],
+        association or learned.smoothed_association,
+        log_transitions,
+        lengths,
+    )

@@ -1,0 +1,214 @@
+"""Who has the ball when, and by which hand: read off a scene's actions and their instants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from motiondb.records import FloatArray, IntArray
+from motiondb.scene.clips.clips import APART, ClipLibrary
+from motiondb.scene.energy import rule_table as kinds
+from motiondb.scene.energy.rule_table import RuleTable
+from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.language.tactics import SHOTS
+from motiondb.scene.timing.timeline import Timeline, measure
+
+_SHORTEST, _PERIOD, _RAMP = 6, 20, 8
+_HANDS = {"l_wrist": 0, "r_wrist": 1}
+
+
+@dataclass(frozen=True)
+class Bounce:
+    """The ball leaves a hand (0 left, 1 right) at frame ``release`` and is back at ``catch``."""
+
+    release: int
+    catch: int
+    hand: int
+
+
+@dataclass(frozen=True)
+class Possession:
+    """A player has the ball from frame ``since`` to ``until``, both included.
+
+    ``hand`` : which lets it go (0 left, 1 right), where the hands are apart. ``dribbles`` : the
+    stretches [start, end) of dribbling, ``bounces`` in them.
+    """
+
+    player: int
+    since: int
+    until: int
+    hand: int = 1
+    dribbles: tuple[tuple[int, int], ...] = ()
+    bounces: tuple[Bounce, ...] = ()
+
+    def dribbled(self, n_frames: int) -> FloatArray:
+        """1 at frames of dribbling, else 0: array (frames,)."""
+        found = np.zeros(n_frames)
+        for start, end in self.dribbles:
+            found[max(start, 0) : end] = 1.0
+        return found
+
+    def one_handed(self, n_frames: int, gap: FloatArray) -> FloatArray:
+        """1 at frames when one hand has the ball: dribbling, and letting go with hands apart."""
+        found = self.dribbled(n_frames)
+        if self.until < n_frames - 1 and gap[self.until] > APART:
+            found[max(self.until - _RAMP, self.since) :] = 1.0
+        return found
+
+    def hand_at(self, n_frames: int) -> IntArray:
+        """Which hand, where it is one: array (frames,); a ball changes hands while it bounces."""
+        hands = np.full(n_frames, self.hand)
+        if self.bounces:
+            hands[: self.bounces[-1].catch + _RAMP] = self.bounces[-1].hand
+        for before, after in reversed(list(pairwise(self.bounces))):
+            hands[: after.release + 1] = before.hand
+        return hands
+
+
+@dataclass(frozen=True)
+class BallActs:
+    """Possessions one after another; whether the last ends with a shot, and where the ring is."""
+
+    possessions: tuple[Possession, ...]
+    shot: bool
+    rim: tuple[float, float] = (0.0, 0.0)
+
+
+def ball_acts(
+    state: SceneState,
+    library: ClipLibrary,
+    table: RuleTable,
+    timeline: Timeline,
+) -> BallActs | None:
+    """Who has the ball when; None where nobody passes, shoots or dribbles."""
+    releases = sorted(_releases(table, timeline))
+    holder, since = _first(table, releases), 0
+    if holder < 0:
+        return None
+    found: list[Possession] = []
+    for release, player, catch, partner, clip in releases:
+        if player != holder or release <= since:
+            continue
+        hand = _hand(state, library, player, clip)
+        found.append(_possession(state, library, table, timeline, (player, since, release, hand)))
+        if partner < 0:
+            return BallActs(tuple(found), True, _rim(table))
+        holder, since = partner, max(catch, release + 1)
+    last = (holder, since, timeline.n_frames - 1, 1)
+    found.append(_possession(state, library, table, timeline, last))
+    return BallActs(tuple(found), False)
+
+
+def _releases(table: RuleTable, timeline: Timeline) -> list[tuple[int, int, int, int, int]]:
+    """Release frame, player, catch frame, partner (-1: a shot) and clip of passes and shots."""
+    found = []
+    for number, row in enumerate(table.rows):
+        if row["kind"] == kinds.SYNCHRONISATION and np.isnan(row["lag"]):
+            clip = measure(table, number, timeline).partner_clip
+            thrown = int(timeline.instants[row["player"]][row["first"]])
+            caught = int(timeline.instants[row["partner"]][clip])
+            found.append(
+                (thrown, int(row["player"]), caught, int(row["partner"]), int(row["first"]))
+            )
+    for player, actions in enumerate(table.actions):
+        for clip, action in enumerate(actions):
+            if action in SHOTS:
+                found.append((int(timeline.instants[player][clip]), player, -1, -1, clip))
+    return found
+
+
+def _first(table: RuleTable, releases: list[tuple[int, int, int, int, int]]) -> int:
+    """Who has the ball at first: who lets it go first, else who dribbles; -1 for nobody."""
+    if releases:
+        return releases[0][1]
+    dribblers = [p for p, actions in enumerate(table.actions) if "dribble" in actions]
+    return dribblers[0] if dribblers else -1
+
+
+def _rim(table: RuleTable) -> tuple[float, float]:
+    """Where shots face."""
+    for row in table.rows:
+        shoots = table.actions[row["player"]][row["first"]] in SHOTS
+        if shoots and row["kind"] == kinds.DIRECTION and row["target"] == kinds.POINT:
+            return float(row["x"]), float(row["z"])
+    return 0.0, 0.0
+
+
+def _hand(state: SceneState, library: ClipLibrary, player: int, clip: int) -> int:
+    """The hand of a clip's last release; the right where nobody said."""
+    entry = int(state.players[player].entries[clip])
+    events = library.events[library.seam_class[entry]] if library.events else ()
+    hands = [_HANDS[e.joint] for e in events if e.name == "release" and e.joint in _HANDS]
+    return hands[-1] if hands else 1
+
+
+def _possession(
+    state: SceneState,
+    library: ClipLibrary,
+    table: RuleTable,
+    timeline: Timeline,
+    what: tuple[int, int, int, int],
+) -> Possession:
+    """A possession with its dribbles and bounces."""
+    player, since, until, hand = what
+    dribbles: list[tuple[int, int]] = []
+    bounces: list[Bounce] = []
+    for clip, action in enumerate(table.actions[player]):
+        begins, ends = int(timeline.begins[player][clip]), timeline.end_of(player, clip)
+        start, end = max(begins, since), min(ends, until)
+        if action != "dribble" or end - start < _SHORTEST:
+            continue
+        dribbles.append((start, end))
+        for name, frame, side in _touches(state, library, player, clip, (begins, ends)):
+            _touch(bounces, name, min(max(frame, start), end), side)
+        if bounces and bounces[-1].catch < 0 and not _goes_on(table, player, clip):
+            bounces[-1] = Bounce(bounces[-1].release, end, bounces[-1].hand)
+    full = [b for b in bounces if b.catch - b.release >= _SHORTEST]
+    return Possession(player, since, until, hand, tuple(dribbles), tuple(full))
+
+
+def _goes_on(table: RuleTable, player: int, clip: int) -> bool:
+    actions = table.actions[player]
+    return clip + 1 < len(actions) and actions[clip + 1] == "dribble"
+
+
+def _touch(bounces: list[Bounce], name: str, frame: int, side: int) -> None:
+    """Begin a bounce at a release, end it at a catch."""
+    open_ = bool(bounces) and bounces[-1].catch < 0
+    if name == "release":
+        if open_:
+            bounces[-1] = Bounce(bounces[-1].release, frame, bounces[-1].hand)
+        bounces.append(Bounce(frame, -1, side))
+    elif open_:
+        bounces[-1] = Bounce(bounces[-1].release, frame, side)
+
+
+def _touches(
+    state: SceneState,
+    library: ClipLibrary,
+    player: int,
+    clip: int,
+    shown: tuple[int, int],
+) -> list[tuple[str, int, int]]:
+    """Releases and catches of a dribbling clip that is ``shown`` from and to frames of the scene.
+
+    Every 2/3 s where nobody wrote them down.
+    """
+    entry = int(state.players[player].entries[clip])
+    n_frames = int(library.n_frames[entry])
+    events = library.events[library.seam_class[entry]] if library.events else ()
+    touches = [
+        (e.name, e.frame, _HANDS[e.joint])
+        for e in sorted(events)
+        if e.name in ("release", "catch") and e.joint in _HANDS
+    ]
+    if not touches:
+        for frame in range(0, n_frames - _PERIOD // 2, _PERIOD):
+            caught = min(frame + _PERIOD - 5, n_frames)
+            touches += [("release", frame, 1), ("catch", caught, 1)]
+    return [
+        (name, round(shown[0] + frame * (shown[1] - shown[0]) / n_frames), side)
+        for name, frame, side in touches
+    ]

@@ -1,0 +1,69 @@
+"""Heads that follow the ball, as far as necks turn.
+
+Who lets it go looks where it is to go for a while before: at the receiver, or at the ring.
+Neck and head share the turn: yaw and pitch from the chest's own forward to the ball, clamped and
+smoothed over a third of a second. Captures on the canonical body hold the head still, so nothing is
+lost.
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 6: gaze is added when a scene is done.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from motiondb.pose import body, retarget, rotation
+from motiondb.records import FloatArray, Motion
+from motiondb.scene.ball.ball_acts import BallActs
+from motiondb.scene.ball.ball_flight import RIM
+
+MOST_YAW, MOST_PITCH = math.radians(60.0), math.radians(30.0)
+AIMING = 20
+"""Frames before a release in which its player looks where the ball is to go."""
+_SMOOTH = 5.0
+_I = body.INDEX
+
+
+def look(acts: BallActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Motion]:
+    """Everybody's motion with the head turned to what they look at; ball (frames, 3), metres."""
+    heads = [retarget.motion_positions(motion)[0][:, _I["head"]] for motion in motions]
+    seen = [ball.copy() for _ in motions]
+    for number, own in enumerate(acts.possessions):
+        aim = np.tile(np.array([acts.rim[0], RIM, acts.rim[1]]), (len(ball), 1))
+        last = number + 1 == len(acts.possessions)
+        if last and not acts.shot:
+            continue
+        if not last:
+            aim = heads[acts.possessions[number + 1].player]
+        frames = np.arange(max(own.until - AIMING, own.since), own.until + 1)
+        seen[own.player][frames] = aim[frames]
+    return [follow(motion, spot) for motion, spot in zip(motions, seen, strict=True)]
+
+
+def follow(motion: Motion, ball: FloatArray) -> Motion:
+    """The motion with its head turned to the ball, or what else; array (frames, 3), metres."""
+    from scipy.ndimage import gaussian_filter1d
+
+    positions, world = retarget.motion_positions(motion)
+    chest = rotation.conjugate(world[:, _I["chest"]])
+    away = rotation.rotate(chest, ball - positions[:, _I["head"]])
+    flat = np.hypot(away[:, 0], away[:, 2])
+    ahead = np.clip(flat / 0.3, 0.0, 1.0)  # a ball overhead has no bearing
+    yaw = np.clip(np.arctan2(away[:, 0], away[:, 2]), -MOST_YAW, MOST_YAW) * ahead
+    behind = np.clip((np.abs(np.arctan2(away[:, 0], away[:, 2])) - 2.4) / 0.7, 0.0, 1.0)
+    yaw = yaw * (1.0 - behind)  # nobody turns the head for what is straight behind
+    pitch = np.clip(-np.arctan2(away[:, 1], np.maximum(flat, 0.3)), -MOST_PITCH, MOST_PITCH)
+    turns = gaussian_filter1d(np.stack([pitch, yaw], axis=1), _SMOOTH, axis=0, mode="nearest") / 2.0
+    half = rotation.multiply(
+        rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), turns[:, 1]),
+        rotation.from_axis_angle(np.array([1.0, 0.0, 0.0]), turns[:, 0]),
+    )
+    local = motion.local_rotations.astype(np.float64)
+    for joint in ("neck", "head"):
+        local[:, _I[joint]] = rotation.multiply(half, local[:, _I[joint]])
+    return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))

@@ -1,0 +1,1 @@
+"""Captures cut into clips, their variants, and the cost of joining them."""

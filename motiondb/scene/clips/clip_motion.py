@@ -1,0 +1,81 @@
+"""The poses of a library's entry: its capture's frames, mirrored, bent and stretched as it says.
+
+Only polishing needs them; a scene is sampled with places alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from motiondb.errors import SceneError
+from motiondb.pose import pose_vectors, retarget, rotation
+from motiondb.records import IntArray, Motion
+from motiondb.scene.clips.clip_variants import edited_stretch
+from motiondb.scene.clips.clips import ClipSource
+from motiondb.scene.clips.ground import compose, inverse
+
+
+def source_frames(source: ClipSource, n_frames: int, before: int = 0, after: int = 0) -> IntArray:
+    """Frames of the capture, with ``before`` and ``after`` more of them to blend seams with.
+
+    Where the capture (of ``n_frames``) begins or ends, its end is held. array (before + frames +
+    after,).
+    """
+    frames = np.arange(source.start - before, source.end + after)
+    return np.asarray(np.clip(frames, 0, n_frames - 1))
+
+
+def clip_motion(
+    source: ClipSource,
+    motions: Mapping[str, Motion],
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    before: int = 0,
+    after: int = 0,
+) -> Motion:
+    """The motion of an entry whose first frame stands ``at`` (x, z in metres, heading in radians).
+
+    Parameters
+    ----------
+    source : the entry's, ``library.source[k]``.
+    motions : capture name -> the motion of the whole capture.
+    before, after : frames of the capture that are added at both ends, for blending; they go on
+        as the capture does, with the edit's stretch, and bend no further.
+
+    Returns
+    -------
+    Motion of before + n_frames + after frames; feet slide by what was edited.
+
+    Raises
+    ------
+    SceneError : the capture is not among the motions.
+    """
+    motion = _motion_of(source, motions)
+    frames = source_frames(source, motion.n_frames, before, after)
+    local, heading = pose_vectors.heading_rotations(motion)
+    root = motion.root_positions[frames].astype(np.float64)
+    path = np.column_stack([root[:, 0], root[:, 2], heading[frames]])
+    length = source.end - source.start
+    shares = np.clip((np.arange(len(frames)) - before) / length, 0.0, 1.0)
+    path = edited_stretch(path, shares, source.bend, source.stretch)
+    placed = compose(compose(np.asarray(at), inverse(path[before])), path)
+    turned = local[frames]
+    turned[:, 0] = rotation.multiply(pose_vectors.yaw(placed[:, 2]), turned[:, 0])
+    positions = np.column_stack([placed[:, 0], root[:, 1], placed[:, 1]])
+    return Motion(
+        rotation.unroll(turned).astype(np.float32),
+        positions.astype(np.float32),
+        motion.leg_length,
+        motion.notes,
+    )
+
+
+def _motion_of(source: ClipSource, motions: Mapping[str, Motion]) -> Motion:
+    if source.capture not in motions:
+        raise SceneError(
+            f"{source.capture}: expected the capture that a clip was taken from, found none of"
+            " this name. Add it again, or make the scene anew."
+        )
+    motion = motions[source.capture]
+    return retarget.mirror(motion) if source.mirrored else motion

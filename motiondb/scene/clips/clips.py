@@ -1,0 +1,320 @@
+"""The clips that a scene is put together from, all in a few arrays.
+
+Notation: the library has K entries; entry k is a piece of a capture, as it is or edited (mirrored,
+bent, stretched), of terminal[k]. Entries are sorted by terminal, so that those of terminal t are
+first[t] to first[t + 1], and drawing one of them uniformly is drawing one integer. Which entry may
+follow which is a matter of poses, which bending and stretching leave as they are: the cost of a
+seam is kept by clip, ``seam[seam_class[a], seam_class[b]]``, not by entry.
+
+Places on the ground are (x, z, theta), see :mod:`motiondb.scene.clips.ground`;
+"in the entry frame" is as seen from where the body stands in the clip's first frame.
+``step`` leads from there to the frame
+after the last one, where the next clip begins.
+
+Source: paper C, section 3.1 (clips of a terminal) and section 6 (key frames of events); K. Hyun,
+K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics Forum 35 (2016).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.records import Event, Float32Array, FloatArray
+from motiondb.scene.clips.body_frames import WRISTS, BodyFrames, body_frames
+from motiondb.scene.clips.clip_cutting import Piece, ShownMotion, cut_action, instant, travels
+from motiondb.scene.clips.clip_seams import SeamEnds, rest_costs, seam_costs
+from motiondb.scene.clips.clip_variants import VariantSettings, edited_paths, edits_of
+from motiondb.scene.clips.ground import compose
+
+Int32Array = NDArray[np.int32]
+
+_SIDES = {"left": "right", "right": "left"}
+_ONE_HANDED = "release"
+
+
+@dataclass(frozen=True)
+class ClipSource:
+    """Where an entry comes from: frames [start, end) of a capture, and what was done to them.
+
+    ``bend`` in radians, ``stretch`` a factor of the steps. ``instant`` says how its event is
+    known: "events" where somebody wrote it down, "wrists" where it was taken from the motion, ""
+    where the action has none.
+    """
+
+    capture: str
+    start: int
+    end: int
+    mirrored: bool = False
+    bend: float = 0.0
+    stretch: float = 1.0
+    licence: str = ""
+    instant: str = ""
+
+    @property
+    def edit(self) -> str:
+        """What was done, for provenance; "" for nothing.
+
+        >>> ClipSource("run", 0, 9, mirrored=True, bend=np.radians(20), stretch=0.85).edit
+        'mirror, bend 20 deg, stretch 0.85'
+        """
+        done = ["mirror"] if self.mirrored else []
+        done += [f"bend {np.degrees(self.bend):.0f} deg"] if self.bend else []
+        done += [f"stretch {self.stretch:g}"] if self.stretch != 1.0 else []
+        return ", ".join(done)
+
+
+@dataclass(frozen=True, eq=False)
+class ClipLibrary:
+    """All entries of all terminals; T terminals, K entries, C clips (see the module).
+
+    Attributes
+    ----------
+    terminals : names; ``terminal`` int32 (K,), index into them, ascending.
+    first : int32 (T + 1,), the entries of terminal t are first[t]:first[t + 1].
+    n_frames : int32 (K,), at 30 a second.
+    step : array (K, 3), from an entry's first frame to where the next clip begins.
+    event_frame : int32 (K,), frame of the instant counted from the entry's first; -1: none, the
+        middle counts.
+    path_start : int32 (K,), row of ``path`` of an entry's first frame.
+    path : array (sum of frames, 3), places of all frames in the entry frame.
+    seam : float32 (C, C), cost of a seam; ``seam_class`` int32 (K,), the clip of an entry.
+    hand : array (K, 3), x, y, z in the entry frame, metres: where the ball is at the instant, the
+        mean of the wrists (or the one that has it, where they are far apart).
+    source : (K,), where the entries come from.
+    events : (C,), instants of each clip, frames counted from its first.
+    rest : float32 (C, 2), what a seam costs from standing still in a clip's first pose to the clip,
+        and from the clip to standing still in the pose after its last: for who begins later, or
+        ends earlier, than others.
+    """
+
+    terminals: tuple[str, ...]
+    terminal: Int32Array
+    first: Int32Array
+    n_frames: Int32Array
+    step: FloatArray
+    event_frame: Int32Array
+    path_start: Int32Array
+    path: FloatArray
+    seam: Float32Array
+    seam_class: Int32Array
+    hand: FloatArray
+    source: tuple[ClipSource, ...]
+    events: tuple[tuple[Event, ...], ...] = ()
+    rest: Float32Array = field(default_factory=lambda: np.zeros((0, 2), dtype=np.float32))
+
+    def of(self, terminal: str) -> range:
+        """The entries of a terminal by its name."""
+        number = self.terminals.index(terminal)
+        return range(int(self.first[number]), int(self.first[number + 1]))
+
+    def path_of(self, entry: int) -> FloatArray:
+        """Places of an entry's frames in the entry frame, array (n_frames, 3)."""
+        begin = int(self.path_start[entry])
+        return self.path[begin : begin + int(self.n_frames[entry])]
+
+    def instant_of(self, entry: int) -> int:
+        """The frame at which rules look, counted from the first: the event, or the middle."""
+        event = int(self.event_frame[entry])
+        return event if event >= 0 else (int(self.n_frames[entry]) - 1) // 2
+
+
+@dataclass(frozen=True, eq=False)
+class _Clip:
+    """A piece before its variants; ``event`` is a frame of the capture, -1 for none."""
+
+    terminal: int
+    capture: int
+    frames: BodyFrames
+    piece: Piece
+    source: ClipSource
+    event: int
+    joint: str
+    events: tuple[Event, ...]
+    thrown: bool
+
+
+def make_library(
+    shown: Sequence[ShownMotion],
+    terminals: Sequence[str],
+    settings: VariantSettings | None = None,
+) -> ClipLibrary:
+    """Cut what is shown into clips, mirror, bend and stretch them, and compare all their ends.
+
+    Parameters
+    ----------
+    shown : parts of captures; several of one capture must hold the same ``motion`` object, or are
+        analysed anew.
+    terminals : names in the order that the library is to have; one without a clip has no entries.
+    settings : default :class:`VariantSettings`.
+    """
+    settings = settings or VariantSettings()
+    clips = _clips(shown, tuple(terminals), settings)
+    clips.sort(key=lambda clip: clip.terminal)
+    paths: list[FloatArray] = []
+    sources: list[ClipSource] = []
+    kinds: list[int] = []
+    hands: list[FloatArray] = []
+    for number, clip in enumerate(clips):
+        piece = clip.piece
+        path = clip.frames.path(piece.start, piece.end)
+        edits = edits_of(path, piece.kind, settings)
+        edited = edited_paths(path, edits)
+        paths.extend(edited)
+        kinds.extend([number] * len(edits))
+        sources.extend(_edited(clip.source, *edit) for edit in edits.tolist())
+        hands.append(_hands(clip, edited))
+    kind = np.array(kinds, dtype=np.int32)
+    terminal = np.array([clip.terminal for clip in clips], dtype=np.int32)[kind]
+    lengths = np.array([len(path) - 1 for path in paths], dtype=np.int32)
+    ends = _ends(clips)
+    events = [c.event - c.piece.start if c.event >= 0 else -1 for c in clips]
+    return ClipLibrary(
+        terminals=tuple(terminals),
+        terminal=terminal,
+        first=np.searchsorted(terminal, np.arange(len(terminals) + 1)).astype(np.int32),
+        n_frames=lengths,
+        step=np.array([path[-1] for path in paths]).reshape(-1, 3),
+        event_frame=np.array(events, dtype=np.int32)[kind],
+        path_start=(np.cumsum(lengths) - lengths).astype(np.int32),
+        path=np.concatenate([path[:-1] for path in paths]) if paths else np.zeros((0, 3)),
+        seam=seam_costs(ends),
+        seam_class=kind,
+        hand=np.concatenate(hands) if hands else np.zeros((0, 3)),
+        source=tuple(sources),
+        events=tuple(clip.events for clip in clips),
+        rest=rest_costs(ends),
+    )
+
+
+def _edited(source: ClipSource, bend: float, stretch: float) -> ClipSource:
+    return ClipSource(
+        source.capture, source.start, source.end, source.mirrored,
+        bend, stretch, source.licence, source.instant,
+    )  # fmt: skip
+
+
+def _clips(
+    shown: Sequence[ShownMotion], terminals: tuple[str, ...], settings: VariantSettings
+) -> list[_Clip]:
+    """All clips before their variants, with mirror images, at most about ``most`` a terminal."""
+    analysed: dict[int, BodyFrames] = {}
+    for one in shown:
+        if id(one.motion) not in analysed:
+            analysed[id(one.motion)] = body_frames(one.motion)
+    numbers = {key: number for number, key in enumerate(analysed)}
+    clips: list[_Clip] = []
+    for one in _enough(shown, analysed, settings.most):
+        frames, number = analysed[id(one.motion)], terminals.index(one.terminal)
+        clips.extend(
+            _clip(one, piece, frames, number, numbers[id(one.motion)])
+            for piece in cut_action(one, frames)
+        )
+    if not settings.mirror:
+        return clips
+    images = [frames.mirrored() for frames in analysed.values()]
+    return clips + [
+        _mirrored(clip, other, images[clip.capture], len(analysed))
+        for clip, other in ((c, _image_of(terminals, c)) for c in clips)
+        if other is not None
+    ]
+
+
+def _enough(
+    shown: Sequence[ShownMotion], analysed: Mapping[int, BodyFrames], most: int
+) -> list[ShownMotion]:
+    """Of every terminal, apart for travelling and standing, as many as give ``most`` pieces."""
+    kinds: dict[tuple[str, bool], list[tuple[ShownMotion, int]]] = {}
+    for one in shown:
+        frames = analysed[id(one.motion)]
+        kind = one.terminal, travels(frames, one.start, one.end)
+        kinds.setdefault(kind, []).append((one, len(cut_action(one, frames))))
+    return [one for counted in kinds.values() for one in _evenly(counted, most)]
+
+
+def _evenly(counted: list[tuple[ShownMotion, int]], most: int) -> list[ShownMotion]:
+    """Evenly spaced, as many as together have ``most`` pieces; at least one."""
+    for count in range(len(counted), 1, -1):
+        chosen = [counted[k] for k in np.linspace(0, len(counted) - 1, count).round().astype(int)]
+        if sum(pieces for _, pieces in chosen) <= most:
+            return [one for one, _ in chosen]
+    return [one for one, _ in counted[:1]]
+
+
+def _clip(
+    shown: ShownMotion, piece: Piece, frames: BodyFrames, terminal: int, capture: int
+) -> _Clip:
+    event, known = instant(shown, frames, piece.start, piece.end)
+    inside = tuple(
+        replace(e, frame=e.frame - piece.start)
+        for e in sorted(shown.events)
+        if piece.start <= e.frame < piece.end
+    )
+    joints = [e.joint for e in inside if e.name == shown.event and e.frame == event - piece.start]
+    source = ClipSource(shown.capture, piece.start, piece.end, licence=shown.licence, instant=known)
+    joint = joints[0] if joints and known == "events" else ""
+    thrown = shown.event == _ONE_HANDED
+    return _Clip(terminal, capture, frames, piece, source, event, joint, inside, thrown)
+
+
+def _image_of(terminals: tuple[str, ...], clip: _Clip) -> int | None:
+    """The terminal that a clip's mirror image shows: pivot_right for pivot_left; None for none.
+
+    Shots and passes have no mirror image: it would be thrown with the other hand.
+    """
+    name = terminals[clip.terminal]
+    if clip.thrown:
+        return None
+    image = "_".join(_SIDES.get(part, part) for part in name.split("_"))
+    return terminals.index(image) if image in terminals else None
+
+
+def _mirrored(clip: _Clip, terminal: int, image: BodyFrames, n_captures: int) -> _Clip:
+    events = tuple(replace(e, joint=_other_side(e.joint)) for e in clip.events)
+    return replace(
+        clip,
+        terminal=terminal,
+        capture=clip.capture + n_captures,
+        frames=image,
+        source=replace(clip.source, mirrored=True),
+        joint=_other_side(clip.joint),
+        events=events,
+    )
+
+
+def _other_side(joint: str) -> str:
+    return {"l": "r", "r": "l"}[joint[0]] + joint[1:] if joint[:2] in ("l_", "r_") else joint
+
+
+APART = 0.4
+"""Metres between the wrists beyond which one of them has the ball."""
+
+
+def _hands(clip: _Clip, paths: FloatArray) -> FloatArray:
+    """The ball point of every variant, array (variants, 3), in the entry frame."""
+    piece = clip.piece
+    frame = clip.event if clip.event >= 0 else (piece.start + piece.end - 1) // 2
+    wrists = clip.frames.joints[min(frame, clip.frames.n_frames - 1), WRISTS]
+    ball = wrists.mean(axis=0)
+    if clip.joint in ("l_wrist", "r_wrist") and np.linalg.norm(wrists[0] - wrists[1]) > APART:
+        ball = wrists["lr".index(clip.joint[0])]
+    place = compose(paths[:, frame - piece.start], np.array([ball[0], ball[2], 0.0]))
+    return np.column_stack([place[:, 0], np.full(len(place), ball[1]), place[:, 1]])
+
+
+def _ends(clips: Sequence[_Clip]) -> SeamEnds:
+    def state(clip: _Clip, frame: int) -> FloatArray:
+        inside = min(frame, clip.frames.n_frames - 1)
+        return np.stack([clip.frames.joints[inside], clip.frames.velocities[inside]])
+
+    shape = (len(clips), 2, 21, 3)
+    return SeamEnds(
+        np.array([c.capture for c in clips], dtype=np.int64),
+        np.array([c.piece.start for c in clips], dtype=np.int64),
+        np.array([c.piece.end for c in clips], dtype=np.int64),
+        np.array([state(c, c.piece.start) for c in clips]).reshape(shape),
+        np.array([state(c, c.piece.end) for c in clips]).reshape(shape),
+    )

@@ -1,0 +1,1 @@
+"""The energy of a scene, compiled, and where strings of clips begin."""

@@ -1,0 +1,352 @@
+"""Binding: from a grammar's and a diagram's semantic rules to the table of a scene's trees.
+
+Every action comes under the rules of its symbol, below the ancestors that it has in its tree; a
+nonterminal's rules are about the stretch of actions that it derives; the diagram's rules are about
+its items. Roles are resolved by the diagram's items: who is passed to or screened is the receiver,
+who is screened, guarded, blocked or run at the opponent; elsewhere the opponent is
+``diagram.opponent_of``. Where nobody fills a role (a pass that no item asks for) the rule is unmet.
+
+Choices, print being silent: of several actions of one item in a row that all have the same rule
+``at end`` (``at start``), only the last (first) comes under it, as a circle is meant for the end of
+a move and not of each step. A synchronisation whose partner's action no item names means that of
+the partner's actions which fulfils it best.
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), sections 3.1 and 4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from motiondb.errors import SceneError
+from motiondb.grammar.cfg.context_free import Tree
+from motiondb.scene.energy.rule_table import (
+    AT_END,
+    AT_EVENT,
+    AT_START,
+    HEADING,
+    KINDS,
+    ON_THE_WAY,
+    POINT,
+    ROW,
+    THROUGHOUT,
+    UNMET,
+    UNMET_WEIGHT,
+    RuleTable,
+)
+from motiondb.scene.language.expressions import (
+    DiagramRule,
+    Item,
+    auxiliary_rules,
+    expressions,
+    spans,
+)
+from motiondb.scene.language.motion_grammar import MotionGrammar
+from motiondb.scene.language.semantic_rules import (
+    END,
+    PATH,
+    START,
+    DirectionRule,
+    DistanceRule,
+    LineRule,
+    PositionRule,
+    SemanticRule,
+    Spot,
+    SynchronisationRule,
+    Target,
+)
+from motiondb.scene.language.semantic_rules import THROUGHOUT as THROUGHOUT_NAME
+from motiondb.scene.language.tactics import Diagram
+
+_MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
+_MATES = (("pass",), ("catch",))
+"""Items whose other player is of the same side."""
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """Actions [first, last) of a player, the item that they belong to (-1: none), their rule."""
+
+    player: int
+    first: int
+    last: int
+    item: int
+    rule: SemanticRule
+    partner_item: int = -1
+
+
+@dataclass(frozen=True)
+class _String:
+    """A player's actions with their rules: what of a tree does not depend on others."""
+
+    actions: tuple[str, ...]
+    spans: tuple[tuple[int, int], ...]
+    stretches: tuple[_Stretch, ...]
+    rows: tuple[tuple[float, ...], ...]
+    """Of synchronisations, which need others' strings, ()."""
+
+    @property
+    def stray(self) -> int:
+        """How many actions belong to no class of the expression."""
+        return len(self.actions) - sum(end - first for first, end in self.spans)
+
+
+_Resolved = tuple[int, float, float]
+"""A target: a player's number, POINT or HEADING, and x, z (or theta, 0)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Binder:
+    """What binding needs to know of a diagram and a grammar, for many trees."""
+
+    diagram: Diagram
+    grammar: MotionGrammar
+    _strings: dict[tuple[int, Tree], _String] = field(default_factory=dict)
+    _kept: dict[tuple[int, int], tuple[Tree, _String]] = field(default_factory=dict)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The players, in the order of the diagram."""
+        return tuple(player.name for player in self.diagram.players)
+
+    @cached_property
+    def items(self) -> tuple[tuple[Item, ...], ...]:
+        """Every player's expression."""
+        found = expressions(self.diagram)
+        return tuple(found[name] for name in self.names)
+
+    @cached_property
+    def _number(self) -> dict[str, int]:
+        return {name: number for number, name in enumerate(self.names)}
+
+    @cached_property
+    def _places(self) -> dict[str, Spot]:
+        return dict(self.diagram.places)
+
+    @cached_property
+    def _opponents(self) -> tuple[str, ...]:
+        return tuple(self.diagram.opponent_of(name) for name in self.names)
+
+    @cached_property
+    def _auxiliary(self) -> tuple[tuple[DiagramRule, ...], ...]:
+        rules = auxiliary_rules(self.diagram, self.grammar)
+        return tuple(tuple(r for r in rules if r.player == name) for name in self.names)
+
+    def bind(self, trees: Sequence[Tree]) -> RuleTable:
+        """The table of the players' trees, in the order of the diagram.
+
+        Raises
+        ------
+        SceneError where the number of trees is another, a string is empty, or misses an item.
+        """
+        if len(trees) != len(self.names):
+            raise SceneError(
+                f"{self.diagram.name}: expected {len(self.names)} trees, one for each player,"
+                f" found {len(trees)}. Give the trees in the order of the players."
+            )
+        strings = [self._string(number, tree) for number, tree in enumerate(trees)]
+        rows, partners, contacts, used = [], list[int](), set[tuple[int, int, int, int]](), []
+        for string in strings:
+            for stretch, known in zip(string.stretches, string.rows, strict=True):
+                rows.append(known or self._row(stretch, strings, partners, contacts))
+                used.append(stretch)
+        return RuleTable(
+            self.names,
+            tuple(string.actions for string in strings),
+            np.array(rows, dtype=ROW),
+            np.array(partners, dtype=np.int64),
+            np.array(sorted(contacts), dtype=np.int64).reshape(-1, 4),
+            tuple(stretch.rule for stretch in used),
+            np.array([stretch.item for stretch in used], dtype=np.int64),
+            sum(string.stray for string in strings),
+        )
+
+    def _string(self, player: int, tree: Tree) -> _String:
+        """A player's rules; of trees that were seen lately, as they were found.
+
+        The same object is found without looking at the whole tree. Chains in several threads may
+        ask at once.
+        """
+        kept, same = self._kept.get((player, id(tree)), (None, None))
+        if kept is tree and same is not None:
+            return same
+        found = self._strings.get((player, tree)) or self._read_string(player, tree)
+        for known in (self._strings, self._kept):
+            if len(known) > 500:
+                known.clear()
+        self._strings[player, tree] = found
+        self._kept[player, id(tree)] = tree, found
+        return found
+
+    def _read_string(self, player: int, tree: Tree) -> _String:
+        name, items = self.names[player], self.items[player]
+        actions = tree.leaves()
+        parts = spans(actions, items)
+        if not actions or parts is None:
+            wanted = "".join(map(str, items)) or "at least one action"
+            raise SceneError(
+                f"{self.diagram.name}: expected of {name} actions that fit {wanted}, found"
+                f" '{' '.join(actions)}'. Take a tree with g_user = 0, as cast() finds it."
+            )
+        item_of = [-1] * len(actions)
+        for item, (first, last) in enumerate(parts):
+            item_of[first:last] = [item] * (last - first)
+        found = []
+        nodes = list(_nodes(tree))
+        of_action = [self.grammar.rules_of(n.symbol, n.above) for n in nodes if n.is_leaf]
+        for node in nodes:
+            if node.is_leaf:
+                k = node.first
+                for rule in of_action[k]:
+                    if not _counts_elsewhere(rule, k, item_of, of_action):
+                        found.append(_Stretch(player, k, k + 1, item_of[k], rule))
+            elif node.last > node.first:
+                for rule in self.grammar.rules_of(node.symbol, node.above):
+                    found.append(_Stretch(player, node.first, node.last, -1, rule))
+        for said in self._auxiliary[player]:
+            first, last = parts[said.item] if said.item >= 0 else (0, len(actions))
+            found.append(_Stretch(player, first, last, said.item, said.rule, said.partner_item))
+        rows = tuple(
+            () if isinstance(one.rule, SynchronisationRule) else self._row(one, [], [], set())
+            for one in found
+        )
+        return _String(actions, parts, tuple(found), rows)
+
+    def _row(
+        self,
+        stretch: _Stretch,
+        strings: Sequence[_String],
+        partners: list[int],
+        contacts: set[tuple[int, int, int, int]],
+    ) -> tuple[float, ...]:
+        """The numbers of one rule; its partners are added to ``partners``."""
+        rule = stretch.rule
+        target: _Resolved | None = (POINT, 0.0, 0.0)
+        other: _Resolved | None = (POINT, 0.0, 0.0)
+        near, far, lag, partner, since = 0.0, math.inf, 0.0, -1, len(partners)
+        if isinstance(rule, PositionRule | DirectionRule | DistanceRule):
+            target = self._resolved(rule.target, stretch)
+        if isinstance(rule, DistanceRule):
+            near, far = rule.near, rule.far
+        if isinstance(rule, LineRule):
+            target = self._resolved(rule.first, stretch)
+            other = self._resolved(rule.second, stretch)
+        if isinstance(rule, SynchronisationRule):
+            lag = math.nan if rule.lag is None else rule.lag
+            partner, meant = self._partner(rule, stretch, strings)
+            partners.extend(meant)
+            target = target if meant else None
+            if "push" in rule.actions:
+                contacts.update((stretch.player, stretch.first, partner, m) for m in meant)
+        kind, weight = KINDS[type(rule)], rule.weight
+        if target is None or other is None:
+            kind, weight, target, other = UNMET, UNMET_WEIGHT, (POINT, 0.0, 0.0), (POINT, 0.0, 0.0)
+        moment = _MOMENTS.get(rule.moment.name, AT_EVENT)
+        return (
+            *(kind, stretch.player, stretch.first, stretch.last, moment, rule.moment.fraction),
+            *target,
+            *other,
+            *(near, far, lag, partner, since, len(partners), weight),
+        )
+
+    def _resolved(self, target: Target | float, stretch: _Stretch) -> _Resolved | None:
+        """A target of a rule of a stretch; None where it is a role that nobody fills."""
+        if isinstance(target, Spot):
+            return POINT, target.x, target.z
+        if isinstance(target, float | int):
+            return HEADING, float(target), 0.0
+        if target in ("receiver", "opponent"):
+            target = self._role(target, stretch)
+        if target in self._number:
+            return self._number[target], 0.0, 0.0
+        spot = self._places.get(target)
+        return (POINT, spot.x, spot.z) if spot else None
+
+    def _role(self, role: str, stretch: _Stretch) -> str:
+        """Who fills a role in a stretch, or ""."""
+        item = self.items[stretch.player][stretch.item] if stretch.item >= 0 else None
+        if item is not None and item.other and (role == "receiver" or item.actions not in _MATES):
+            return item.other
+        return self._opponents[stretch.player] if role == "opponent" else ""
+
+    def _partner(
+        self, rule: SynchronisationRule, stretch: _Stretch, strings: Sequence[_String]
+    ) -> tuple[int, list[int]]:
+        """The partner of a synchronisation, and which of their actions it may mean."""
+        name = rule.partner
+        if name in ("receiver", "opponent"):
+            name = self._role(name, stretch)
+        if name not in self._number:
+            return -1, []
+        partner = self._number[name]
+        theirs = strings[partner]
+        item = stretch.partner_item
+        if item < 0 and stretch.item >= 0:
+            own = self.items[stretch.player][stretch.item]
+            item = own.other_item if own.other == name else -1
+        if item >= 0 and theirs.actions[theirs.spans[item][0]] in rule.actions:
+            return partner, [theirs.spans[item][0]]
+        return partner, [m for m, action in enumerate(theirs.actions) if action in rule.actions]
+
+
+def bind(
+    diagram: Diagram, grammar: MotionGrammar, trees: Sequence[Tree] | Mapping[str, Tree]
+) -> RuleTable:
+    """The table of the players' trees, in the order of the diagram or by name.
+
+    Raises
+    ------
+    SceneError where a string is empty or misses an item of the diagram.
+    """
+    if isinstance(trees, Mapping):
+        trees = [trees[player.name] for player in diagram.players]
+    return Binder(diagram, grammar).bind(trees)
+
+
+@dataclass(frozen=True)
+class _Node:
+    symbol: str
+    is_leaf: bool
+    first: int
+    last: int
+    above: frozenset[str]
+
+
+def _nodes(tree: Tree) -> Iterator[_Node]:
+    """All nodes with the actions [first, last) that they derive and the symbols above them.
+
+    In postorder; without recursion, as strings may nest as deep as they are long.
+    """
+    done = 0
+    waiting: list[tuple[Tree, frozenset[str], int]] = [(tree, frozenset(), -1)]
+    while waiting:
+        node, above, first = waiting.pop()
+        if node.is_leaf:
+            yield _Node(node.symbol, True, done, done + 1, above)
+            done += 1
+        elif first >= 0:
+            yield _Node(node.symbol, False, first, done, above)
+        else:
+            waiting.append((node, above, done))
+            below = above | {node.symbol}
+            waiting.extend((child, below, -1) for child in reversed(node.children))
+
+
+def _counts_elsewhere(
+    rule: SemanticRule,
+    k: int,
+    item_of: Sequence[int],
+    of_action: Sequence[tuple[SemanticRule, ...]],
+) -> bool:
+    """Whether the next (before: for ``at start``) action of the same item has the rule, too."""
+    step = {END: 1, START: -1}.get(rule.moment.name, 0)
+    m = k + step
+    if step == 0 or not 0 <= m < len(of_action):
+        return False
+    return item_of[m] == item_of[k] and rule in of_action[m]

@@ -1,0 +1,73 @@
+"""Who touches whom: discs round the pelvis on the ground, at the points of a scene's grid.
+
+A scene's g_collision is 1 where any two touch that should not. Those who are to touch (a screen and
+who is screened) may come closer, but not into one another, within half a second of their contact.
+"""
+
+from __future__ import annotations
+
+import math
+
+from motiondb.scene.energy.compilation import compiled
+from motiondb.scene.energy.placement import ClipArrays
+from motiondb.scene.energy.scene_arrays import SceneArrays
+
+RADIUS = 0.25
+"""Metres: nobody is nearer to anybody than twice this."""
+CONTACT_RADIUS = 0.15
+"""The same of those who are to touch, about their contact."""
+CONTACT_FRAMES = 15
+"""Frames before and after the contact in which they may."""
+
+_APART = (2.0 * RADIUS) ** 2
+_CONTACT_APART = (2.0 * CONTACT_RADIUS) ** 2
+_ROUNDING = 1.0 - 1e-9
+
+
+@compiled
+def _in_contact(scene: SceneArrays, library: ClipArrays, p: int, q: int, frame: int) -> bool:
+    """Whether two may touch at a frame: near the event of either's clip that is for it."""
+    for n in range(len(scene.contacts)):
+        one, k, other, m = scene.contacts[n]
+        if (one == p and other == q) or (one == q and other == p):
+            first = scene.begin[one, k] + library.clips[scene.entry[one, k]].event
+            second = scene.begin[other, m] + library.clips[scene.entry[other, m]].event
+            if abs(frame - first) <= CONTACT_FRAMES or abs(frame - second) <= CONTACT_FRAMES:
+                return True
+    return False
+
+
+@compiled
+def touch(scene: SceneArrays, library: ClipArrays, p: int, q: int, g: int) -> bool:
+    """Whether two touch that should not, at point ``g`` of the grid."""
+    i, j = min(g, scene.filled[p]), min(g, scene.filled[q])
+    dx = scene.grid[p, i, 0] - scene.grid[q, j, 0]
+    dz = scene.grid[p, i, 1] - scene.grid[q, j, 1]
+    square = dx * dx + dz * dz
+    if square >= _APART:
+        return False
+    if scene.near[p, q] == 1 and _in_contact(scene, library, p, q, g * scene.every[0]):
+        return square < _CONTACT_APART
+    return True
+
+
+@compiled
+def overlaps(scene: SceneArrays, library: ClipArrays, p: int, q: int) -> int:
+    """Points of the grid at which two touch, up to where both stand.
+
+    Two who are far apart are looked at again only when they can have met.
+    """
+    one, other = scene.grid[p], scene.grid[q]
+    last_p, last_q = scene.filled[p], scene.filled[q]
+    nearer = 1.0 / (2.0 * library.fastest[0] * scene.every[0])  # looks a metre, at most
+    found, g = 0, 0
+    while g <= max(last_p, last_q):
+        i, j = min(g, last_p), min(g, last_q)
+        dx, dz = one[i, 0] - other[j, 0], one[i, 1] - other[j, 1]
+        square = dx * dx + dz * dz
+        if square >= _APART:
+            g += int((math.sqrt(square) - 2.0 * RADIUS) * nearer * _ROUNDING)
+        elif touch(scene, library, p, q, g):
+            found += 1
+        g += 1
+    return found

@@ -1,0 +1,337 @@
+"""How implausible a scene is, and what exchanging a clip or moving a player makes of it.
+
+    -log P(Y) = sum_k f_k / c_k + g_smooth / w_2 + g_collision / w_3 + g_effort / w_4         (7)
+
+over the semantic rules k: g_smooth sums the mismatch of poses and velocities at all seams,
+g_collision is 1 where anybody touches anybody, g_effort is the metres that all travel.
+What fails by more than its weight, but for time, can often not be polished into holding. To a
+search, what is beyond may cost more: x = f / c then counts x + excess max(x - 1, 0); an excess of 0
+is the paper's measure.
+
+:func:`swap`, :func:`move` and :func:`shift` change a scene's arrays in place, evaluate anew only
+what the change can touch (the rest of one player's string, the rules that read it, their pairs),
+and return the new -log P(Y); :func:`undo` takes the last of them back. All are compiled and release
+the interpreter's lock, to be called from compiled loops::
+
+    before = scene.total[0]
+    if rng.random() >= exp(before - swap(scene, library, player, k, entry)):
+        undo(scene)
+
+The error of a clip, by which proposals choose it, is 1 and its share of -log P(Y): a rule's cost in
+equal parts on the clips of its stretch (a synchronisation's in halves on both partners' clips), a
+seam's in halves, the collision's by the points at which the clip touches somebody, its own metres.
+The errors of a scene's n clips sum to n - log P(Y).
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), equation (7) and section 5.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.records import FloatArray
+from motiondb.scene.energy.collisions import overlaps, touch
+from motiondb.scene.energy.compilation import compiled
+from motiondb.scene.energy.placement import ClipArrays, clip_at, put_origin
+from motiondb.scene.energy.rule_kernels import rule_value
+from motiondb.scene.energy.rule_table import SYNCHRONISATION, RuleTable
+from motiondb.scene.energy.scene_arrays import ANY_TIME, EVERY, MOST_DELAY, SceneArrays, empty_scene
+from motiondb.scene.energy.scene_places import grid_since, place_string
+from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.language.semantic_rules import Weights
+
+TOTAL, RULES, SMOOTH, COLLISION, EFFORT = range(5)
+"""Places in ``scene.total``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Energy:
+    """-log P(Y) of a scene and its parts, each divided by its weight.
+
+    Attributes
+    ----------
+    rules : array (rules,), f_k / c_k of every row of the table.
+    by_token : for every player the errors of their clips, array (clips,): 1 and their shares.
+    overlaps : array (players, players), looks at which two touch.
+    """
+
+    total: float
+    rules: FloatArray
+    smooth: float
+    collision: float
+    effort: float
+    by_token: tuple[FloatArray, ...]
+    overlaps: NDArray[np.int64]
+
+
+def energy(
+    state: SceneState, library: ClipArrays, table: RuleTable, weights: Weights, every: int = 1
+) -> Energy:
+    """-log P(Y) of a scene from nothing; looks at every ``every``-th frame."""
+    scene = scene_arrays(state, library, table, weights, every)
+    errors = np.zeros(scene.entry.shape)
+    token_errors(scene, library, errors)
+    total, _, smooth, collision, effort = scene.total.tolist()
+    by_token = tuple(row[:n] for row, n in zip(errors, scene.n_clips, strict=True))
+    return Energy(total, scene.cost, smooth, collision, effort, by_token, scene.overlaps)
+
+
+def scene_arrays(
+    state: SceneState,
+    library: ClipArrays,
+    table: RuleTable,
+    weights: Weights,
+    every: int = EVERY,
+    excess: float = 0.0,
+) -> SceneArrays:
+    """A scene's arrays, evaluated: what compiled loops work on."""
+    scene = empty_scene(state, library, table, weights, every, excess)
+    evaluate(scene, library)
+    return scene
+
+
+@compiled
+def evaluate(scene: SceneArrays, library: ClipArrays) -> float:
+    """-log P(Y) from nothing but clips, origins and delays; fills everything else."""
+    n_players = len(scene.n_clips)
+    for p in range(n_players):
+        place_string(scene, library, p, -1)
+    for p in range(n_players):
+        for q in range(p):
+            scene.overlaps[p, q] = scene.overlaps[q, p] = overlaps(scene, library, p, q)
+    for r in range(len(scene.rows)):
+        _set_rule(scene, library, r)
+    scene.back[0] = -1
+    return _sum(scene, library)
+
+
+@compiled
+def swap(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int) -> float:
+    """Exchange clip ``k`` of a player; -log P(Y) of what comes out."""
+    _keep(scene, player, k)
+    scene.entry[player, k] = entry
+    return _refresh(scene, library, player, k)
+
+
+@compiled
+def move(
+    scene: SceneArrays, library: ClipArrays, player: int, x: float, z: float, theta: float
+) -> float:
+    """Let a player begin elsewhere; -log P(Y) of what comes out."""
+    _keep(scene, player, -1)
+    put_origin(scene.placed[player], x, z, theta)
+    return _refresh(scene, library, player, -1)
+
+
+@compiled
+def shift(scene: SceneArrays, library: ClipArrays, player: int, delay: int) -> float:
+    """Let a player begin at another frame; -log P(Y) of what comes out.
+
+    Infinite for a delay below 0 or over MOST_DELAY, with the scene as it was (undo is harmless).
+    """
+    _keep(scene, player, -1)
+    if delay < 0 or delay > MOST_DELAY:
+        return math.inf
+    scene.begin[player, 0] = delay
+    return _refresh(scene, library, player, -1)
+
+
+@compiled
+def change(
+    scene: SceneArrays,
+    library: ClipArrays,
+    player: int,
+    k: int,
+    entry: int,
+    origin: tuple[float, float, float],
+    delay: int,
+) -> float:
+    """Exchange clip ``k`` of a player and let them begin elsewhere and at another frame.
+
+    -log P(Y) of what comes out; infinite for a delay out of range, with the scene as it was.
+    :func:`unchange` takes it back.
+    """
+    start = scene.placed[player, 0]
+    same = start[0] == origin[0] and start[1] == origin[1] and start[2] == origin[2]
+    if same and delay == scene.begin[player, 0]:
+        return swap(scene, library, player, k, entry)
+    _keep(scene, player, -1)
+    if delay < 0 or delay > MOST_DELAY:
+        return math.inf
+    scene.entry[player, k] = entry
+    scene.begin[player, 0] = delay
+    put_origin(scene.placed[player], origin[0], origin[1], origin[2])
+    return _refresh(scene, library, player, -1)
+
+
+@compiled
+def unchange(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int) -> None:
+    """Take the last :func:`change` back; ``entry`` is what clip ``k`` was before."""
+    undo(scene)
+    scene.entry[player, k] = entry
+    for m in range(max(k, 1), min(k + 2, scene.n_clips[player])):
+        before = library.clips[scene.entry[player, m - 1]].seam
+        after = library.clips[scene.entry[player, m]].seam
+        scene.seams[player, m] = library.seams[before, after]
+
+
+@compiled
+def undo(scene: SceneArrays) -> None:
+    """Take the last swap, move or shift back; without one, do nothing."""
+    player = scene.back[0]
+    if player < 0:
+        return
+    k, n_rules = scene.back[1], scene.back[4]
+    n, since = scene.n_clips[player], max(k, 0)
+    if k >= 0:
+        scene.entry[player, k] = scene.back[2]
+        scene.seams[player, k] = scene.back_seams[0]
+        if k + 1 < n:
+            scene.seams[player, k + 1] = scene.back_seams[1]
+    for m in range(since, n + 1):
+        scene.begin[player, m] = scene.back_begin[m]
+        for a in range(5):
+            scene.placed[player, m, a] = scene.back_placed[m, a]
+    scene.filled[player] = scene.back[3]
+    for g in range(grid_since(scene, player, k), scene.filled[player] + 1):
+        for a in range(3):
+            scene.grid[player, g, a] = scene.back_grid[g, a]
+    for i in range(n_rules):
+        r = scene.back_rules[i, 0]
+        scene.cost[r] = scene.back_cost[i]
+        scene.seen[r], scene.meant[r] = scene.back_rules[i, 1], scene.back_rules[i, 2]
+    for q in range(len(scene.n_clips)):
+        scene.overlaps[player, q] = scene.overlaps[q, player] = scene.back_overlaps[q]
+    for a in range(5):
+        scene.total[a] = scene.back_total[a]
+    scene.back[0] = -1
+
+
+@compiled
+def token_errors(scene: SceneArrays, library: ClipArrays, errors: FloatArray) -> float:
+    """The errors of all clips (P, L), 0 where there is none; returns their sum."""
+    total = 0.0
+    for p in range(len(scene.n_clips)):
+        for k in range(errors.shape[1]):
+            errors[p, k] = 0.0
+        for k in range(scene.n_clips[p]):
+            metres = library.clips[scene.entry[p, k]].length
+            errors[p, k] += 1.0 + scene.scale[2] * metres
+            half = 0.5 * scene.scale[0] * scene.seams[p, k]
+            errors[p, k] += half
+            if k > 0:
+                errors[p, k - 1] += half
+        total += scene.n_clips[p]
+    for r in range(len(scene.rows)):
+        row = scene.rows[r]
+        cost = scene.cost[r]
+        if row.kind == SYNCHRONISATION:
+            cost *= 0.5
+            errors[row.partner, scene.meant[r]] += cost
+        for k in range(row.first, row.last):
+            errors[row.player, k] += cost / (row.last - row.first)
+    if scene.total[COLLISION] > 0.0:
+        _share_collisions(scene, library, errors)
+    return total + scene.total[TOTAL]
+
+
+@compiled
+def _share_collisions(scene: SceneArrays, library: ClipArrays, errors: FloatArray) -> None:
+    """Add the collision's cost to the clips that touch, by the points at which they do."""
+    n_players = len(scene.n_clips)
+    points = 0
+    for p in range(n_players):
+        for q in range(p):
+            points += scene.overlaps[p, q]
+    part = 0.5 * scene.total[COLLISION] / points
+    for p in range(n_players):
+        for q in range(p):
+            left, g = scene.overlaps[p, q], 0
+            while left > 0:
+                if touch(scene, library, p, q, g):
+                    frame = g * scene.every[0]
+                    errors[p, clip_at(scene.begin[p], scene.n_clips[p], frame)] += part
+                    errors[q, clip_at(scene.begin[q], scene.n_clips[q], frame)] += part
+                    left -= 1
+                g += 1
+
+
+@compiled
+def _keep(scene: SceneArrays, player: int, k: int) -> None:
+    """Note what a change of clip ``k`` (-1: of all) of a player will overwrite."""
+    n, since = scene.n_clips[player], max(k, 0)
+    back = scene.back
+    back[0], back[1], back[3], back[4] = player, k, scene.filled[player], 0
+    if k >= 0:
+        back[2] = scene.entry[player, k]
+        scene.back_seams[0] = scene.seams[player, k]
+        if k + 1 < n:
+            scene.back_seams[1] = scene.seams[player, k + 1]
+    for m in range(since, n + 1):
+        scene.back_begin[m] = scene.begin[player, m]
+        for a in range(5):
+            scene.back_placed[m, a] = scene.placed[player, m, a]
+    for g in range(grid_since(scene, player, k), scene.filled[player] + 1):
+        for a in range(3):
+            scene.back_grid[g, a] = scene.grid[player, g, a]
+    for q in range(len(scene.n_clips)):
+        scene.back_overlaps[q] = scene.overlaps[player, q]
+    for a in range(5):
+        scene.back_total[a] = scene.total[a]
+
+
+@compiled
+def _refresh(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> float:
+    """Evaluate what a change of clip ``k`` (-1: of all) of a player can touch."""
+    place_string(scene, library, player, k)
+    for q in range(len(scene.n_clips)):
+        if q != player:
+            found = overlaps(scene, library, player, q)
+            scene.overlaps[player, q] = scene.overlaps[q, player] = found
+    since = scene.begin[player, max(k, 0)]
+    kept = 0
+    for i in range(scene.depends_first[player], scene.depends_first[player + 1]):
+        r, reach = scene.depends[i]
+        touched = k < reach or (reach == ANY_TIME and scene.seen[r] >= since)
+        if k < 0 or touched:
+            scene.back_rules[kept, 0], scene.back_rules[kept, 1] = r, scene.seen[r]
+            scene.back_rules[kept, 2], scene.back_cost[kept] = scene.meant[r], scene.cost[r]
+            kept += 1
+            _set_rule(scene, library, r)
+    scene.back[4] = kept
+    return _sum(scene, library)
+
+
+@compiled
+def _set_rule(scene: SceneArrays, library: ClipArrays, r: int) -> None:
+    value, scene.seen[r], scene.meant[r] = rule_value(scene, library, r)
+    cost = value / scene.rows[r].weight
+    if scene.rows[r].kind != SYNCHRONISATION:
+        cost += scene.scale[3] * max(cost - 1.0, 0.0)
+    scene.cost[r] = cost
+
+
+@compiled
+def _sum(scene: SceneArrays, library: ClipArrays) -> float:
+    """Put -log P(Y) together; sums are made anew, so that no rounding piles up."""
+    total = scene.total
+    total[RULES] = total[SMOOTH] = total[COLLISION] = total[EFFORT] = 0.0
+    for r in range(len(scene.cost)):
+        total[RULES] += scene.cost[r]
+    for p in range(len(scene.n_clips)):
+        for k in range(1, scene.n_clips[p]):
+            total[SMOOTH] += scene.scale[0] * scene.seams[p, k]
+        for q in range(p):
+            if scene.overlaps[p, q] > 0:
+                total[COLLISION] = scene.scale[1]
+    if scene.scale[2] > 0.0:
+        for p in range(len(scene.n_clips)):
+            for k in range(scene.n_clips[p]):
+                total[EFFORT] += scene.scale[2] * library.clips[scene.entry[p, k]].length
+    total[TOTAL] = total[RULES] + total[SMOOTH] + total[COLLISION] + total[EFFORT]
+    return float(total[TOTAL])

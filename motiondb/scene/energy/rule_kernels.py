@@ -1,0 +1,180 @@
+"""The values f_k of semantic rules over a scene's arrays, compiled; :mod:`.rules` is the measure.
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), equations (1) to (5).
+"""
+
+from __future__ import annotations
+
+import math
+
+from motiondb.records import MOTION_FPS
+from motiondb.scene.energy.compilation import compiled
+from motiondb.scene.energy.placement import ClipArrays, place_in_clip
+from motiondb.scene.energy.rule_table import (
+    AT_END,
+    AT_START,
+    DIRECTION,
+    DISTANCE,
+    HEADING,
+    LINE,
+    ON_THE_WAY,
+    SYNCHRONISATION,
+    THROUGHOUT,
+    UNMET,
+)
+from motiondb.scene.energy.scene_arrays import SceneArrays
+from motiondb.scene.energy.scene_places import place_of
+from motiondb.scene.language.semantic_rules import PASS_SPEED, SMALLEST
+
+
+@compiled
+def wrapped(turn: float) -> float:
+    """The size of a turn, radians in [0, pi]."""
+    turn = abs(turn) % (2.0 * math.pi)
+    return min(turn, 2.0 * math.pi - turn)
+
+
+@compiled
+def segment_distance(x: float, z: float, ax: float, az: float, bx: float, bz: float) -> float:
+    """Metres from a point to the segment between two."""
+    dx, dz = bx - ax, bz - az
+    share = ((x - ax) * dx + (z - az) * dz) / max(dx * dx + dz * dz, SMALLEST)
+    share = min(max(share, 0.0), 1.0)
+    return math.hypot(x - ax - share * dx, z - az - share * dz)
+
+
+@compiled
+def moment_of(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int]:
+    """The clip and the frame within it at which rule ``r`` looks (not where throughout)."""
+    row = scene.rows[r]
+    entry = scene.entry[row.player]
+    if row.moment == AT_START:
+        return row.first, 0
+    if row.moment == AT_END:
+        return row.last - 1, library.clips[entry[row.last - 1]].n_frames - 1
+    if row.moment == ON_THE_WAY:
+        return _on_the_way(scene, library, r)
+    return row.first, library.clips[entry[row.first]].event
+
+
+@compiled
+def _on_the_way(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int]:
+    """Where a share of the metres of a stretch is behind: the first such frame."""
+    row = scene.rows[r]
+    entry = scene.entry[row.player]
+    metres = 0.0
+    for k in range(row.first, row.last):
+        metres += library.clips[entry[k]].length
+    metres *= row.fraction
+    for k in range(row.first, row.last):
+        clip = library.clips[entry[k]]
+        low, high = 0, clip.n_frames - 1
+        if metres > library.way[clip.path_start + high] and k < row.last - 1:
+            metres -= clip.length
+            continue
+        while low < high:
+            middle = (low + high) // 2
+            if library.way[clip.path_start + middle] < metres:
+                low = middle + 1
+            else:
+                high = middle
+        return k, low
+    return row.first, 0
+
+
+@compiled
+def _measure(
+    kind: int,
+    own: tuple[float, float, float],
+    target: tuple[float, float, float],
+    other: tuple[float, float, float],
+    heading: bool,
+    bounds: tuple[float, float],
+) -> float:
+    """One rule at one instant, all places known."""
+    x, z, theta = own
+    if kind == DIRECTION:
+        wanted = target[0] if heading else math.atan2(target[0] - x, target[1] - z)
+        return wrapped(theta - wanted)
+    if kind == LINE:
+        return segment_distance(x, z, target[0], target[1], other[0], other[1])
+    apart = math.hypot(x - target[0], z - target[1])
+    if kind == DISTANCE:
+        return 0.0 if bounds[0] <= apart <= bounds[1] else 1.0
+    return apart
+
+
+@compiled
+def _throughout(scene: SceneArrays, r: int) -> tuple[float, int]:
+    """The mean over the points of the grid within a stretch (the one before, if there is none)."""
+    row = scene.rows[r]
+    every = scene.every[0]
+    begin = scene.begin[row.player]
+    g1 = -(-begin[row.last] // every)
+    g0 = min(-(-begin[row.first] // every), g1 - 1)
+    grid, filled = scene.grid, scene.filled
+    bounds = (row.near, row.far)
+    target = (row.x, row.z, 0.0)
+    other = (row.other_x, row.other_z, 0.0)
+    total = 0.0
+    for g in range(g0, g1):
+        i = min(g, filled[row.player])
+        own = (grid[row.player, i, 0], grid[row.player, i, 1], grid[row.player, i, 2])
+        if row.target >= 0:
+            i = min(g, filled[row.target])
+            target = (grid[row.target, i, 0], grid[row.target, i, 1], 0.0)
+        if row.other >= 0:
+            i = min(g, filled[row.other])
+            other = (grid[row.other, i, 0], grid[row.other, i, 1], 0.0)
+        total += _measure(row.kind, own, target, other, row.target == HEADING, bounds)
+    return total / (g1 - g0), (g1 - 1) * every
+
+
+@compiled
+def _synchronisation(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, int]:
+    """f_synch against the partner's clip that fulfils it best, seconds, and which that is."""
+    row = scene.rows[r]
+    k, frame = moment_of(scene, library, r)
+    time = scene.begin[row.player, k] + frame
+    clip = library.clips[scene.entry[row.player, k]]
+    x, z, _ = place_in_clip(scene.placed[row.player], library.path, clip.path_start + frame, k)
+    best, meant = math.inf, -1
+    for n in range(row.partner_first, row.partner_last):
+        m = scene.partners[n]
+        theirs = library.clips[scene.entry[row.partner, m]]
+        lag = row.lag
+        if math.isnan(lag):
+            at = theirs.path_start + theirs.event
+            px, pz, _ = place_in_clip(scene.placed[row.partner], library.path, at, m)
+            lag = math.hypot(px - x, pz - z) / PASS_SPEED
+        later = scene.begin[row.partner, m] + theirs.event - time
+        error = abs(later / MOTION_FPS - lag)
+        if error < best:
+            best, meant = error, m
+    return best, meant
+
+
+@compiled
+def rule_value(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, int, int]:
+    """f of rule ``r``, the last frame at which it looks at others, and the partner's clip meant."""
+    row = scene.rows[r]
+    if row.kind == UNMET:
+        return 1.0, -1, -1
+    if row.kind == SYNCHRONISATION:
+        value, meant = _synchronisation(scene, library, r)
+        return value, -1, meant
+    if row.moment == THROUGHOUT:
+        value, seen = _throughout(scene, r)
+        return value, seen, -1
+    k, frame = moment_of(scene, library, r)
+    clip = library.clips[scene.entry[row.player, k]]
+    own = place_in_clip(scene.placed[row.player], library.path, clip.path_start + frame, k)
+    time = scene.begin[row.player, k] + frame
+    target, other = (row.x, row.z, 0.0), (row.other_x, row.other_z, 0.0)
+    if row.target >= 0:
+        target = place_of(scene, library, row.target, time)
+    if row.other >= 0:
+        other = place_of(scene, library, row.other, time)
+    bounds = (row.near, row.far)
+    return _measure(row.kind, own, target, other, row.target == HEADING, bounds), time, -1

@@ -1,0 +1,93 @@
+"""All semantic rules of a scene in one table of numbers, which compiled code reads.
+
+A row is one rule f_k of one stretch of a player's actions, with everybody it is about resolved to
+a player's number or a point on the ground::
+
+    kind      what is measured: POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE; UNMET where
+              nobody fills a role, which fails: f = 1
+    player    whose rule it is; first, last: the stretch of their actions, half-open
+    moment    AT_START (first frame of the stretch), AT_END (its last frame), AT_EVENT (the event of
+              its first action, the middle where its clip has none), THROUGHOUT (mean over the
+              frames), ON_THE_WAY (the frame at which ``fraction`` of the way is behind)
+    target    a player, or POINT (x, z), or HEADING (theta in ``x``); other, other_x, other_z: the
+              second end of a line
+    near, far of a distance, metres; lag of a synchronisation, seconds, NaN for a ball's flight
+    partner   of a synchronisation, whose actions are ``partners[partner_first:partner_last]``; the
+              one nearest to fulfilling the rule counts
+    weight    c_k: f_k / c_k is the row's part of -log P(Y)
+
+A table depends on the trees alone, not on clips and places: it is made anew when the structure
+changes and stays as it is while clips are exchanged.
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 3.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.records import IntArray
+from motiondb.scene.language.semantic_rules import (
+    DirectionRule,
+    DistanceRule,
+    LineRule,
+    PositionRule,
+    SemanticRule,
+    SynchronisationRule,
+)
+
+POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE, UNMET = range(6)
+AT_START, AT_END, AT_EVENT, THROUGHOUT, ON_THE_WAY = range(5)
+POINT, HEADING = -1, -2
+
+KINDS: dict[type, int] = {
+    PositionRule: POSITION,
+    DirectionRule: DIRECTION,
+    SynchronisationRule: SYNCHRONISATION,
+    DistanceRule: DISTANCE,
+    LineRule: LINE,
+}
+"""The number of a rule's kind."""
+
+UNMET_WEIGHT = 0.1
+"""c_k of a rule whose role nobody fills: it costs 10, as a distance that is not kept."""
+
+ROW = np.dtype(
+    [(name, np.int64) for name in ("kind", "player", "first", "last", "moment")]
+    + [("fraction", np.float64), ("target", np.int64), ("x", np.float64), ("z", np.float64)]
+    + [("other", np.int64), ("other_x", np.float64), ("other_z", np.float64)]
+    + [("near", np.float64), ("far", np.float64), ("lag", np.float64)]
+    + [(name, np.int64) for name in ("partner", "partner_first", "partner_last")]
+    + [("weight", np.float64)]
+)
+"""A row of the table, aligned to 8 bytes a field."""
+
+
+@dataclass(frozen=True, eq=False)
+class RuleTable:
+    """The rules of a scene.
+
+    Attributes
+    ----------
+    players : names, in the order of the diagram; their numbers are what the rows hold.
+    actions : every player's action string.
+    rows : array (rules,) of :data:`ROW`.
+    partners : array (n,), actions that synchronisation rules may mean.
+    contacts : array (n, 4): player, action, player, action of those who are to touch.
+    rules : what each row was made from; of an unmet one, too.
+    items : array (rules,), the class of the player's expression that the row belongs to, or -1.
+    stray : number of actions, of all players, that belong to no class.
+    """
+
+    players: tuple[str, ...]
+    actions: tuple[tuple[str, ...], ...]
+    rows: NDArray[np.void]
+    partners: IntArray
+    contacts: IntArray
+    rules: tuple[SemanticRule, ...]
+    items: IntArray
+    stray: int = 0

@@ -1,0 +1,187 @@
+"""A scene as compiled code keeps it: plain arrays that are changed in place, with one step back.
+
+Everybody's place is kept at every ``every``-th frame of the scene's clock (the grid), where rules
+that hold throughout and collisions are looked at: all read it, only who moves writes it. Frames
+before a player begins show the first pose, frames behind their last one the last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.grammar.cfg.context_free import Tree
+from motiondb.records import FloatArray, IntArray
+from motiondb.scene.energy.placement import ClipArrays, put_origin
+from motiondb.scene.energy.rule_table import (
+    AT_EVENT,
+    AT_START,
+    SYNCHRONISATION,
+    UNMET,
+    RuleTable,
+)
+from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.language.semantic_rules import Weights
+
+EVERY = 3
+"""Frames from one look to the next while sampling; reports and tests may look at all (1)."""
+MOST_DELAY = 900
+"""Frames that a player may stand before their first clip; 30 s."""
+ANY_TIME = -1
+"""Reach of a rule that looks at a player at a time, not at one of their clips."""
+
+
+class SceneArrays(NamedTuple):
+    """Arrays of P players, at most L clips each, R rules, G points of the grid.
+
+    Attributes
+    ----------
+    n_clips (P,), entry (P, L) : clips of every player, numbers of the library.
+    begin (P, L + 1) : first frame of every clip; behind the last, the end. begin[:, 0]: the delay.
+    placed (P, L + 1, 5) : x, z, theta, cos, sin where every clip begins; placed[:, 0] the origin.
+    grid (P, G, 3), filled (P,) : x, z, theta at frames 0, every, 2 every ..; behind the ``filled``
+        points that lie within the player's string stands the last pose, once.
+    cost (R,) : f_k / c_k, dearer beyond 1 (:mod:`.energy`). seen (R,) : last frame at which the
+        rule looks at others.
+    meant (R,) : the partner's clip that counts for a synchronisation.
+    seams (P, L) : mismatch at the beginning of every clip, unweighted.
+    overlaps (P, P) : points of the grid at which two touch. near (P, P) : 1 where two may.
+    total (5,) : -log P(Y), and its parts: rules, smoothness, collision, effort.
+    scale (4,) : 1 / w_2, 1 / w_3, 1 / w_4, excess. every (1,) : frames between points of the
+        grid.
+    rows, partners, contacts : of the rule table.
+    depends (n, 2), depends_first (P + 1,) : for every player the rules that read them, and their
+        reach: the exchange of clip k matters where k < reach (or :data:`ANY_TIME`).
+    back_* : what the last change has overwritten.
+    """
+
+    n_clips: IntArray
+    entry: IntArray
+    begin: IntArray
+    placed: FloatArray
+    grid: FloatArray
+    filled: IntArray
+    cost: FloatArray
+    seen: IntArray
+    meant: IntArray
+    seams: FloatArray
+    overlaps: IntArray
+    near: IntArray
+    total: FloatArray
+    scale: FloatArray
+    every: IntArray
+    rows: NDArray[np.void]
+    partners: IntArray
+    contacts: IntArray
+    depends: IntArray
+    depends_first: IntArray
+    back: IntArray
+    back_begin: IntArray
+    back_placed: FloatArray
+    back_grid: FloatArray
+    back_cost: FloatArray
+    back_rules: IntArray
+    back_seams: FloatArray
+    back_overlaps: IntArray
+    back_total: FloatArray
+
+
+def empty_scene(
+    state: SceneState,
+    library: ClipArrays,
+    table: RuleTable,
+    weights: Weights,
+    every: int = EVERY,
+    excess: float = 0.0,
+) -> SceneArrays:
+    """The arrays of a scene with its clips, origins and delays, nothing evaluated yet."""
+    players = state.players
+    n, most = len(players), max(len(player.entries) for player in players)
+    longest = _longest(state, library) + max(MOST_DELAY, *(p.delay for p in players))
+    n_grid, n_rules = longest // every + 2, len(table.rows)
+    depends, depends_first = _dependencies(table)
+    scale = [1.0 / weight for weight in (weights.smooth, weights.collision, weights.effort)]
+    scene = SceneArrays(
+        n_clips=np.array([len(player.entries) for player in players]),
+        entry=np.zeros((n, most), np.int64),
+        begin=np.zeros((n, most + 1), np.int64),
+        placed=np.zeros((n, most + 1, 5)),
+        grid=np.zeros((n, n_grid, 3)),
+        filled=np.zeros(n, np.int64),
+        cost=np.zeros(n_rules),
+        seen=np.zeros(n_rules, np.int64),
+        meant=np.zeros(n_rules, np.int64),
+        seams=np.zeros((n, most)),
+        overlaps=np.zeros((n, n), np.int64),
+        near=_near(table, n),
+        total=np.zeros(5),
+        scale=np.array([*scale, excess]),
+        every=np.array([every]),
+        rows=table.rows,
+        partners=table.partners,
+        contacts=table.contacts,
+        depends=depends,
+        depends_first=depends_first,
+        back=np.full(5, -1),
+        back_begin=np.zeros(most + 1, np.int64),
+        back_placed=np.zeros((most + 1, 5)),
+        back_grid=np.zeros((n_grid, 3)),
+        back_cost=np.zeros(n_rules),
+        back_rules=np.zeros((n_rules, 3), np.int64),
+        back_seams=np.zeros(2),
+        back_overlaps=np.zeros(n, np.int64),
+        back_total=np.zeros(5),
+    )
+    for number, player in enumerate(players):
+        scene.entry[number, : len(player.entries)] = player.entries
+        scene.begin[number, 0] = player.delay
+        put_origin(scene.placed[number], *player.origin)
+    return scene
+
+
+def scene_state(scene: SceneArrays, trees: Sequence[Tree]) -> SceneState:
+    """The clips, origins and delays that the arrays hold, with the trees that they belong to."""
+    players = []
+    for number, tree in enumerate(trees):
+        x, z, theta = scene.placed[number, 0, :3].tolist()
+        entries = scene.entry[number, : scene.n_clips[number]].copy()
+        players.append(PlayerState(tree, entries, (x, z, theta), int(scene.begin[number, 0])))
+    return SceneState(tuple(players))
+
+
+def _longest(state: SceneState, library: ClipArrays) -> int:
+    """Frames of the longest string, each clip exchanged for the longest of its action."""
+    most = library.clips["most"]
+    return max(int(most[np.asarray(player.entries)].sum()) for player in state.players)
+
+
+def _near(table: RuleTable, n: int) -> IntArray:
+    near = np.zeros((n, n), np.int64)
+    for one, _, other, _ in table.contacts:
+        near[one, other] = near[other, one] = 1
+    return near
+
+
+def _dependencies(table: RuleTable) -> tuple[IntArray, IntArray]:
+    """For every player the rules that read them, with how far; see :class:`SceneArrays`."""
+    of: list[dict[int, int]] = [{} for _ in table.players]
+    names = ("kind", "player", "first", "last", "moment", "target", "other", "partner")
+    columns = [table.rows[name].tolist() for name in names]
+    for number, (kind, player, first, last, moment, *others, partner) in enumerate(zip(*columns)):
+        if kind == UNMET:
+            continue
+        if kind == SYNCHRONISATION:
+            row = table.rows[number]
+            meant = table.partners[row["partner_first"] : row["partner_last"]]
+            of[partner][number] = int(meant.max()) + 1
+        for looked_at in others:
+            if looked_at >= 0:
+                of[looked_at][number] = ANY_TIME
+        reach = {AT_START: first, AT_EVENT: first + 1}.get(moment, last)
+        of[player][number] = max(reach, of[player].get(number, 0))
+    pairs = [pair for rules in of for pair in rules.items()]
+    ends = np.cumsum([0, *(len(rules) for rules in of)])
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2), ends.astype(np.int64)

@@ -1,0 +1,331 @@
+"""Reading motion grammars from text: a small format that people can read and write.
+
+A statement a line; it goes on where a line ends with ``,``, ``:`` or ``|``, or the next begins with
+``|``; ``#`` begins a comment. The order of statements is free::
+
+    grammar carrying                       # its name
+    start S                                # or: start S_A for attack
+    place object, goal                     # places that a scene says where they are
+
+    S -> Walk Carry Walk                   # rules of order; | divides alternatives
+    Walk -> walk+                          # X* X+ X? and ( ) repeat, [0.3] is a probability,
+    Carry -> pickup carry* putdown         # empty is the empty string
+
+    walk := "walk", "stroll"               # words that find clips of the action
+    pickup := "pick up" without "fight" event contact    # and the instant that rules look at
+
+    pickup: direction(object) weight 20 deg, distance(object, <= 50 cm)      # rules of space
+    walk in Walk: line(object, goal) throughout                              # below Walk only
+    S: position(goal) at end               # of everything that S derives
+
+    weight collision 0.1                   # of the terms that belong to no action
+    weight position 0.3 m                  # of all position rules that name none
+
+Semantic rules are ``position(TARGET)``, ``direction(TARGET)`` or ``direction(90 deg)``,
+``distance(TARGET, <= 2.5 m)``, ``>=``, ``0.5 m .. 2 m``, ``line(TARGET, TARGET)`` and
+``synchronisation(ROLE, ACTION | ACTION, LAG)``, where the lag is a time or ``flight``. A target is
+a place, or the role ``receiver`` or ``opponent``. After a rule may stand ``at start``, ``at end``,
+``at EVENT`` or ``throughout``, and ``weight`` with a unit: the deviation that costs 1. Without a
+moment, a rule looks at its terminal's event, or throughout where there is none.
+
+Repetitions become helping nonterminals, named after the left side: ``Walk.1``. A rule's bounds are
+inclusive, whether written ``<`` or ``<=``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+from motiondb.errors import SceneError, suggestion
+from motiondb.grammar.cfg.context_free import EMPTY, Grammar, productive_symbols
+from motiondb.scene.language import rule_text
+from motiondb.scene.language.motion_grammar import ROLES, Annotation, MotionGrammar, Start, Terminal
+from motiondb.scene.language.production_text import read_alternatives, share_out
+from motiondb.scene.language.semantic_rules import (
+    END,
+    START,
+    THROUGHOUT,
+    Moment,
+    SemanticRule,
+    SynchronisationRule,
+    Weights,
+)
+from motiondb.scene.language.tactics import TEAMS
+from motiondb.scene.language.tokens import Cursor, Token, refuse, statements
+
+_SLACK = 0.02
+"""Probabilities that people write down are rounded: 0.33, three times."""
+_STATEMENT = "a statement such as 'S -> run', 'run := \"run\"' or 'run: position(goal)'"
+
+
+class _Reading:
+    """What a file has said so far."""
+
+    def __init__(self, where: str) -> None:
+        self.where = where
+        self.name = ""
+        self.starts: list[tuple[Start, Token]] = []
+        self.places: list[str] = []
+        self.alternatives: list[tuple[str, tuple[str, ...], float | None]] = []
+        self.lines: dict[str, Token] = {}
+        self.used: dict[str, Token] = {}
+        self.terminals: dict[str, tuple[Terminal, Token]] = {}
+        self.rules: list[rule_text.Draft] = []
+        self.kinds: dict[str, float] = {}
+        self.weights: dict[str, float] = {}
+        self.said: dict[str, int] = {}
+
+
+def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
+    """The motion grammar that a text describes.
+
+    Parameters
+    ----------
+    where : the file's name, for messages.
+
+    Raises
+    ------
+    SceneError with file, line and column where something else was expected: a sign, a name that is
+    not declared, a weight of 0, a nonterminal that never ends.
+    """
+    reading = _Reading(where)
+    for cursor in statements(text, where):
+        _read_statement(cursor, reading)
+    _check(reading)
+    numbers = share_out(reading.alternatives)
+    grammar = Grammar(reading.starts[0][0].symbol, numbers, tuple(reading.terminals))
+    _refuse_endless(grammar, reading)
+    return MotionGrammar(
+        reading.name or where,
+        tuple(start for start, _ in reading.starts),
+        grammar,
+        tuple(terminal for terminal, _ in reading.terminals.values()),
+        tuple(_annotations(reading)),
+        tuple(reading.places),
+        Weights(**reading.weights),
+    )
+
+
+def _read_statement(cursor: Cursor, reading: _Reading) -> None:
+    first, second = cursor.here, cursor.after
+    if first.kind != "name":
+        cursor.fail(_STATEMENT, "Begin the line with a name; comments begin with '#'.")
+    if second.text == "->":
+        _read_production(cursor, reading)
+    elif second.text == ":=":
+        _read_terminal(cursor, reading)
+    elif second.text in (":", ",", "in"):
+        reading.rules.extend(rule_text.read_rules(cursor))
+    elif cursor.meets("grammar"):
+        cursor.once(reading.said, "grammar", "'grammar' once", first)
+        reading.name = cursor.name("the grammar's name", "Write one name.")
+    elif cursor.meets("start"):
+        _read_start(cursor, reading)
+    elif cursor.meets("place"):
+        _read_place(cursor, reading)
+        while cursor.meets(","):
+            _read_place(cursor, reading)
+    elif cursor.meets("weight"):
+        _read_weight(cursor, reading)
+    else:
+        near = suggestion(first.text, ("grammar", "start", "place", "weight")).strip()
+        cursor.fail(_STATEMENT, near or "Behind the first name stands '->', ':=' or ':'.")
+    cursor.done("Write one statement a line.")
+
+
+def _read_production(cursor: Cursor, reading: _Reading) -> None:
+    token = cursor.take()
+    if token.text == EMPTY:
+        cursor.fail("a nonterminal before '->'", f"'{EMPTY}' means the empty string.", token)
+    reading.lines.setdefault(token.text, token)
+    cursor.take()
+    for left, right, chance in read_alternatives(cursor, token.text, reading.used):
+        reading.lines.setdefault(left, token)
+        reading.alternatives.append((left, right, chance))
+
+
+def _read_terminal(cursor: Cursor, reading: _Reading) -> None:
+    token = cursor.take()
+    cursor.take()
+    if token.text in reading.terminals:
+        line = reading.terminals[token.text][1].line
+        cursor.fail(
+            "a terminal that is not declared yet",
+            f"Line {line} declares it: write all its words there.",
+            token,
+        )
+    if cursor.here.kind != "text":
+        cursor.fail(
+            "quoted words that find the action's clips", f'Write {token.text} := "{token.text}".'
+        )
+    phrases = _phrases(cursor)
+    without = _phrases(cursor) if cursor.meets("without") else ()
+    event = ""
+    if cursor.meets("event"):
+        event = cursor.name("an event such as release", "Write 'event release'.")
+    reading.terminals[token.text] = Terminal(token.text, phrases, without, event), token
+
+
+def _phrases(cursor: Cursor) -> tuple[str, ...]:
+    found: list[str] = []
+    while not found or cursor.meets(","):
+        if cursor.here.kind != "text" or not cursor.here.text.strip():
+            cursor.fail("words in quotes", 'Write them as "pick up".')
+        found.append(cursor.take().text)
+    return tuple(found)
+
+
+def _read_place(cursor: Cursor, reading: _Reading) -> None:
+    token = cursor.here
+    name = cursor.name("a name of a place", "Write 'place object, goal'.")
+    if name in ROLES:
+        advice = f"{name} means a player: name the place otherwise."
+        cursor.fail("a name of a place", advice, token)
+    if name in reading.places:
+        cursor.fail("every place once", "Leave one of them out.", token)
+    reading.places.append(name)
+
+
+def _read_start(cursor: Cursor, reading: _Reading) -> None:
+    token = cursor.here
+    symbol = cursor.name("a start symbol", "Write 'start S', or 'start S for attack'.")
+    team = ""
+    if cursor.meets("for"):
+        team = cursor.name("a team", "Write 'start S for attack'.", TEAMS)
+    for known, earlier in reading.starts:
+        if known.team in ("", team):
+            whom = f"the team {team}" if team else "everybody"
+            advice = f"Line {earlier.line} says where {known.team or 'everybody'} begins already."
+            cursor.fail(f"one start symbol for {whom}", advice, token)
+    reading.starts.append((Start(symbol, team), token))
+
+
+def _read_weight(cursor: Cursor, reading: _Reading) -> None:
+    kinds = (*rule_text.WEIGHT_UNITS, "user", "smooth", "collision", "effort")
+    token = cursor.here
+    kind = cursor.name("what the weight is for", "See the format.", kinds)
+    unit = "length" if kind == "effort" else rule_text.WEIGHT_UNITS.get(kind, "")
+    cursor.once(reading.said, f"weight {kind}", f"the weight of {kind} once", token)
+    value = rule_text.read_weight(cursor, unit)
+    (reading.kinds if kind in rule_text.WEIGHT_UNITS else reading.weights)[kind] = value
+
+
+def _check(reading: _Reading) -> None:
+    """Names that are used must be declared, once and in one sense."""
+    where, lefts = reading.where, {left for left, _, _ in reading.alternatives}
+    if not lefts:
+        refuse(where, "at least one rule such as 'S -> run'", "none", "Write the rules of order.")
+    if not reading.starts:
+        refuse(where, "a line 'start SYMBOL'", "none", f"Write 'start {min(lefts)}', for example.")
+    for start, token in reading.starts:
+        _known(start.symbol, lefts, "a start symbol that has a rule", token, where)
+    for name, (_, token) in reading.terminals.items():
+        if name in lefts:
+            advice = f"{name} has rules, so it is a nonterminal: name one of the two otherwise."
+            _refuse_at(token, where, "a terminal", advice)
+    _check_probabilities(reading)
+    known = lefts | set(reading.terminals)
+    for name, token in reading.used.items():
+        what = "a nonterminal with rules, or a terminal declared with ':='"
+        _known(name, known, what, token, where, f'Write {name} := "{name}" for an action.')
+    for draft in reading.rules:
+        for token in draft.symbols:
+            _known(token.text, known, "a symbol of the grammar", token, where)
+        if draft.within is not None:
+            _known(draft.within.text, lefts, "a nonterminal", draft.within, where)
+        for token in draft.targets:
+            targets = {*reading.places, *ROLES}
+            advice = f"Declare it: 'place {token.text}'."
+            _known(token.text, targets, "a place or a role", token, where, advice)
+        for token in draft.actions:
+            _known(token.text, set(reading.terminals), "a terminal", token, where)
+
+
+def _check_probabilities(reading: _Reading) -> None:
+    """Probabilities of a symbol's alternatives that are written leave the others their share."""
+    rows: dict[str, list[float | None]] = {}
+    for left, _, chance in reading.alternatives:
+        rows.setdefault(left, []).append(chance)
+    for left, chances in rows.items():
+        stated = [chance for chance in chances if chance is not None]
+        total, all_stated = math.fsum(stated), len(stated) == len(chances)
+        if stated and (total > 1.0 + _SLACK or (all_stated and total < 1.0 - _SLACK)):
+            what = f"probabilities of {left} that sum to {'' if all_stated else 'less than '}1"
+            token, advice = reading.lines[left], "Correct them, or leave some of them out."
+            place = f"{reading.where}:{token.line}:{token.column}"
+            refuse(place, what, f"a sum of {total:g}", advice)
+        if stated and not all_stated and total > 1.0 - 1e-9:
+            token = reading.lines[left]
+            advice = "Leave something for the alternatives that name none."
+            what = f"probabilities of {left} that sum to less than 1"
+            refuse(f"{reading.where}:{token.line}:{token.column}", what, f"{total:g}", advice)
+
+
+def _known(
+    name: str, known: Iterable[str], expected: str, token: Token, where: str, advice: str = ""
+) -> None:
+    if name not in known:
+        near = suggestion(name, sorted(known)).strip()
+        _refuse_at(
+            token, where, expected, near or advice or "Write its rules, or correct the name."
+        )
+
+
+def _refuse_at(token: Token, where: str, expected: str, advice: str) -> None:
+    refuse(f"{where}:{token.line}:{token.column}", expected, str(token), advice)
+
+
+def _refuse_endless(grammar: Grammar, reading: _Reading) -> None:
+    productive = productive_symbols(grammar)
+    for left in grammar.nonterminals:
+        if left not in productive:
+            token = reading.lines[left]
+            raise SceneError(
+                f"{reading.where}:{token.line}:{token.column}: expected {left} to end in actions,"
+                f" but every rule of it leads to a symbol that never ends."
+                f" Add an alternative of terminals, such as '| {EMPTY}'."
+            )
+
+
+def _annotations(reading: _Reading) -> Iterable[Annotation]:
+    """Every rule at each of its symbols, with the moments and weights that were left out."""
+    for draft in reading.rules:
+        for symbol in draft.symbols:
+            within = draft.within.text if draft.within else ""
+            rule = _completed(draft.rule, draft, symbol.text, reading)
+            yield Annotation(symbol.text, rule, within, symbol.line)
+
+
+def _completed(
+    rule: SemanticRule, draft: rule_text.Draft, symbol: str, reading: _Reading
+) -> SemanticRule:
+    if math.isnan(rule.weight):
+        default = reading.kinds.get(draft.kind, type(rule).weight)
+        rule = replace(rule, weight=default)
+    event = reading.terminals[symbol][0].event if symbol in reading.terminals else ""
+    if rule.moment.name:
+        if rule.moment.name not in (START, END, THROUGHOUT, event):
+            _refuse_moment(rule.moment.name, draft, symbol, reading)
+        return rule
+    if isinstance(rule, SynchronisationRule) and not event:
+        token = draft.symbols[0]
+        _refuse_at(
+            token,
+            reading.where,
+            "an action with an instant to synchronise",
+            f"Write 'event contact' behind {symbol}'s words, or 'at start' behind the rule.",
+        )
+    return replace(rule, moment=Moment(event or THROUGHOUT))
+
+
+def _refuse_moment(moment: str, draft: rule_text.Draft, symbol: str, reading: _Reading) -> None:
+    """An instant that the symbol's clips do not have: nobody would ever look at it."""
+    token, known = draft.symbols[0], reading.terminals.get(symbol)
+    event = known[0].event if known else ""
+    what = f"a moment of {symbol} ({', '.join([START, END, THROUGHOUT, *([event] * bool(event))])})"
+    advice = f"Write 'event {moment}' behind the words of {symbol}." if known else ""
+    advice = advice if not event else f"Write 'at {event}'."
+    place = f"{reading.where}:{token.line}:{token.column}"
+    refuse(place, what, repr(moment), advice or "Name the instant at one of its actions.")

@@ -1,0 +1,136 @@
+"""The right sides of production rules in text: alternatives, repetitions, probabilities.
+
+``A -> x (y | z)* w? | empty [0.2]`` is rewritten into plain rules with helping nonterminals::
+
+    X*   H -> empty | X H        X+   H -> X | X H
+    X?   H -> empty | X          (x | y)   H -> x | y
+
+A helping nonterminal is the left side, a point, and a number; no name in a file has a point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from motiondb.grammar.cfg.context_free import EMPTY, Rule
+from motiondb.scene.language.tokens import Cursor, Token
+
+Alternative = tuple[str, tuple[str, ...], float | None]
+"""Left side, right side, probability where one was written."""
+
+_DEEPEST = 50
+_ADVICE = f"Write names, ( ) | * + ? and probabilities as [0.5]; '{EMPTY}' is the empty string."
+
+
+def read_alternatives(cursor: Cursor, left: str, used: dict[str, Token]) -> list[Alternative]:
+    """All rules that the tokens behind ``->`` stand for; ``used`` gets the names that occur.
+
+    Raises
+    ------
+    SceneError with the place.
+    """
+    found: list[Alternative] = []
+    helpers: list[Alternative] = []
+    names = (f"{left}.{n}" for n in range(_next_number(used, left), 10**6))
+    while True:
+        symbols = _read_sequence(cursor, names, helpers, used)
+        found.append((left, symbols, _read_probability(cursor)))
+        if not cursor.meets("|"):
+            return [*found, *helpers]
+
+
+def _next_number(used: dict[str, Token], left: str) -> int:
+    """Helping nonterminals of an earlier statement about the same left side keep their numbers."""
+    return 1 + sum(name.startswith(f"{left}.") for name in used)
+
+
+def _read_sequence(
+    cursor: Cursor,
+    names: Iterator[str],
+    helpers: list[Alternative],
+    used: dict[str, Token],
+    depth: int = 0,
+) -> tuple[str, ...]:
+    first = cursor.here
+    if depth > _DEEPEST:
+        cursor.fail(f"at most {_DEEPEST} brackets in one another", "Give the inner ones a name.")
+    symbols: list[str] = []
+    while cursor.here.kind == "name" or cursor.here.text == "(":
+        token = cursor.here
+        if cursor.meets("("):
+            inner = next(names)
+            used[inner] = token
+            while True:
+                symbols_of = _read_sequence(cursor, names, helpers, used, depth + 1)
+                helpers.append((inner, symbols_of, None))
+                if not cursor.meets("|"):
+                    break
+            cursor.expect(")", "Close the bracket.")
+            symbol = inner
+        else:
+            symbol = cursor.take().text
+            if symbol != EMPTY:
+                used.setdefault(symbol, token)
+        symbols.append(_repeated(cursor, symbol, names, helpers, used))
+    if not symbols:
+        cursor.fail("a symbol", _ADVICE)
+    if EMPTY in symbols:
+        if len(symbols) > 1:
+            cursor.fail(f"'{EMPTY}' alone", _ADVICE, first)
+        return ()
+    return tuple(symbols)
+
+
+def _repeated(
+    cursor: Cursor,
+    symbol: str,
+    names: Iterator[str],
+    helpers: list[Alternative],
+    used: dict[str, Token],
+) -> str:
+    token = cursor.here
+    if symbol == EMPTY or not cursor.meets("*", "+", "?"):
+        return symbol
+    helper = next(names)
+    used[helper] = token
+    shapes: dict[str, tuple[tuple[str, ...], ...]] = {
+        "*": ((), (symbol, helper)),
+        "+": ((symbol,), (symbol, helper)),
+        "?": ((), (symbol,)),
+    }
+    helpers.extend((helper, right, None) for right in shapes[token.text])
+    return helper
+
+
+def _read_probability(cursor: Cursor) -> float | None:
+    if not cursor.meets("["):
+        return None
+    token = cursor.here
+    value = cursor.number("a probability", _ADVICE)
+    if not 0.0 < value <= 1.0:
+        cursor.fail("a probability above 0 and at most 1", "Leave out what never happens.", token)
+    cursor.expect("]", "Close the bracket.")
+    return value
+
+
+def share_out(alternatives: list[Alternative]) -> tuple[Rule, ...]:
+    """The rules with probabilities that sum to 1 for every left side, in the order of the text.
+
+    Those without share equally what the others leave; where nothing is left, they get as much as
+    the least of the others, and all are scaled.
+    """
+    groups: dict[str, list[Alternative]] = {}
+    for row in alternatives:
+        groups.setdefault(row[0], []).append(row)
+    rules: list[Rule] = []
+    for rows in groups.values():
+        stated = [p for _, _, p in rows if p is not None]
+        open_ones = len(rows) - len(stated)
+        rest = (1.0 - sum(stated)) / open_ones if open_ones else 0.0
+        share = rest if rest > 1e-9 else min(stated, default=1.0)
+        weights = [share if p is None else p for _, _, p in rows]
+        rules += [
+            Rule(left, right, weight / sum(weights))
+            for (left, right, _), weight in zip(rows, weights, strict=True)
+        ]
+    return tuple(rules)

@@ -1,0 +1,155 @@
+"""Who waits turns to what matters: to the ball, or to the opponent who is guarded.
+
+While a player stands and waits, no rule asks for a heading, and the clip of standing that is played
+has the one with which the string begins or ended. With o the angle from there to what matters, the
+body turns by
+
+    o - sign(o) 25 degrees      where |o| > 25 degrees, else not at all
+
+(the head does the rest), smoothed, and by nothing where the string begins or has just ended: the
+turn sets in and ends over as long as it takes at 100 degrees a second.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.pose.features import runs
+from motiondb.records import MOTION_FPS, FloatArray
+from motiondb.scene.ball.ball_acts import BallActs
+from motiondb.scene.energy.rule_table import DISTANCE, RuleTable
+from motiondb.scene.timing.timeline import Timeline
+from motiondb.scene.timing.waiting import ON_GUARD
+
+ASIDE = np.radians(25.0)
+"""How far from what matters a body may face."""
+TURNING = np.radians(100.0)
+"""Radians a second of a body that turns on the spot."""
+_SMOOTH = 10.0
+_BRIEF = 50
+"""Frames of a pause in which nobody turns away and back."""
+_LEAST_RAMP, _MOST_RAMP = 15, 80
+
+
+def turn_who_waits(
+    table: RuleTable, timeline: Timeline, waits: NDArray[np.bool_], acts: BallActs | None
+) -> FloatArray:
+    """The places of a timeline with everybody turned who waits: array (players, frames, 3).
+
+    Who guards faces half way between the opponent and the ball, who has the ball stays as they are.
+
+    Parameters
+    ----------
+    waits : array (players, frames), whether they wait.
+    acts : None where there is no ball.
+    """
+    places = timeline.places.copy()
+    for player, own in enumerate(timeline.places):
+        focus = np.full((timeline.n_frames, 2), np.nan)
+        if acts is not None:
+            focus = ball_on_ground(acts, timeline.places)
+            for held in acts.possessions:
+                if held.player == player:
+                    focus[held.since : held.until + 1] = np.nan
+        guarded = _guarded(table, player)
+        if guarded >= 0:
+            opponent = timeline.places[guarded, :, :2]
+            focus = opponent if acts is None else between(own[:, :2], opponent, focus)
+        places[player, :, 2] += turns_to(own, waits[player], focus)
+    return places
+
+
+def _guarded(table: RuleTable, player: int) -> int:
+    """Whom a player guards, at last; -1 for nobody."""
+    found = [
+        int(row["target"])
+        for row in table.rows
+        if row["player"] == player
+        and row["kind"] == DISTANCE
+        and row["target"] >= 0
+        and table.actions[player][row["first"]] == ON_GUARD
+    ]
+    return found[-1] if found else -1
+
+
+def ball_on_ground(acts: BallActs, places: FloatArray) -> FloatArray:
+    """Where the ball is about, array (frames, 2), metres: with its holder, or on the way.
+
+    Parameters
+    ----------
+    places : array (players, frames, 3), x, z in metres and heading.
+    """
+    n_frames = places.shape[1]
+    known, at = [], []
+    for own in acts.possessions:
+        frames = np.arange(max(own.since, 0), min(own.until, n_frames - 1) + 1)
+        known.append(frames)
+        at.append(places[own.player, frames, :2])
+    if acts.shot:
+        until = acts.possessions[-1].until
+        known.append(np.arange(min(until + 2 * _LEAST_RAMP, n_frames), n_frames + 1))
+        at.append(np.tile(np.asarray(acts.rim, dtype=float), (len(known[-1]), 1)))
+    frames, spots = np.concatenate(known), np.concatenate(at)
+    return np.column_stack([np.interp(np.arange(n_frames), frames, s) for s in spots.T])
+
+
+def between(own: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+    """A point that lies half way between the directions of two: arrays (frames, 2), metres.
+
+    >>> between(np.zeros((1, 2)), np.array([[5.0, 0.0]]), np.array([[0.0, 2.0]])).tolist()
+    [[1.0, 1.0]]
+    """
+    away = [point - own for point in (first, second)]
+    near = [np.linalg.norm(a, axis=1, keepdims=True) for a in away]
+    return own + away[0] / np.maximum(near[0], 1e-6) + away[1] / np.maximum(near[1], 1e-6)
+
+
+def turns_to(places: FloatArray, waits: NDArray[np.bool_], focus: FloatArray) -> FloatArray:
+    """By how much somebody who waits turns: array (frames,), radians; 0 elsewhere.
+
+    Parameters
+    ----------
+    places : array (frames, 3), x, z and heading. waits : array (frames,), whether they wait.
+    focus : array (frames, 2), what to turn to, metres; NaN where there is nothing.
+    """
+    turned = np.zeros(len(places))
+    for start, end in runs(waits):
+        inner = start > 0, end < len(places)
+        if all(inner) and end - start < _BRIEF:
+            continue
+        turned[start:end] = _turned(places[start:end], focus[start:end], inner)
+    return turned
+
+
+def _turned(places: FloatArray, focus: FloatArray, inner: tuple[bool, bool]) -> FloatArray:
+    """The turn of one wait; ``inner`` : whether the string lies before it, and behind it."""
+    from scipy.ndimage import gaussian_filter1d
+
+    away = focus - places[:, :2]
+    known = np.isfinite(away[:, 0]) & (np.hypot(away[:, 0], away[:, 1]) > 0.3)
+    if not known.any():
+        return np.zeros(len(places))
+    off = np.zeros(len(places))
+    angle = np.arctan2(away[known, 0], away[known, 1]) - places[known, 2]
+    off[known] = _unwrapped(angle, backward=inner[1] and not inner[0])
+    frames = np.flatnonzero(known)
+    off = np.interp(np.arange(len(places)), frames, off[known])
+    wanted = np.sign(off) * np.maximum(np.abs(off) - ASIDE, 0.0)
+    wanted = gaussian_filter1d(wanted, _SMOOTH, mode="nearest")
+    share = np.ones(len(places))
+    frames = np.arange(len(places))
+    for side, distance in ((0, frames), (1, len(places) - 1 - frames)):
+        if inner[side]:
+            ramp = np.abs(wanted).max() / TURNING * MOTION_FPS * 1.5
+            near = np.clip(distance / np.clip(ramp, _LEAST_RAMP, _MOST_RAMP), 0.0, 1.0)
+            share *= near * near * (3.0 - 2.0 * near)
+    return np.asarray(wanted * share)
+
+
+def _unwrapped(angle: FloatArray, backward: bool) -> FloatArray:
+    """Angles without leaps of a full turn, from the principal value of the first, or the last."""
+    first = -1 if backward else 0
+    whole = np.unwrap(angle)
+    principal = np.mod(whole[first] + np.pi, 2.0 * np.pi) - np.pi
+    return np.asarray(whole - whole[first] + principal)

@@ -1,0 +1,259 @@
+"""Ways on the ground edited: rules of place made true with the least change of steps and turns.
+
+With p the way of a player as spliced, d_t = p_(t+1) - p_t its steps, and phi the turn that editing
+adds to the headings, the edited way p' minimises
+
+    sum a_t |e_t|^2 + b |e_(t+1) - e_t|^2 + c |p'_t - p_t|^2,
+    e_t = p'_(t+1) - p'_t - R(phi_t) d_t
+
+and phi the same with e_t = phi_(t+1) - phi_t. a_t is great where the player stands, so that change
+is taken up by steps and not by sliding; b lets it set in smoothly; c keeps it from going on and on.
+Rows of greater weight hold single frames at places and headings, and pull farther while a rule
+still fails, so that ways stay smooth where they are held. With displacements from the turned way as
+unknowns the normal equations have five diagonals, and are solved at once.
+
+The rules themselves are no equations: each is projected. Where a rule fails, the nearest place (or
+heading) that fulfils it is held, the ways are solved anew, and so on until all hold. A distance
+between two players moves both, whose rule it is more; discs that overlap move both alike.
+
+Source: M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized Multi-Character Motion Editing", ACM
+Transactions on Graphics 28 (2009), Laplacian editing of paths.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from motiondb.records import MOTION_FPS, FloatArray, IntArray
+from motiondb.scene.energy import rule_table as kinds
+from motiondb.scene.energy.collisions import RADIUS
+from motiondb.scene.energy.rule_table import RuleTable
+from motiondb.scene.language.semantic_rules import nearest_on_line
+from motiondb.scene.polish.separation import pushes
+from motiondb.scene.timing.timeline import (
+    Timeline,
+    frame_values,
+    moment_frames,
+    target_places,
+    wanted_headings,
+)
+
+WITHIN, BEYOND = 0.8, 0.95
+"""Shares of a rule's tolerance c_k: to which it is fulfilled, and beyond which it is edited."""
+SLACK = 0.03
+"""Metres by which distances and discs are kept clear of their bounds."""
+MOST_ROUNDS = 60
+OWN_SHARE = 0.8
+"""Share of a correction between two players that falls to whose rule it is."""
+_BEND, _RETURN, _HOLD = 60.0, 1.0 / 60.0**2, 50.0
+_RETURN_TURNS = 1.0 / 15.0**2
+_STANDING, _WALKING = 8.0, 0.6
+"""How much stiffer standing is than moving, and the metres a second that count as moving."""
+
+
+@dataclass(frozen=True, eq=False)
+class Facing:
+    """``player`` at ``frames`` is to face where ``target`` is at frames ``seen``; radians off."""
+
+    player: int
+    frames: IntArray
+    target: int
+    seen: IntArray
+    tolerance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Edited:
+    """The edited timeline, and in how many rounds; 0 rounds: nothing had to be edited."""
+
+    timeline: Timeline
+    rounds: int
+    settled: bool
+
+
+class _Held:
+    """Places or headings held at frames of one player: what the rows of great weight say."""
+
+    def __init__(self, n_frames: int, n_values: int) -> None:
+        self.weight = np.zeros(n_frames)
+        self.value = np.zeros((n_frames, n_values))
+        self._moved = np.zeros((n_frames, n_values))
+        self._count = np.zeros(n_frames)
+
+    def move(self, frames: IntArray, by: FloatArray) -> None:
+        """Note corrections (frames, values) of where frames are now."""
+        np.add.at(self._moved, frames, by)
+        np.add.at(self._count, frames, 1.0)
+
+    def settle(self, now: FloatArray) -> bool:
+        """Hold the corrected frames, from where they are ``now``; whether there were any."""
+        some = self._count > 0.0
+        known = (self.weight > 0.0)[:, None]
+        since = np.where(known, self.value, now)  # held already: pull farther
+        self.value[some] = since[some] + self._moved[some] / self._count[some, None]
+        self.weight[some] = _HOLD
+        self._moved[:], self._count[:] = 0.0, 0.0
+        return bool(some.any())
+
+
+def edit_paths(
+    table: RuleTable,
+    spliced: Timeline,
+    wished: FloatArray,
+    facings: tuple[Facing, ...] = (),
+    before: Timeline | None = None,
+    radius: float = RADIUS,
+) -> Edited:
+    """The timeline with all ways edited so that the rules of a table hold, and nobody overlaps.
+
+    Parameters
+    ----------
+    spliced : the steps and turns to keep.
+    wished : array (players, frames, 3), where everybody would be best, drift of splicing undone.
+    facings : more directions to be kept than the table has.
+    before : a timeline of the same times that tells at which frames a share of a way is behind;
+        default ``spliced``.
+    radius : metres round everybody that nobody else's come into.
+    """
+    before = before or spliced
+    n_players, n_frames, _ = spliced.places.shape
+    places = [_Held(n_frames, 2) for _ in range(n_players)]
+    turns = [_Held(n_frames, 1) for _ in range(n_players)]
+    ways = spliced.places.astype(float)
+    frames = [moment_frames(row, before) for row in table.rows]
+    about = [_about(row) for row in table.rows]
+    changed = set(range(n_players))  # a rule about all others held in the round before
+    for done in range(MOST_ROUNDS):
+        for p in changed:
+            ways[p] = _solve(spliced.places[p], wished[p], turns[p], places[p])
+        timeline = replace(spliced, places=ways.copy())
+        for number in range(len(table.rows)):
+            if about[number] & changed:
+                _correct(table.rows[number], frames[number], timeline, places, turns)
+        for facing in facings:
+            if {facing.player, facing.target} & changed:
+                _face(facing, timeline, turns)
+        for p, touching, by in pushes(table, timeline, SLACK, radius):
+            places[p].move(touching, by)
+        moved = [places[p].settle(timeline.places[p, :, :2]) for p in range(n_players)]
+        turned = [turns[p].settle(timeline.places[p, :, 2:]) for p in range(n_players)]
+        changed = {p for p in range(n_players) if moved[p] or turned[p]}
+        if not changed:
+            return Edited(timeline, done, True)
+    return Edited(timeline, MOST_ROUNDS, False)
+
+
+def _about(row: np.void) -> frozenset[int]:
+    """The players whose places a rule looks at."""
+    return frozenset(int(row[name]) for name in ("player", "target", "other") if row[name] >= 0)
+
+
+def _solve(path: FloatArray, wished: FloatArray, turned: _Held, held: _Held) -> FloatArray:
+    """One player's edited way: array (frames, 3)."""
+    step = np.diff(path, axis=0)
+    speed = np.linalg.norm(step[:, :2], axis=1) * MOTION_FPS
+    stiff = 1.0 + _STANDING * np.clip(1.0 - speed / _WALKING, 0.0, 1.0)
+    stiff[np.all(step == 0.0, axis=1)] *= 4.0
+    back = wished[:, 2:] - path[:, 2:]
+    phi = _displace(stiff, back, turned, path[:, 2:], _RETURN_TURNS)[:, 0]
+    middle = (phi[1:] + phi[:-1]) / 2.0
+    c, s = np.cos(middle), np.sin(middle)
+    steps = np.stack([step[:, 0] * c + step[:, 1] * s, step[:, 1] * c - step[:, 0] * s], axis=1)
+    way = path[0, :2] + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+    way = way + _displace(stiff, wished[:, :2] - way, held, way)
+    return np.column_stack([way, path[:, 2] + phi])
+
+
+def _displace(
+    stiff: FloatArray, wished: FloatArray, held: _Held, now: FloatArray, back: float = _RETURN
+) -> FloatArray:
+    """Displacements u (frames, values): least a |du|^2 + b |ddu|^2 + c |u - wished|^2, held."""
+    from scipy.linalg import solveh_banded
+
+    n_frames = len(wished)
+    bands = np.zeros((3, n_frames))  # bands[2] the diagonal, bands[1] one above it, bands[0] two
+    bands[2] += back + held.weight
+    bands[2, :-1] += stiff
+    bands[2, 1:] += stiff
+    bands[1, 1:] -= stiff
+    if n_frames > 2:
+        bands[2, :-2] += _BEND
+        bands[2, 1:-1] += 4.0 * _BEND
+        bands[2, 2:] += _BEND
+        bands[1, 1:-1] -= 2.0 * _BEND
+        bands[1, 2:] -= 2.0 * _BEND
+        bands[0, 2:] += _BEND
+    wanted = back * wished + held.weight[:, None] * (held.value - now)
+    return np.asarray(solveh_banded(bands, wanted))
+
+
+def _correct(
+    row: np.void,
+    frames: IntArray,
+    timeline: Timeline,
+    places: list[_Held],
+    turns: list[_Held],
+) -> None:
+    """Where a rule fails, note what has to move, and by how much."""
+    kind = row["kind"]
+    if kind in (kinds.UNMET, kinds.SYNCHRONISATION):
+        return
+    player, own = int(row["player"]), timeline.places[row["player"], frames]
+    if kind == kinds.DIRECTION:
+        wanted = wanted_headings(row, timeline, frames)
+        _turn(turns[player], frames, own[:, 2], wanted, float(row["weight"]))
+        return
+    target = target_places(row, timeline, frames, "target")
+    if kind == kinds.DISTANCE:
+        away, apart = _apart(own[:, :2], target)
+        near, far = float(row["near"]), float(row["far"])
+        clear = min(SLACK, (far - near) / 4.0)
+        wanted = np.clip(apart, near + clear * (near > 0.0), far - clear)
+        bad = (apart < near) | (apart > far)
+        by = (away * (wanted - apart)[:, None])[bad]
+        share = OWN_SHARE if row["target"] >= 0 else 1.0
+        places[player].move(frames[bad], by * share)
+        if row["target"] >= 0:
+            places[row["target"]].move(frames[bad], -by * (1.0 - share))
+        return
+    nearest = target
+    if kind == kinds.LINE:
+        nearest = nearest_on_line(own[:, :2], target, target_places(row, timeline, frames, "other"))
+    away, apart = _apart(own[:, :2], nearest)
+    bad = frame_values(row, timeline, frames) > float(row["weight"]) * BEYOND
+    by = away * (float(row["weight"]) * WITHIN - apart)[:, None]
+    places[player].move(frames[bad], by[bad])
+
+
+def _face(facing: Facing, timeline: Timeline, turns: list[_Held]) -> None:
+    """Turn who is not facing what they should."""
+    own = timeline.places[facing.player, facing.frames]
+    away = timeline.places[facing.target, facing.seen, :2] - own[:, :2]
+    off = np.unwrap(own[:, 2] - np.arctan2(away[:, 0], away[:, 1]))  # all one way round
+    off -= 2.0 * math.pi * np.rint(off.mean() / (2.0 * math.pi))
+    _bring(turns[facing.player], facing.frames, off, facing.tolerance)
+
+
+def _turn(
+    turned: _Held, frames: IntArray, heading: FloatArray, wanted: FloatArray, tolerance: float
+) -> None:
+    off = np.mod(heading - wanted + math.pi, 2.0 * math.pi) - math.pi
+    _bring(turned, frames, off, tolerance)
+
+
+def _bring(turned: _Held, frames: IntArray, off: FloatArray, tolerance: float) -> None:
+    """Turn by what headings are ``off`` (frames,), radians, beyond a tolerance."""
+    bad = np.abs(off) > tolerance * BEYOND
+    by = np.sign(off) * tolerance * WITHIN - off
+    turned.move(frames[bad], by[bad][:, None])
+
+
+def _apart(own: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Unit vectors (frames, 2) from target to own, some direction where they are one; metres."""
+    away = own - target
+    apart = np.linalg.norm(away, axis=1)
+    away = np.where(apart[:, None] > 1e-9, away / np.maximum(apart, 1e-9)[:, None], [0.0, 1.0])
+    return away, apart

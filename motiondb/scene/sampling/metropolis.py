@@ -1,0 +1,374 @@
+"""The inner loop: exchange clips, move and delay players, by Metropolis-Hastings at temperature T.
+
+With the structure fixed, the target is P(Y)^(1/T) over clips, origins and delays, relative to
+drawing every clip uniformly from its terminal's, placing origins on the plane and circle and delays
+on whole frames. (-log P(Y) does not care how long anybody stands before they begin, nor how long
+all takes; small prices of delays and of the scene's frames are added to it.) A step is one of
+
+    EXCHANGE  an action chosen by its error e, a clip drawn uniformly (the paper's Q_I):
+              ratio [e'_k / sum e'] / [e_k / sum e]
+    SMOOTH    an action drawn uniformly, a clip by its seams (:mod:`.clip_choice`)
+    VARIANT   an action drawn uniformly, another bend or stretch of the same clip
+    PLACE     a player turned about where one of their clips begins, and pushed, by Gaussians
+    DELAY     a player's beginning moved by some frames, or, as often, of all whom synchronisations
+              link with them, so that what happens together still does
+    MEET      a delay drawn about the one that fulfils a synchronisation, with heavy tails
+
+In SMOOTH and VARIANT steps it is drawn whether what stands before the clip stays or what stands
+behind it, in space and, apart from that, in time: the origin is then carried along by a rigid
+motion, which keeps volumes, so that the ratio is that of the clips alone.
+
+All is compiled and releases the interpreter's lock.
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 5, algorithm 1, lines 8 to 16. The moves beside EXCHANGE are ours.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from motiondb.records import MOTION_FPS, FloatArray, IntArray
+from motiondb.scene.energy.compilation import compiled
+from motiondb.scene.energy.energy import change, move, shift, swap, token_errors, unchange, undo
+from motiondb.scene.energy.placement import ClipArrays, place_in_clip
+from motiondb.scene.energy.rule_kernels import moment_of
+from motiondb.scene.energy.rule_table import SYNCHRONISATION
+from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays
+from motiondb.scene.language.semantic_rules import PASS_SPEED
+from motiondb.scene.sampling.clip_choice import (
+    ClipGroups,
+    smooth_entry,
+    uniform_entry,
+    variant_entry,
+)
+
+EXCHANGE, SMOOTH, VARIANT, PLACE, DELAY, MEET = range(6)
+KINDS = ("exchange", "smooth", "variant", "place", "delay", "meet")
+
+PUSH = 0.15
+"""Metres, standard deviation of a PLACE step."""
+TURN = math.radians(8.0)
+"""Radians, the same."""
+FRAMES = 4.0
+"""Frames, standard deviation of a DELAY step."""
+DRAWS = 9
+"""Random numbers that a step may take."""
+TAIL = 2.0
+"""Frames, the half width of a MEET step's Cauchy distribution."""
+
+
+Focus = tuple[int, int, int, float]
+"""A player, some of their clips [since, until), and the share of inner steps that is theirs."""
+EVERYBODY: Focus = (-1, 0, 0, 0.0)
+"""No focus."""
+
+
+class Walk(NamedTuple):
+    """How to walk.
+
+    Attributes
+    ----------
+    temperature : T.
+    shares : array (6,), running sums of the probabilities of the kinds; the last is 1.
+    focus : a player, or -1; ``attention`` : the probability of choosing them before drawing from
+        all actions alike. since, until : which of their clips SMOOTH and VARIANT steps are about.
+    delay, duration : added to -log P for every frame of every player's delay, and of the scene.
+    tails : share of SMOOTH and VARIANT steps that let stand what stands behind.
+    errors, after : arrays (P, L), room for the clips' errors.
+    """
+
+    temperature: float
+    shares: FloatArray
+    focus: int
+    since: int
+    until: int
+    attention: float
+    delay: float
+    duration: float
+    tails: float
+    errors: FloatArray
+    after: FloatArray
+
+
+@compiled
+def walk(
+    scene: SceneArrays,
+    library: ClipArrays,
+    groups: ClipGroups,
+    draws: FloatArray,
+    how: Walk,
+    counts: IntArray,
+) -> float:
+    """Walk; -log P(Y) at the end.
+
+    Parameters
+    ----------
+    scene : changed in place.
+    draws : array (steps, DRAWS), uniform in [0, 1).
+    counts : array (6, 2), steps of each kind that were tried and taken are added.
+    """
+    known, total = False, 0.0
+    for u in draws:
+        kind = 0
+        while kind < MEET and u[0] >= how.shares[kind]:
+            kind += 1
+        counts[kind, 0] += 1
+        if kind == EXCHANGE:
+            if not known:
+                total = token_errors(scene, library, how.errors)
+            taken, total = _exchange(scene, library, u, how, total)
+            known = True
+        elif kind <= VARIANT:
+            taken = _clip_step(scene, library, groups, u, how, kind)
+        elif kind == PLACE:
+            taken = _place_step(scene, library, u, how)
+        elif kind == DELAY:
+            taken = _delay_step(scene, library, u, how)
+        else:
+            taken = _meet_step(scene, library, u, how)
+        known = known and (kind == EXCHANGE or not taken)
+        if taken:
+            counts[kind, 1] += 1
+    return float(scene.total[0])
+
+
+@compiled
+def accepts(u: float, gain: float) -> bool:
+    """Whether to take a step: ``gain`` is the logarithm of the ratio, ``u`` in [0, 1)."""
+    return gain >= 0.0 or u < math.exp(gain)
+
+
+@compiled
+def price(scene: SceneArrays, how: Walk) -> float:
+    """What delays and frames cost."""
+    waited, end = 0, 0
+    for p in range(len(scene.n_clips)):
+        waited += scene.begin[p, 0]
+        end = max(end, scene.begin[p, scene.n_clips[p]])
+    return float(how.delay * waited + how.duration * end)
+
+
+@compiled
+def chosen_by(errors: FloatArray, n_clips: IntArray, left: float) -> tuple[int, int]:
+    """The player and action at a point ``left`` of the sum of all errors."""
+    player, k = 0, 0
+    for p in range(len(n_clips)):
+        for m in range(n_clips[p]):
+            player, k = p, m
+            if left < errors[p, m]:
+                return player, k
+            left -= errors[p, m]
+    return player, k
+
+
+@compiled
+def _exchange(
+    scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk, total: float
+) -> tuple[bool, float]:
+    """An EXCHANGE step, and the sum of errors behind it; ``how.errors`` are those of the scene."""
+    player, k = chosen_by(how.errors, scene.n_clips, u[1] * total)
+    before = float(scene.total[0]) + price(scene, how)
+    new = uniform_entry(library, scene.entry[player, k], u[2])
+    now = swap(scene, library, player, k, new) + price(scene, how)
+    new_total = token_errors(scene, library, how.after)
+    ratio = math.log(how.after[player, k] / new_total) - math.log(how.errors[player, k] / total)
+    if accepts(u[3], (before - now) / how.temperature + ratio):
+        for p in range(len(scene.n_clips)):
+            for m in range(scene.n_clips[p]):
+                how.errors[p, m] = how.after[p, m]
+        return True, new_total
+    undo(scene)
+    return False, total
+
+
+@compiled
+def _any_player(scene: SceneArrays, u: float, how: Walk) -> int:
+    """A player, by how many actions they have; or the one in focus."""
+    if how.focus >= 0:
+        if u < how.attention:
+            return how.focus
+        u = (u - how.attention) / (1.0 - how.attention)
+    n_all = 0
+    for n in scene.n_clips:
+        n_all += n
+    left = int(u * n_all)
+    player = 0
+    while left >= scene.n_clips[player]:
+        left -= scene.n_clips[player]
+        player += 1
+    return player
+
+
+@compiled
+def _clip_step(
+    scene: SceneArrays,
+    library: ClipArrays,
+    groups: ClipGroups,
+    u: FloatArray,
+    how: Walk,
+    kind: int,
+) -> bool:
+    """A SMOOTH or VARIANT step."""
+    player = _any_player(scene, u[1], how)
+    n = scene.n_clips[player]
+    k = int(u[2] * n)
+    if player == how.focus:
+        k = how.since + int(u[2] * (min(how.until, n) - how.since))
+    old = scene.entry[player, k]
+    ratio = 0.0
+    if kind == SMOOTH:
+        before = library.clips[scene.entry[player, k - 1]].seam if k > 0 else -1
+        after = library.clips[scene.entry[player, k + 1]].seam if k + 1 < n else -1
+        new, ratio = smooth_entry(groups, old, before, after, u[3])
+    else:
+        new = variant_entry(groups, old, u[3])
+    start = scene.placed[player, 0]
+    origin = (start[0], start[1], start[2])
+    if u[4] < how.tails:
+        origin = origin_for_tail(scene, library, player, k, new)
+    delay = scene.begin[player, 0]
+    if u[5] < how.tails:
+        delay += library.clips[old].n_frames - library.clips[new].n_frames
+    energy = float(scene.total[0]) + price(scene, how)
+    now = change(scene, library, player, k, new, origin, delay) + price(scene, how)
+    if accepts(u[6], (energy - now) / how.temperature + ratio):
+        return True
+    unchange(scene, library, player, k, old)
+    return False
+
+
+@compiled
+def origin_for_tail(
+    scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int
+) -> tuple[float, float, float]:
+    """The origin with which all behind clip ``k`` stays where it is when that is exchanged."""
+    clip = library.clips[entry]
+    start, here, end = scene.placed[player, 0], scene.placed[player, k], scene.placed[player, k + 1]
+    theta = end[2] - clip.theta
+    c, s = math.cos(theta), math.sin(theta)
+    x, z = end[0] - (clip.x * c + clip.z * s), end[1] - (clip.z * c - clip.x * s)
+    turn = theta - here[2]
+    c, s = math.cos(turn), math.sin(turn)
+    dx, dz = start[0] - here[0], start[1] - here[1]
+    return x + dx * c + dz * s, z - dx * s + dz * c, start[2] + turn
+
+
+@compiled
+def gaussian(u: float, v: float) -> tuple[float, float]:
+    """Two standard normal numbers from two uniform ones (Box and Muller)."""
+    radius = math.sqrt(-2.0 * math.log(1.0 - u))
+    return radius * math.cos(2.0 * math.pi * v), radius * math.sin(2.0 * math.pi * v)
+
+
+@compiled
+def _place_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
+    """A PLACE step: of a tenth to three times the usual size."""
+    player = _any_player(scene, u[1], how)
+    m = int(u[2] * (scene.n_clips[player] + 1))
+    size = 10.0 ** (1.5 * u[3] - 1.0)
+    right, ahead = gaussian(u[4], u[5])
+    turn = TURN * size * gaussian(u[6], 0.5 * u[7])[0]
+    start, pivot = scene.placed[player, 0], scene.placed[player, m]
+    c, s = math.cos(turn), math.sin(turn)
+    dx, dz = start[0] - pivot[0], start[1] - pivot[1]
+    x = pivot[0] + dx * c + dz * s + PUSH * size * right
+    z = pivot[1] - dx * s + dz * c + PUSH * size * ahead
+    energy = float(scene.total[0])
+    now = move(scene, library, player, x, z, start[2] + turn)
+    if accepts(u[8], (energy - now) / how.temperature):
+        return True
+    undo(scene)
+    return False
+
+
+@compiled
+def _delay_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
+    """A DELAY step: of a third to ten times the usual size."""
+    player = _any_player(scene, u[1], how)
+    size = FRAMES * 10.0 ** (1.5 * u[2] - 0.5)
+    frames = round(size * gaussian(u[3], u[4])[0])
+    together = linked(scene, player) if u[6] < 0.5 else 1 << player
+    for p in range(len(scene.n_clips)):
+        if together >> p & 1 and not 0 <= scene.begin[p, 0] + frames <= MOST_DELAY:
+            return False
+    energy = float(scene.total[0]) + price(scene, how)
+    now = _shift_all(scene, library, together, frames) + price(scene, how)
+    if accepts(u[5], (energy - now) / how.temperature):
+        return True
+    _shift_all(scene, library, together, -frames)
+    return False
+
+
+@compiled
+def linked(scene: SceneArrays, player: int) -> int:
+    """The players whom synchronisations link with one, themselves too: bit p for player p."""
+    found, before = 1 << player, 0
+    while found != before:
+        before = found
+        for row in scene.rows:
+            if row.kind == SYNCHRONISATION and (found >> row.player | found >> row.partner) & 1:
+                found |= 1 << row.player | 1 << row.partner
+    return found
+
+
+@compiled
+def _shift_all(scene: SceneArrays, library: ClipArrays, players: int, frames: int) -> float:
+    """Let some players (bits) begin later by some frames; -log P(Y) of what comes out."""
+    for p in range(len(scene.n_clips)):
+        if players >> p & 1:
+            shift(scene, library, p, scene.begin[p, 0] + frames)
+    return float(scene.total[0])
+
+
+@compiled
+def _meet_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
+    """A delay about the one that fulfils a synchronisation.
+
+    That one depends on all but the delay itself, as long as the same of the partner's clips is
+    meant; where another would be, the step is not taken.
+    """
+    if len(scene.rows) == 0:
+        return False
+    r = int(u[1] * len(scene.rows))
+    row = scene.rows[r]
+    if row.kind != SYNCHRONISATION or row.player == row.partner:
+        return False
+    player, sign = (row.player, 1) if u[2] < 0.5 else (row.partner, -1)
+    meant = scene.meant[r]
+    delay = scene.begin[player, 0]
+    wanted = delay + sign * lateness(scene, library, r)
+    new = wanted + round(TAIL * math.tan(math.pi * (u[3] - 0.5)))
+    energy = float(scene.total[0]) + price(scene, how)
+    now = shift(scene, library, player, new) + price(scene, how)
+    ratio = _tail(delay - wanted) - _tail(new - wanted)
+    if scene.meant[r] == meant and accepts(u[4], (energy - now) / how.temperature + ratio):
+        return True
+    undo(scene)
+    return False
+
+
+@compiled
+def _tail(frames: int) -> float:
+    """Logarithm of the probability of a rounded Cauchy number."""
+    high, low = math.atan((frames + 0.5) / TAIL), math.atan((frames - 0.5) / TAIL)
+    return math.log(high - low)
+
+
+@compiled
+def lateness(scene: SceneArrays, library: ClipArrays, r: int) -> int:
+    """Frames by which the partner is later than synchronisation ``r`` asks."""
+    row = scene.rows[r]
+    k, frame = moment_of(scene, library, r)
+    time = scene.begin[row.player, k] + frame
+    m = scene.meant[r]
+    theirs = library.clips[scene.entry[row.partner, m]]
+    lag = row.lag
+    if math.isnan(lag):
+        clip = library.clips[scene.entry[row.player, k]]
+        x, z, _ = place_in_clip(scene.placed[row.player], library.path, clip.path_start + frame, k)
+        at = theirs.path_start + theirs.event
+        px, pz, _ = place_in_clip(scene.placed[row.partner], library.path, at, m)
+        lag = math.hypot(px - x, pz - z) / PASS_SPEED
+    return round(scene.begin[row.partner, m] + theirs.event - time - lag * MOTION_FPS)

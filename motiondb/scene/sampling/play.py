@@ -1,0 +1,161 @@
+"""What is to be sampled: a diagram under a grammar with a library's clips, and what things cost.
+
+The target is -log P(Z) of scenes of g_user = 0 and at most so many actions a player. P(X), as
+printed, does not care how long strings are, nor P(Y) how long anybody stands before they begin: a
+scene in which players dribble and pivot for a minute before they do what was drawn is as plausible
+as one in which they do it. So small prices may be added to it (:class:`Prices`).
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 5; the prices are ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motiondb.grammar.cfg.context_free import Tree, choices_of, derive_by
+from motiondb.records import IntArray
+from motiondb.scene.energy.binding import Binder
+from motiondb.scene.energy.energy import scene_arrays
+from motiondb.scene.energy.placement import ClipArrays, clip_arrays
+from motiondb.scene.energy.rule_table import RuleTable
+from motiondb.scene.energy.scene_arrays import EVERY, SceneArrays
+from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.language.expressions import MOST_ACTIONS, ONLY_ASKED
+from motiondb.scene.language.motion_grammar import MotionGrammar
+from motiondb.scene.language.tactics import Diagram
+from motiondb.scene.sampling.clip_choice import ClipGroups, clip_groups
+from motiondb.scene.sampling.random_subtrees import Derivations
+from motiondb.scene.sampling.tree_growth import Chains, chains
+from motiondb.scene.sampling.tree_shapes import TreeShape, tree_shape
+
+if TYPE_CHECKING:
+    from motiondb.scene.clips.clips import ClipLibrary
+
+
+@dataclass(frozen=True)
+class Prices:
+    """What is added to -log P(Z); 1 is as much as a rule at its weight.
+
+    Attributes
+    ----------
+    delay : for every frame that a player stands before they begin.
+    duration : for every frame until the last player's last.
+    action : for every action; ``stray`` : beside, for every one that the diagram does not ask for.
+    excess : for every multiple of its weight by which a rule fails beyond the first; not for
+        synchronisations, as polishing bends time more easily than ways.
+    """
+
+    delay: float = 0.0
+    duration: float = 0.0
+    action: float = 0.0
+    stray: float = 0.0
+    excess: float = 0.0
+
+
+FREE = Prices()
+"""-log P(Z) as printed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Play:
+    """What is to be sampled: a diagram under a grammar with a library's clips.
+
+    Attributes
+    ----------
+    derivations, chains : for every player, in the order of the diagram.
+    groups : of the library's entries, for no temperature in particular.
+    first : for every terminal, its entries [first, last) of the library.
+    most_actions : of a player. prices : of what there is too much of.
+    tails : share of the changes that let stand what stands behind, not what stands before.
+    every : frames from look to look.
+    """
+
+    binder: Binder
+    derivations: tuple[Derivations, ...]
+    library: ClipArrays
+    groups: ClipGroups
+    first: dict[str, tuple[int, int]]
+    most_actions: int = MOST_ACTIONS
+    prices: Prices = FREE
+    tails: float = 0.5
+    every: int = EVERY
+
+    @property
+    def grammar(self) -> MotionGrammar:
+        """The motion grammar."""
+        return self.binder.grammar
+
+    @cached_property
+    def chains(self) -> tuple[Chains, ...]:
+        """Where every player's trees can grow."""
+        return tuple(chains(one) for one in self.derivations)
+
+    def derive(self, player: int, rules: Sequence[int]) -> Tree:
+        """The tree of a player with these rules in preorder."""
+        return derive_by(self.derivations[player].grammar, rules)
+
+    def shape(self, player: int, tree: Tree) -> TreeShape:
+        """A tree's shape."""
+        return tree_shape(self.derivations[player].grammar, choices_of(tree))
+
+    def entries(self, actions: Sequence[str], rng: np.random.Generator) -> IntArray:
+        """A clip for every action, drawn uniformly."""
+        ranges = np.array([self.first[action] for action in actions], dtype=np.int64)
+        ranges = ranges.reshape(-1, 2)
+        return rng.integers(ranges[:, 0], ranges[:, 1])
+
+    def arrays(self, state: SceneState, table: RuleTable) -> SceneArrays:
+        """A scene's arrays, evaluated."""
+        weights = self.binder.grammar.weights
+        excess = self.prices.excess
+        return scene_arrays(state, self.library, table, weights, self.every, excess)
+
+    def energy(self, scene: SceneArrays, table: RuleTable) -> float:
+        """-log P(Z) of a scene, as g_user = 0 that of P(Y), with all prices."""
+        prices, begin = self.prices, scene.begin
+        end = max(int(begin[p, n]) for p, n in enumerate(scene.n_clips.tolist()))
+        price = prices.delay * int(begin[:, 0].sum()) + prices.duration * end
+        price += prices.action * int(scene.n_clips.sum()) + prices.stray * table.stray
+        return float(scene.total[0]) + price
+
+
+@lru_cache(maxsize=2)
+def _arrays(library: ClipLibrary) -> tuple[ClipArrays, ClipGroups]:
+    """A library as loops read it, kept for the last ones: it takes as long as a warm start."""
+    arrays = clip_arrays(library)
+    return arrays, clip_groups(arrays, 1.0, 1.0)
+
+
+_derivations = lru_cache(maxsize=64)(Derivations)
+
+
+def make_play(
+    diagram: Diagram,
+    grammar: MotionGrammar,
+    library: ClipLibrary,
+    most_actions: int = MOST_ACTIONS,
+    prices: Prices = FREE,
+    only_asked: Sequence[str] = ONLY_ASKED,
+) -> Play:
+    """What is to be sampled.
+
+    Raises
+    ------
+    SceneError where the grammar has no string that fits what the diagram asks of a player.
+    """
+    binder = Binder(diagram, grammar)
+    derivations = tuple(
+        _derivations(grammar.started(grammar.start_of(player.team)), items, tuple(only_asked))
+        for player, items in zip(diagram.players, binder.items, strict=True)
+    )
+    ends = [int(end) for end in library.first]
+    first = dict(zip(library.terminals, pairwise(ends), strict=True))
+    arrays, groups = _arrays(library)
+    return Play(binder, derivations, arrays, groups, first, most_actions, prices)

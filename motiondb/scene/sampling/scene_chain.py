@@ -1,0 +1,327 @@
+"""A Markov chain over whole scenes: derivations, clips, places and times (the outer loop).
+
+The target is P(Z)^(1/T) = P(X)^(1/T) P(Y)^(1/T) over scenes of g_user = 0 and at most so many
+actions a player, relative to drawing every action's clip uniformly (so that an action with many
+clips weighs no more than one with few). Without that limit P(X), as printed, is no distribution:
+every longer string that fits weighs the same. Prices may be added (:mod:`.play`).
+
+A jump chooses a nonterminal node v of one of the trees by its error, s(v) = E(v) / sum E; derives
+it anew with what stands behind still possible (:mod:`.derivations`); draws the new actions' clips
+by their seams; lets what stands before, or, as often, what stands behind stay where and when it
+was; and walks M steps of the inner loop. It is taken with probability
+
+    min(1, exp((E_old - E_new) / T) * [s'(v) q(old subtree)] / [s(v) q(new subtree)])
+
+q being products of rule probabilities and, for M = 0, those of the clips relative to uniform draws.
+A growth puts one link into a chain A -> B A of a tree, or takes one away, and keeps all other
+actions and clips (:mod:`.tree_growth`); it is taken likewise, with s one over the number of nodes
+where it could have been. A recasting keeps all actions, and draws the clips of a stretch anew.
+The reverse move is the one at the same v, so for each v by itself detailed balance holds, and
+exactly so for M = 0. With M > 0, where other clips are at the end than were drawn and the ratio is
+the paper's, of the trees alone, the chain is a good optimiser but no exact sampler; nor is print's.
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 5, algorithm 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.grammar.cfg.context_free import Tree
+from motiondb.records import FloatArray, IntArray
+from motiondb.scene.clips.ground import compose, inverse
+from motiondb.scene.energy.energy import token_errors
+from motiondb.scene.energy.rule_table import RuleTable
+from motiondb.scene.energy.scene_arrays import SceneArrays, scene_state
+from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.sampling.clip_choice import ClipGroups, smooth_string
+from motiondb.scene.sampling.metropolis import DRAWS, EVERYBODY, KINDS, Focus, Walk, walk
+from motiondb.scene.sampling.play import Play
+from motiondb.scene.sampling.tree_growth import places
+from motiondb.scene.sampling.tree_shapes import TreeShape, exchanged, subtree_errors, tree_shape
+
+AROUND = 3
+"""Clips before and behind a link that are looked at first when it comes or goes."""
+LONGEST = 5
+"""Actions of a stretch whose clips are drawn anew at once, at most."""
+
+
+@dataclass
+class Jumps:
+    """How often a chain jumped: tried, too long, taken; and its inner steps by kind."""
+
+    tried: int
+    refused: int
+    taken: int
+    steps: IntArray
+
+
+class Chain:
+    """A chain: its state, its random numbers, the best scene it has come by."""
+
+    def __init__(self, play: Play, state: SceneState, rng: np.random.Generator) -> None:
+        self.play, self.rng = play, rng
+        self.trees = list(state.trees)
+        self.shapes = [play.shape(player, tree) for player, tree in enumerate(self.trees)]
+        self.table = play.binder.bind(self.trees)
+        self.scene = play.arrays(state, self.table)
+        self.jumps = Jumps(0, 0, 0, np.zeros((len(KINDS), 2), np.int64))
+        self.best = math.inf
+        self.best_state = state
+        self.note_best()
+
+    @property
+    def energy(self) -> float:
+        """-log P(Z), as g_user = 0 that of P(Y), and all prices."""
+        return self.play.energy(self.scene, self.table)
+
+    @property
+    def state(self) -> SceneState:
+        """The scene."""
+        return scene_state(self.scene, self.trees)
+
+    def note_best(self) -> None:
+        """Keep the scene if it is the best so far."""
+        if self.energy < self.best:
+            self.best, self.best_state = self.energy, self.state
+
+    def walk(
+        self,
+        steps: int,
+        groups: ClipGroups,
+        temperature: float,
+        shares: FloatArray,
+        focus: Focus = EVERYBODY,
+    ) -> None:
+        """Inner steps with the structure fixed; ``focus`` on a stretch of a player."""
+        self._walk(self.scene, steps, groups, temperature, shares, focus)
+
+    def _walk(
+        self,
+        scene: SceneArrays,
+        steps: int,
+        groups: ClipGroups,
+        temperature: float,
+        shares: FloatArray,
+        focus: Focus,
+    ) -> None:
+        if steps == 0:
+            return
+        errors, play = np.zeros(scene.entry.shape), self.play
+        prices = play.prices.delay, play.prices.duration
+        how = Walk(temperature, shares, *focus, *prices, play.tails, errors, errors.copy())
+        draws = self.rng.random((steps, DRAWS))
+        walk(scene, play.library, groups, draws, how, self.jumps.steps)
+
+    def jump(
+        self,
+        steps: int,
+        groups: ClipGroups,
+        temperature: float,
+        shares: FloatArray,
+        attention: float,
+    ) -> bool:
+        """A structural jump with ``steps`` inner steps; whether it was taken."""
+        self.jumps.tried += 1
+        errors = self._subtree_errors(self.scene, self.shapes)
+        sums = np.cumsum(np.concatenate(errors))
+        drawn = float(self.rng.random()) * sums[-1]
+        number = min(int(np.searchsorted(sums, drawn, "right")), len(sums) - 1)
+        player = 0
+        while number >= len(errors[player]):
+            number -= len(errors[player])
+            player += 1
+        offer = self._offer(player, number, groups, steps == 0)
+        if offer is None:
+            self.jumps.refused += 1
+            return False
+        shape, scene, trees, table, log_ratio = offer
+        focus = player, 0, self.play.most_actions, attention
+        self._walk(scene, steps, groups, temperature, shares, focus)
+        shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
+        after = self._subtree_errors(scene, shapes)
+        log_ratio += math.log(after[player][number] / sum(e.sum() for e in after))
+        log_ratio -= math.log(errors[player][number] / sums[-1])
+        return self._taken(shapes, scene, trees, table, temperature, log_ratio)
+
+    def _taken(
+        self,
+        shapes: list[TreeShape],
+        scene: SceneArrays,
+        trees: list[Tree],
+        table: RuleTable,
+        temperature: float,
+        log_ratio: float,
+    ) -> bool:
+        """Go to another structure, or stay."""
+        gain = (self.energy - self.play.energy(scene, table)) / temperature + log_ratio
+        if gain < 0.0 and self.rng.random() >= math.exp(gain):
+            return False
+        self.shapes, self.scene, self.trees, self.table = shapes, scene, trees, table
+        self.jumps.taken += 1
+        return True
+
+    def grow(
+        self,
+        steps: int,
+        groups: ClipGroups,
+        temperature: float,
+        shares: FloatArray,
+        attention: float,
+    ) -> bool:
+        """Put a link into a chain of one of the trees, or take one away; whether it was done."""
+        self.jumps.tried += 1
+        growing = bool(self.rng.random() < 0.5)
+        found = places(self.play.chains, self.shapes, growing)
+        offer = linked = None
+        if found:
+            player, node = found[int(self.rng.integers(len(found)))]
+            old, known = self.shapes[player], self.play.chains[player]
+            room = self.play.most_actions - len(old.actions)
+            linked = known.grown(old, node, room, self.rng) if growing else known.shrunk(old, node)
+        if linked is not None:
+            shape = tree_shape(self.play.derivations[player].grammar, linked.rules)
+            span, actions = linked.span, linked.actions
+            offer = self._respelled_scene(player, shape, span, actions, groups, steps == 0)
+        if offer is None or linked is None:
+            self.jumps.refused += 1
+            return False
+        scene, trees, table, clip_ratio = offer
+        shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
+        log_ratio = linked.log_ratio + clip_ratio + math.log(len(found))
+        log_ratio -= math.log(len(places(self.play.chains, shapes, not growing)))
+        near = max(span[0] - AROUND, 0), span[0] + len(actions) + AROUND
+        self._walk(scene, steps, groups, temperature, shares, (player, *near, attention))
+        return self._taken(shapes, scene, trees, table, temperature, log_ratio)
+
+    def recast(
+        self,
+        steps: int,
+        groups: ClipGroups,
+        temperature: float,
+        shares: FloatArray,
+        attention: float,
+    ) -> bool:
+        """Draw the clips of a stretch of actions anew by their seams; whether it was done.
+
+        Steps in a flow cannot be exchanged one by one: each fits its neighbours alone.
+        """
+        self.jumps.tried += 1
+        n_clips = self.scene.n_clips
+        player = int(np.searchsorted(np.cumsum(n_clips), self.rng.integers(n_clips.sum()), "right"))
+        n = int(n_clips[player])
+        first = int(self.rng.integers(n))
+        span = first, min(first + int(self.rng.integers(2, 1 + LONGEST)), n)
+        shape = self.shapes[player]
+        actions = shape.actions[span[0] : span[1]]
+        offer = self._respelled_scene(player, shape, span, actions, groups, steps == 0)
+        if offer is None:
+            self.jumps.refused += 1
+            return False
+        scene, trees, table, log_ratio = offer
+        near = max(span[0] - AROUND, 0), span[1] + AROUND
+        self._walk(scene, steps, groups, temperature, shares, (player, *near, attention))
+        return self._taken(self.shapes, scene, trees, table, temperature, log_ratio)
+
+    def _subtree_errors(self, scene: SceneArrays, shapes: Sequence[TreeShape]) -> list[FloatArray]:
+        """E of all nodes of all players' trees."""
+        errors = np.zeros(scene.entry.shape)
+        token_errors(scene, self.play.library, errors)
+        found = []
+        for player, shape in enumerate(shapes):
+            own = np.empty(len(shape.rules))
+            subtree_errors(shape.children, errors[player], own)
+            found.append(own)
+        return found
+
+    def _offer(
+        self, player: int, node: int, groups: ClipGroups, exact: bool
+    ) -> tuple[TreeShape, SceneArrays, list[Tree], RuleTable, float] | None:
+        """A node derived anew, not yet accepted, with log q(old) / q(new); None: not allowed."""
+        play, shape = self.play, self.shapes[player]
+        derivations = play.derivations[player]
+        end, first, last = shape.spans[node].tolist()
+        since = derivations.run(shape.actions[:first])[-1]
+        ends = derivations.ends_before(shape.actions[last:])
+        kept = len(shape.actions) - (last - first)
+        room = play.most_actions - kept
+        new = derivations.draw(shape.symbols[node], since, ends, self.rng, room)
+        if new is None or kept + len(new.actions) == 0:
+            return None
+        after = exchanged(derivations.grammar, shape, node, new.rules)
+        ratio = derivations.log_probability(shape.rules[node:end])
+        ratio -= derivations.log_probability(new.rules)
+        offer = self._respelled_scene(player, after, (first, last), new.actions, groups, exact)
+        if offer is None:
+            return None
+        scene, trees, table, clip_ratio = offer
+        return after, scene, trees, table, ratio + clip_ratio
+
+    def _respelled_scene(
+        self,
+        player: int,
+        shape: TreeShape,
+        span: tuple[int, int],
+        actions: Sequence[str],
+        groups: ClipGroups,
+        exact: bool,
+    ) -> tuple[SceneArrays, list[Tree], RuleTable, float] | None:
+        """The scene with other actions in ``span`` of a player, and the ratio of their clips."""
+        play, state = self.play, self.state
+        entries, log_ratio = self._clips(player, span, actions, groups)
+        same = shape is self.shapes[player]
+        tree = self.trees[player] if same else play.derive(player, shape.rules)
+        one = self._respelled(player, tree, span, entries)
+        if one is None:
+            return None
+        players = (*state.players[:player], one, *state.players[player + 1 :])
+        trees = [*self.trees[:player], tree, *self.trees[player + 1 :]]
+        table = play.binder.bind(trees)
+        scene = play.arrays(SceneState(players), table)
+        return scene, trees, table, log_ratio if exact else 0.0
+
+    def _clips(
+        self, player: int, span: tuple[int, int], actions: Sequence[str], groups: ClipGroups
+    ) -> tuple[IntArray, float]:
+        """Clips for new actions in a span, and log(q(old) / q(new)) relative to uniform draws."""
+        play, n = self.play, int(self.scene.n_clips[player])
+        own, seams = self.scene.entry[player, :n], play.library.clips["seam"]
+        before = int(seams[own[span[0] - 1]]) if span[0] > 0 else -1
+        after = int(seams[own[span[1]]]) if span[1] < n else -1
+        ratio, found = 0.0, own[:0]
+        gone = self.shapes[player].actions[span[0] : span[1]]
+        for sign, names, old in ((1, gone, own[span[0] : span[1]]), (-1, actions, None)):
+            ranges = np.array([play.first[name] for name in names], np.int64).reshape(-1, 2)
+            rng = self.rng if old is None else None
+            found, log_probability = smooth_string(groups, ranges, before, after, rng, old)
+            uniform = -float(np.log(ranges[:, 1] - ranges[:, 0]).sum())
+            ratio += sign * (log_probability - uniform)
+        return found, ratio
+
+    def _respelled(
+        self, player: int, tree: Tree, span: tuple[int, int], entries: IntArray
+    ) -> PlayerState | None:
+        """A player with other clips in ``span``; None where they had to begin before time 0."""
+        scene, clips = self.scene, self.play.library.clips
+        first, last = span
+        n = int(scene.n_clips[player])
+        old = scene.entry[player, :n]
+        spelled = np.concatenate([old[:first], entries, old[last:]])
+        origin, delay = scene.placed[player, 0, :3], int(scene.begin[player, 0])
+        if self.rng.random() < self.play.tails:  # what stands behind stays
+            delay += int(clips["n_frames"][old[first:last]].sum())
+            delay -= int(clips["n_frames"][entries].sum())
+            here = scene.placed[player, last, :3]
+            for entry in entries[::-1]:
+                clip = clips[entry]
+                step = np.array([clip["x"], clip["z"], clip["theta"]])
+                here = compose(here, inverse(step))
+            origin = compose(compose(here, inverse(scene.placed[player, first, :3])), origin)
+        if delay < 0:
+            return None
+        return PlayerState(tree, spelled, tuple(origin.tolist()), delay)

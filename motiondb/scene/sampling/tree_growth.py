@@ -1,0 +1,141 @@
+"""Trees grown and shrunk by one link of a chain, all below it kept.
+
+Many grammars spell repetition by right recursion, A -> B A (a move and more moves). Deriving a node
+of such a chain anew throws away all behind it. Growing puts one link above a node v of symbol A,
+
+    T_v   ->   A(B(..), T_v),
+
+and shrinking takes it away again, so that an action comes in or goes out and the others, with their
+clips, stay. Growing at v and shrinking at v are each other's reverse: for every v by itself their
+probabilities give the ratio of a Metropolis-Hastings step. That of growing, at a given v, is
+
+    p_r / (sum of p over the rules A -> B A)  *  p(B's subtree) / I_B[i, ends],
+
+where the last factor is the condition that the string fits (:mod:`.derivations`); that of shrinking
+is 1.
+
+Source: P. J. Green, "Reversible jump Markov chain Monte Carlo computation and Bayesian model
+determination", Biometrika 82 (1995): births and deaths as pairs of moves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.scene.sampling.random_subtrees import Derivations
+from motiondb.scene.sampling.tree_shapes import TreeShape
+
+
+@dataclass(frozen=True)
+class Linked:
+    """A tree with a link more or less: its rules, what came for which span, log q(old) / q(new)."""
+
+    rules: tuple[int, ...]
+    span: tuple[int, int]
+    actions: tuple[str, ...]
+    log_ratio: float
+
+
+@dataclass(frozen=True, eq=False)
+class Chains:
+    """The rules A -> B A of a player's grammar.
+
+    Attributes
+    ----------
+    links : for every A that has such rules, their numbers. rules : all of them.
+    """
+
+    derivations: Derivations
+    links: dict[str, tuple[int, ...]]
+    rules: frozenset[int]
+
+    def places(self, shape: TreeShape, growing: bool) -> list[int]:
+        """The nonterminal nodes above which a link can be put, or that are links."""
+        if growing:
+            return [node for node, symbol in enumerate(shape.symbols) if symbol in self.links]
+        return [node for node, rule in enumerate(shape.rules) if rule in self.rules]
+
+    def grown(
+        self, shape: TreeShape, node: int, most: int, rng: np.random.Generator
+    ) -> Linked | None:
+        """A link by chance above a node, of ``most`` actions; None where none fits."""
+        numbers = self.links[shape.symbols[node]]
+        rules = self.derivations.grammar.rules
+        weights = np.cumsum([rules[number].probability for number in numbers])
+        at = int(np.searchsorted(weights, rng.random() * weights[-1], "right"))
+        rule = numbers[min(at, len(numbers) - 1)]
+        first = int(shape.spans[node, 1])
+        since, ends = self._around(shape, first, first)
+        if self._fits(rule, since, ends) <= 0.0:
+            return None
+        link = self.derivations.draw(rules[rule].right[0], since, ends, rng, most)
+        if link is None:
+            return None
+        spelled = (*shape.rules[:node], rule, *link.rules, *shape.rules[node:])
+        log_q = self._log_probability(rule, link.rules, since, ends)
+        return Linked(spelled, (first, first), link.actions, -log_q)
+
+    def shrunk(self, shape: TreeShape, node: int) -> Linked | None:
+        """The link at a node taken away; None where what is left does not fit."""
+        rule, below = shape.rules[node], node + 1
+        grammar = self.derivations.grammar
+        if grammar.is_nonterminal(grammar.rules[rule].right[0]):
+            below = int(shape.spans[node + 1, 0])
+        first, last = int(shape.spans[node, 1]), int(shape.spans[below, 1])
+        since, ends = self._around(shape, first, last)
+        if since not in ends or len(shape.actions) == last - first:
+            return None
+        log_q = self._log_probability(rule, shape.rules[node + 1 : below], since, ends)
+        spelled = (*shape.rules[:node], *shape.rules[below:])
+        return Linked(spelled, (first, last), (), log_q)
+
+    def _around(self, shape: TreeShape, first: int, last: int) -> tuple[int, list[int]]:
+        """The state before a span, and those behind it from which the rest fits."""
+        since = self.derivations.run(shape.actions[:first])[-1]
+        return since, self.derivations.ends_before(shape.actions[last:])
+
+    def _fits(self, rule: int, since: int, ends: Sequence[int]) -> float:
+        link = self.derivations.grammar.rules[rule].right[0]
+        return float(self.derivations.inside(link)[since, ends].sum())
+
+    def _log_probability(
+        self, rule: int, link: Sequence[int], since: int, ends: Sequence[int]
+    ) -> float:
+        rules = self.derivations.grammar.rules
+        whole = sum(rules[number].probability for number in self.links[rules[rule].left])
+        whole *= self._fits(rule, since, ends)
+        return self.derivations.log_probability([rule, *link]) - math.log(whole)
+
+
+def chains(derivations: Derivations) -> Chains:
+    """The rules A -> B A of a grammar, B another symbol; those of probability 0 left out.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> from motiondb.scene.sampling.tree_shapes import tree_shape
+    >>> grammar = read_grammar("A -> B A | B\\nB -> b")
+    >>> found = chains(Derivations(grammar, []))
+    >>> shape = tree_shape(grammar, [0, 2, 1, 2])
+    >>> found.places(shape, True), found.places(shape, False), found.shrunk(shape, 0).rules
+    ([0, 2], [0], (1, 2))
+    """
+    links: dict[str, tuple[int, ...]] = {}
+    for number, rule in enumerate(derivations.grammar.rules):
+        linked = len(rule.right) == 2 and rule.right[1] == rule.left != rule.right[0]
+        if linked and rule.probability > 0.0:
+            links[rule.left] = (*links.get(rule.left, ()), number)
+    return Chains(derivations, links, frozenset(n for found in links.values() for n in found))
+
+
+def places(
+    known: Sequence[Chains], shapes: Sequence[TreeShape], growing: bool
+) -> list[tuple[int, int]]:
+    """Players and nodes where a link can be put in, or taken away."""
+    return [
+        (player, node)
+        for player, (one, shape) in enumerate(zip(known, shapes, strict=True))
+        for node in one.places(shape, growing)
+    ]

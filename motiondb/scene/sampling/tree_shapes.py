@@ -1,0 +1,130 @@
+"""Derivations as lists of rules, where a subtree is a slice; and how wrong each subtree is.
+
+A tree is the list of its rules in preorder (:func:`motiondb.grammar.cfg.context_free.choices_of`).
+The subtree of a nonterminal is the slice of its own rule and those below it, and derives a
+slice of the action string: exchanging a subtree is exchanging both.
+
+The error of a subtree is the paper's geometric mean, with leaf errors of at least 1 (1 + a clip's
+share of -log P(Y); print's would let one flawless clip wipe out all its ancestors):
+
+    E(T) = (product of E(children)) ^ (1 / (n + 1)),    1 where it derives nothing            (10)
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from motiondb.grammar.cfg.context_free import Grammar
+from motiondb.records import FloatArray, IntArray
+
+LEAF = -1
+
+
+@dataclass(frozen=True, eq=False)
+class TreeShape:
+    """A derivation tree of one player.
+
+    Attributes
+    ----------
+    rules : numbers of the rules in preorder, one for each nonterminal node; actions : its leaves.
+    children : array (all nodes,) in preorder, number of children; LEAF for an action.
+    symbols : (nonterminal nodes,), what each node is.
+    spans : array (nonterminal nodes, 3): behind the last rule of the node's subtree (its first is
+        the node's own number), first action, behind the last action.
+    """
+
+    rules: tuple[int, ...]
+    actions: tuple[str, ...]
+    children: IntArray
+    symbols: tuple[str, ...]
+    spans: IntArray
+
+
+def tree_shape(grammar: Grammar, rules: Sequence[int]) -> TreeShape:
+    """The shape of the tree with these rules in preorder.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> shape = tree_shape(read_grammar("S -> a A c\\nA -> b | empty"), [0, 1])
+    >>> shape.actions, shape.children.tolist(), shape.spans.tolist()
+    (('a', 'b', 'c'), [3, -1, 1, -1, -1], [[2, 0, 3], [2, 1, 2]])
+    """
+    children: list[int] = []
+    actions: list[str] = []
+    symbols: list[str] = []
+    spans: list[list[int]] = []
+    waiting: list[str | int] = [grammar.start]
+    nonterminals = grammar.rules_of
+    while waiting:
+        symbol = waiting.pop()
+        if isinstance(symbol, int):  # the end of a node
+            spans[symbol][0], spans[symbol][2] = len(symbols), len(actions)
+        elif symbol in nonterminals:
+            right = grammar.rules[rules[len(symbols)]].right
+            waiting.append(len(symbols))
+            waiting.extend(reversed(right))
+            symbols.append(symbol)
+            spans.append([0, len(actions), 0])
+            children.append(len(right))
+        else:
+            actions.append(symbol)
+            children.append(LEAF)
+    return TreeShape(
+        tuple(rules),
+        tuple(actions),
+        np.array(children, dtype=np.int64),
+        tuple(symbols),
+        np.array(spans, dtype=np.int64).reshape(-1, 3),
+    )
+
+
+def exchanged(grammar: Grammar, shape: TreeShape, node: int, rules: Sequence[int]) -> TreeShape:
+    """The tree with another subtree, given by its rules in preorder, at a nonterminal node."""
+    end = int(shape.spans[node, 0])
+    return tree_shape(grammar, (*shape.rules[:node], *rules, *shape.rules[end:]))
+
+
+@njit(cache=True, nogil=True)
+def subtree_errors(children: IntArray, errors: FloatArray, found: FloatArray) -> int:
+    """E of all nonterminal nodes, in preorder.
+
+    Parameters
+    ----------
+    children : array (nodes,), of a :class:`TreeShape`.
+    errors : array (at least actions,), the leaves' errors.
+    found : array (at least nonterminal nodes,), for the result.
+
+    Returns
+    -------
+    how many there are.
+    """
+    n_leaves = n_nodes = 0
+    for n in children:
+        if n == LEAF:
+            n_leaves += 1
+        else:
+            n_nodes += 1
+    stack = np.empty(len(children))
+    leaf, node, top = n_leaves, n_nodes, 0
+    for i in range(len(children) - 1, -1, -1):  # children stand behind their parents
+        n = children[i]
+        if n == LEAF:
+            leaf -= 1
+            stack[top] = np.log(errors[leaf])
+            top += 1
+            continue
+        total = 0.0
+        for _ in range(n):
+            top -= 1
+            total += stack[top]
+        stack[top] = total / (n + 1)
+        top += 1
+        node -= 1
+        found[node] = np.exp(stack[top - 1])
+    return n_nodes

@@ -1,0 +1,1 @@
+"""Checks of a motion grammar, and plans of action strings."""

@@ -1,0 +1,274 @@
+"""Whether a grammar is deterministic: FIRST and FOLLOW, LL(1), LR(1) and LALR(1), and why not.
+
+An item is a rule with a point in its right side and a lookahead: ``[A -> a . B, x]``. A state of
+the canonical LR(1) automaton is a closed set of items; its actions are to shift a terminal that
+stands behind a point, or to reduce a rule whose point is at the end where its lookahead comes next.
+A state that has two actions for one terminal is a conflict; without conflicts, every string is
+parsed from left to right with one terminal of lookahead and never a step back, and has one tree.
+LALR(1) merges the states that differ in their lookaheads only. LL(1) is stricter: the next terminal
+alone must tell which rule of a nonterminal to take.
+
+Sets of lookaheads are bits of an integer, bit 0 for the end of the string.
+
+Source: D. E. Knuth, "On the Translation of Languages from Left to Right", Information and Control
+8 (1965); A. V. Aho, M. S. Lam, R. Sethi and J. D. Ullman, "Compilers", 2nd ed., chapter 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from motiondb.errors import SceneError
+from motiondb.grammar.cfg.context_free import Grammar, nullable_symbols, reachable_symbols
+
+END_MARK = "the end"
+"""How the end of a string is named among lookaheads."""
+
+_Core = tuple[int, int]
+_State = dict[_Core, int]
+_AUGMENTED = -1
+"""The number of the rule that leads to the start symbol."""
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Two actions for one lookahead.
+
+    Attributes
+    ----------
+    kind : "shift-reduce" or "reduce-reduce"; "predict" where LL(1) cannot choose a rule.
+    lookaheads : the terminals that come next; :data:`END_MARK` for the end.
+    rules : numbers of the rules involved.
+    prefix : symbols that lead there.
+    """
+
+    kind: str
+    lookaheads: tuple[str, ...]
+    rules: tuple[int, ...]
+    prefix: tuple[str, ...] = ()
+
+    def describe(self, grammar: Grammar) -> str:
+        """The conflict in a sentence."""
+        named = [f"'{grammar.rules[number]}'" for number in self.rules]
+        rules = " and ".join(named if len(named) > 1 else [*named, "accepting the string"])
+        after = f"after '{' '.join(self.prefix)}', " if self.prefix else ""
+        return f"{self.kind}: {after}before {' or '.join(self.lookaheads)}, between {rules}"
+
+
+@dataclass(frozen=True)
+class Automaton:
+    """A canonical LR(1) automaton: how many states it has, and its conflicts."""
+
+    n_states: int
+    conflicts: tuple[Conflict, ...]
+    lalr_states: int
+    lalr_conflicts: tuple[Conflict, ...]
+
+
+def first_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
+    """FIRST of every symbol: the terminals that a string it derives can begin with.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> sorted(first_sets(read_grammar("S -> A b\\nA -> a | empty"))["S"])
+    ['a', 'b']
+    """
+    nullable = nullable_symbols(grammar)
+    first: dict[str, set[str]] = {t: {t} for t in grammar.terminals}
+    first.update({left: set() for left in grammar.nonterminals})
+    changed = True
+    while changed:
+        changed = False
+        for rule in grammar.rules:
+            before = len(first[rule.left])
+            for symbol in rule.right:
+                first[rule.left] |= first[symbol]
+                if symbol not in nullable:
+                    break
+            changed |= len(first[rule.left]) > before
+    return {symbol: frozenset(found) for symbol, found in first.items()}
+
+
+def follow_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
+    """FOLLOW of every nonterminal: what can stand behind it; :data:`END_MARK` for the end.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> sorted(follow_sets(read_grammar("S -> A b\\nA -> a | empty"))["A"])
+    ['b']
+    """
+    nullable, first = nullable_symbols(grammar), first_sets(grammar)
+    follow: dict[str, set[str]] = {left: set() for left in grammar.nonterminals}
+    follow[grammar.start].add(END_MARK)
+    changed = True
+    while changed:
+        changed = False
+        for rule in grammar.rules:
+            behind = set(follow[rule.left])
+            for symbol in reversed(rule.right):
+                if grammar.is_nonterminal(symbol):
+                    changed |= not behind <= follow[symbol]
+                    follow[symbol] |= behind
+                behind = behind | first[symbol] if symbol in nullable else set(first[symbol])
+    return {symbol: frozenset(found) for symbol, found in follow.items()}
+
+
+def ll1_conflicts(grammar: Grammar) -> tuple[Conflict, ...]:
+    """The pairs of rules between which the next terminal does not decide; () where LL(1)."""
+    nullable, first, follow = nullable_symbols(grammar), first_sets(grammar), follow_sets(grammar)
+
+    def predicted(number: int) -> set[str]:
+        found: set[str] = set()
+        for symbol in grammar.rules[number].right:
+            found |= first[symbol]
+            if symbol not in nullable:
+                return found
+        return found | follow[grammar.rules[number].left]
+
+    conflicts = []
+    reachable = reachable_symbols(grammar)
+    for numbers in (grammar.rules_of[n] for n in grammar.nonterminals if n in reachable):
+        sets = {number: predicted(number) for number in numbers}
+        for at, one in enumerate(numbers):
+            for other in numbers[at + 1 :]:
+                common = sets[one] & sets[other]
+                if common:
+                    conflicts.append(Conflict("predict", tuple(sorted(common)), (one, other)))
+    return tuple(conflicts)
+
+
+def lr1_automaton(grammar: Grammar, max_states: int = 20_000) -> Automaton:
+    """The canonical LR(1) automaton of a grammar, and what merging its states would give.
+
+    Raises
+    ------
+    SceneError where it needs more states than ``max_states``.
+    """
+    building = _Building(grammar)
+    start = building.closure({(_AUGMENTED, 0): 1})
+    states = [start]
+    prefixes: list[tuple[str, ...]] = [()]
+    numbers = {_key(start): 0}
+    at = 0
+    while at < len(states):
+        for symbol, kernel in building.moves(states[at]).items():
+            state = building.closure(kernel)
+            if _key(state) not in numbers:
+                if len(states) >= max_states:
+                    raise SceneError(
+                        f"grammar: expected at most {max_states} states to test whether it is"
+                        " LR(1), found more. Test a smaller grammar."
+                    )
+                numbers[_key(state)] = len(states)
+                states.append(state)
+                prefixes.append((*prefixes[at], symbol))
+        at += 1
+    merged: dict[frozenset[_Core], tuple[_State, tuple[str, ...]]] = {}
+    for state, prefix in zip(states, prefixes, strict=True):
+        known, first_prefix = merged.get(frozenset(state), ({}, prefix))
+        together = {core: state[core] | known.get(core, 0) for core in state}
+        merged[frozenset(state)] = together, first_prefix
+    found = _conflicts(building, zip(states, prefixes, strict=True))
+    lalr = _conflicts(building, merged.values())
+    return Automaton(len(states), found, len(merged), lalr)
+
+
+def _key(state: _State) -> frozenset[tuple[_Core, int]]:
+    return frozenset(state.items())
+
+
+class _Building:
+    """The grammar with what closures need, and the bits of its terminals."""
+
+    def __init__(self, grammar: Grammar) -> None:
+        self.grammar = grammar
+        self.marks = (END_MARK, *grammar.terminals)
+        self.bit = {mark: 1 << n for n, mark in enumerate(self.marks)}
+        self.nullable = nullable_symbols(grammar)
+        first = first_sets(grammar)
+        self.first = {s: sum(self.bit[t] for t in found) for s, found in first.items()}
+
+    def right(self, rule: int) -> tuple[str, ...]:
+        """A rule's right side, also of the rule that leads to the start symbol."""
+        return (self.grammar.start,) if rule == _AUGMENTED else self.grammar.rules[rule].right
+
+    def next_symbol(self, core: _Core) -> str | None:
+        """What stands behind the point of an item."""
+        right = self.right(core[0])
+        return right[core[1]] if core[1] < len(right) else None
+
+    def closure(self, kernel: Mapping[_Core, int]) -> _State:
+        """All items that a kernel implies, each with the bits of its lookaheads."""
+        state, waiting = dict(kernel), list(kernel)
+        while waiting:
+            core = waiting.pop()
+            symbol = self.next_symbol(core)
+            if symbol is None or not self.grammar.is_nonterminal(symbol):
+                continue
+            ahead = self._first_of(self.right(core[0])[core[1] + 1 :], state[core])
+            for number in self.grammar.rules_of[symbol]:
+                item, known = (number, 0), state.get((number, 0), 0)
+                if ahead | known != known or item not in state:
+                    state[item] = known | ahead
+                    waiting.append(item)
+        return state
+
+    def _first_of(self, symbols: Sequence[str], behind: int) -> int:
+        found = 0
+        for symbol in symbols:
+            found |= self.first[symbol]
+            if symbol not in self.nullable:
+                return found
+        return found | behind
+
+    def moves(self, state: _State) -> dict[str, _State]:
+        """The kernels that a state leads to, by the symbol behind the point."""
+        kernels: dict[str, _State] = {}
+        for (rule, at), ahead in state.items():
+            symbol = self.next_symbol((rule, at))
+            if symbol is not None:
+                kernels.setdefault(symbol, {})[rule, at + 1] = ahead
+        return kernels
+
+    def names(self, bits: int) -> tuple[str, ...]:
+        """The terminals of a set of lookaheads."""
+        return tuple(mark for mark in self.marks if self.bit[mark] & bits)
+
+
+def _conflicts(
+    building: _Building, states: Iterable[tuple[_State, tuple[str, ...]]]
+) -> tuple[Conflict, ...]:
+    """Every conflict once, with the shortest way to it; rules in the order of their numbers."""
+    found: dict[tuple[str, tuple[int, ...]], Conflict] = {}
+    for state, prefix in states:
+        shifts: dict[str, list[int]] = {}
+        reductions: list[tuple[int, int]] = []
+        for core, ahead in state.items():
+            symbol = building.next_symbol(core)
+            if symbol is None:
+                reductions.append((core[0], ahead))
+            elif not building.grammar.is_nonterminal(symbol):
+                shifts.setdefault(symbol, []).append(core[0])
+        for at, (rule, ahead) in enumerate(reductions):
+            for symbol, rules in shifts.items():
+                if building.bit[symbol] & ahead:
+                    _add(found, "shift-reduce", (symbol,), {rule, *rules}, prefix)
+            for other, other_ahead in reductions[at + 1 :]:
+                common = building.names(ahead & other_ahead)
+                if common:
+                    _add(found, "reduce-reduce", common, {rule, other}, prefix)
+    return tuple(found.values())
+
+
+def _add(
+    found: dict[tuple[str, tuple[int, ...]], Conflict],
+    kind: str,
+    lookaheads: tuple[str, ...],
+    rules: set[int],
+    prefix: tuple[str, ...],
+) -> None:
+    numbers = tuple(sorted(rules - {_AUGMENTED}))
+    known = found.get((kind, numbers))
+    if known is not None:
+        lookaheads = tuple(dict.fromkeys((*known.lookaheads, *lookaheads)))
+        prefix = known.prefix
+    found[kind, numbers] = Conflict(kind, lookaheads, numbers, prefix)

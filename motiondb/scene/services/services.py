@@ -1,0 +1,304 @@
+"""What a motion grammar is good for besides scenes: checking, validating, suggesting, planning.
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from math import exp
+
+from motiondb.errors import SceneError, suggestion
+from motiondb.grammar.cfg import prefix
+from motiondb.grammar.cfg.context_free import Tree, nullable_symbols, reachable_symbols
+from motiondb.grammar.cfg.parse import explain, parse
+from motiondb.grammar.cfg.prefix import prefix_log_probability
+from motiondb.scene.language.expressions import MOST_ACTIONS, Item, expressions
+from motiondb.scene.language.motion_grammar import MotionGrammar
+from motiondb.scene.language.semantic_rules import RULE_NAMES
+from motiondb.scene.language.tactics import Diagram
+from motiondb.scene.services import planning
+from motiondb.scene.services.lr import Conflict, ll1_conflicts, lr1_automaton
+
+
+@dataclass(frozen=True)
+class StartReport:
+    """What is known of the strings of one start symbol.
+
+    Attributes
+    ----------
+    empty : whether it derives the empty string; no character on court may have it.
+    n_states, conflicts : of the canonical LR(1) automaton; () where the grammar is LR(1).
+    lalr_conflicts, ll1_conflicts : () where it is LALR(1), LL(1).
+    """
+
+    symbol: str
+    team: str
+    empty: bool
+    n_states: int
+    conflicts: tuple[Conflict, ...]
+    lalr_conflicts: tuple[Conflict, ...]
+    ll1_conflicts: tuple[Conflict, ...]
+
+
+@dataclass(frozen=True)
+class GrammarReport:
+    """A grammar looked at: its symbols, those of no use, and the class of each start symbol."""
+
+    name: str
+    nonterminals: tuple[str, ...]
+    terminals: tuple[str, ...]
+    useless: tuple[str, ...]
+    nullable: tuple[str, ...]
+    starts: tuple[StartReport, ...]
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Whether a string of actions is allowed, its tree, or where it fails.
+
+    Attributes
+    ----------
+    start : the start symbol that it was read from; several, with " or ", where they fail alike.
+    position : the first action, from 0, that cannot stand where it stands; the length of the string
+        where more must follow.
+    expected : the actions that could stand there.
+    message : the sentence that says so; "" where the string is allowed.
+    """
+
+    allowed: bool
+    start: str
+    tree: Tree | None = None
+    position: int = -1
+    expected: tuple[str, ...] = ()
+    message: str = ""
+
+
+@dataclass(frozen=True)
+class Suggestions:
+    """The actions that may come next, and the end, with probabilities that sum to 1.
+
+    The probabilities are those of the grammar's rules: equal where the file gives none.
+    """
+
+    actions: tuple[tuple[str, float], ...]
+    end: float
+
+
+def check(grammar: MotionGrammar) -> GrammarReport:
+    """Look at a grammar: useless and nullable symbols, LR(1), LALR(1) and LL(1).
+
+    A symbol is useless where no start symbol leads to it. (Nonterminals that never end are refused
+    when the file is read.)
+    """
+    reached: set[str] = set()
+    starts = []
+    for start in grammar.starts:
+        rules = grammar.started(start.symbol)
+        reached |= reachable_symbols(rules)
+        automaton = lr1_automaton(rules)
+        starts.append(
+            StartReport(
+                start.symbol,
+                start.team,
+                start.symbol in nullable_symbols(rules),
+                automaton.n_states,
+                automaton.conflicts,
+                automaton.lalr_conflicts,
+                ll1_conflicts(rules),
+            )
+        )
+    whole = grammar.grammar
+    names = tuple(terminal.name for terminal in grammar.terminals)
+    useless = tuple(s for s in (*whole.nonterminals, *names) if s not in reached)
+    nullable = tuple(s for s in whole.nonterminals if s in nullable_symbols(whole))
+    return GrammarReport(grammar.name, whole.nonterminals, names, useless, nullable, tuple(starts))
+
+
+def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> Validation:
+    """Whether a string of actions is one of the grammar's, from one of its start symbols.
+
+    Without ``start``, the start symbols that get furthest answer together. The empty string is
+    never allowed: whoever is on court does something.
+    """
+    symbols = [start] if start else [s.symbol for s in grammar.starts]
+    faults: list[Validation] = []
+    may_end: set[str] = set()
+    for symbol in symbols:
+        rules = grammar.started(symbol)
+        fault = explain(rules, actions) if actions else None
+        if fault is not None:
+            faults.append(Validation(False, symbol, None, fault.position, fault.expected))
+            may_end |= {symbol} if fault.may_end else set()
+        elif actions:
+            return Validation(True, symbol, parse(rules, actions))
+        else:
+            first = tuple(name for name, _ in prefix.suggest(rules, ()) if name is not None)
+            faults.append(Validation(False, symbol, None, 0, first))
+    furthest = max(fault.position for fault in faults)
+    best = [fault for fault in faults if fault.position == furthest]
+    expected = tuple(dict.fromkeys(name for fault in best for name in fault.expected))
+    ends = furthest > 0 and any(fault.start in may_end for fault in best)
+    names = " or ".join(fault.start for fault in best)
+    options = [*expected, *(["the end"] if ends else [])]
+    message = _say(names, actions, furthest, options)
+    return Validation(False, names, None, furthest, expected, message)
+
+
+def _say(start: str, actions: Sequence[str], position: int, options: Sequence[str]) -> str:
+    """Where a string fails, in a sentence."""
+    wanted = f"one of {', '.join(options)}" if len(options) > 1 else "".join(options)
+    before = f" after '{' '.join(actions[:position])}'" if position else ""
+    found, advice = "the end", "Go on with one of them."
+    if position < len(actions):
+        found, advice = f"'{actions[position]}'", "Put one of them there, or add a rule for it."
+        advice = suggestion(actions[position], options).strip() or advice
+    if not actions:
+        advice = "Whoever is on court does something."
+    at = f"action {position + 1}{before}, from {start}"
+    return f"{at}: expected {wanted or 'nothing more'}, found {found}. {advice}"
+
+
+def suggest(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> Suggestions:
+    """The actions that may follow on a string, most probable first.
+
+    Without ``start``, every start symbol counts by how probable the string is from it.
+
+    Raises
+    ------
+    SceneError where no string of the grammar begins so.
+    """
+    symbols = [start] if start else [s.symbol for s in grammar.starts]
+    chances: dict[str | None, float] = {}
+    for symbol in symbols:
+        rules = grammar.started(symbol)
+        weight = exp(prefix_log_probability(rules, actions))
+        if weight > 0.0:
+            for action, chance in prefix.suggest(rules, actions):
+                chances[action] = chances.get(action, 0.0) + weight * chance
+    end = chances.pop(prefix.END, 0.0)
+    if not actions:  # whoever is on court does something
+        end = 0.0
+    total = sum(chances.values()) + end
+    if total <= 0.0:
+        raise SceneError(f"{grammar.name}: {validate(grammar, actions, start).message}")
+    ranked = sorted(chances.items(), key=lambda pair: -pair[1])
+    pairs = tuple((str(action), chance / total) for action, chance in ranked)
+    return Suggestions(pairs, end / total)
+
+
+def plan(
+    grammar: MotionGrammar,
+    actions: Sequence[str] = (),
+    goals: Sequence[Collection[str]] = (),
+    start: str = "",
+) -> Tree:
+    """The shortest string that begins with ``actions`` and then goes through the goals in order.
+
+    Raises
+    ------
+    SceneError where the grammar has none, or a goal is no action of it.
+    """
+    known = grammar.terminal
+    for goal in goals:
+        for action in goal:
+            if action not in known:
+                raise SceneError(
+                    f"{grammar.name}: expected an action, found {action!r}. The actions are"
+                    f" {', '.join(known)}."
+                )
+    return planning.plan(grammar.started(start), actions, goals)
+
+
+def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str, Tree]:
+    """For each player the shortest string of the grammar that fits the diagram (g_user = 0).
+
+    Parameters
+    ----------
+    where : the diagram's file, for messages; its name where there is none.
+
+    Raises
+    ------
+    SceneError, naming the player and what the grammar does not allow them, a place that the
+    grammar's rules need, an element whose rules need an opponent where there is none, or a player
+    who is to do more than a string can hold.
+    """
+    where = where or diagram.name
+    _check_places(diagram, grammar, where)
+    found = {}
+    for name, items in expressions(diagram).items():
+        player = diagram.player[name]
+        try:
+            start = grammar.start_of(player.team)
+        except SceneError as error:
+            raise SceneError(f"{where}:{player.line}: '{player.team} {name}': {error}") from None
+        if len(items) > MOST_ACTIONS:
+            raise SceneError(
+                f"{where}:{player.line}: '{name}': expected at most {MOST_ACTIONS} things to do,"
+                f" found {len(items)}. Make a scene of each part of the play."
+            )
+        for item in items:
+            _check_opponent(diagram, grammar, name, start, item, where)
+        found[name] = _planned(diagram, grammar, name, start, items, where)
+    return found
+
+
+def _planned(
+    diagram: Diagram,
+    grammar: MotionGrammar,
+    name: str,
+    start: str,
+    items: Sequence[Item],
+    where: str,
+) -> Tree:
+    """A player's shortest string; SceneError with the line of the first act that cannot be."""
+    goals = [item.actions for item in items]
+    try:
+        return plan(grammar, (), goals, start)
+    except SceneError as error:
+        reason = str(error)
+    last = 1
+    while last < len(items):
+        try:
+            plan(grammar, (), goals[:last], start)
+        except SceneError:
+            break
+        last += 1
+    element = items[last - 1].element
+    line = diagram.elements[element].line if element >= 0 else diagram.player[name].line
+    wanted = "".join(str(item) for item in items)
+    raise SceneError(
+        f"{where}:{line}: expected of {name} what the grammar {grammar.name} allows, found"
+        f" {wanted}. {reason}"
+    )
+
+
+def _check_places(diagram: Diagram, grammar: MotionGrammar, where: str) -> None:
+    known = dict(diagram.places)
+    for place in grammar.places:
+        if place not in known:
+            raise SceneError(
+                f"{where}: expected the place {place!r}, which rules of the grammar"
+                f" {grammar.name} are about, found {', '.join(known)}. Add 'place {place} at 0 0'."
+            )
+
+
+def _check_opponent(
+    diagram: Diagram, grammar: MotionGrammar, name: str, start: str, item: Item, where: str
+) -> None:
+    """Refuse an action that is about an opponent where nobody is one."""
+    if item.element < 0 or item.other or diagram.opponent_of(name):
+        return
+    above = reachable_symbols(grammar.started(start))
+    for action in item.actions:
+        for rule in grammar.rules_of(action, above):
+            about = [getattr(rule, part, "") for part in ("target", "partner", "first", "second")]
+            if "opponent" in about:
+                element = diagram.elements[item.element]
+                raise SceneError(
+                    f"{where}:{element.line}: '{element}': expected an opponent of {name},"
+                    f" whom the rule {RULE_NAMES[type(rule)]} of {action} is about, found none."
+                    " Add a player of the other team, or take the element out."
+                )

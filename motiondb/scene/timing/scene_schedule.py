@@ -1,0 +1,130 @@
+"""A sampled scene scheduled: which clips are cut, where pauses lie, and what follows from them.
+
+:mod:`.scheduling` decides about numbers; here they come from a scene's clips and rules, and go back
+into what everybody plays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.records import MOTION_FPS
+from motiondb.scene.clips.clips import ClipLibrary
+from motiondb.scene.energy import rule_table as kinds
+from motiondb.scene.energy.rule_table import RuleTable
+from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.language.tactics import SHOTS
+from motiondb.scene.timing.playing import Pause, Playing, play
+from motiondb.scene.timing.scheduling import Schedule, Strings, schedule
+from motiondb.scene.timing.time_editing import SLOWEST, Meeting
+from motiondb.scene.timing.timeline import (
+    Timeline,
+    clip_frames,
+    lag_of,
+    measure,
+    moment_frames,
+    sampled_timeline,
+)
+from motiondb.scene.timing.waiting import lead_out, least_lengths, may_pause, pause_entry
+
+AFTER_SHOT = 66
+"""Frames of a scene after a shot: the ball flies, falls and bounces."""
+SETTLING = 8
+"""Frames of a scene after a last step into rest."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scheduled:
+    """What everybody plays, after how many frames of waiting, and the length it takes about.
+
+    ``partners`` : for every rule the partner's clip that a synchronisation means, else -1.
+    """
+
+    playing: tuple[Playing, ...]
+    delays: tuple[float, ...]
+    partners: tuple[int, ...]
+
+
+def schedule_scene(
+    state: SceneState, library: ClipLibrary, table: RuleTable, hurry: float
+) -> Scheduled:
+    """The schedule of a sampled scene; ``hurry`` : what a frame of it costs."""
+    now = sampled_timeline(state, library)
+    partners = tuple(measure(table, n, now).partner_clip for n in range(len(table.rows)))
+    strings = [_string(state, library, table, player) for player in range(len(state.players))]
+    frames = [clip_frames(player, library)[1] for player in state.players]
+    meetings = []
+    for number, row in enumerate(table.rows):
+        if row["kind"] == kinds.SYNCHRONISATION:
+            own, partner = int(row["player"]), int(row["partner"])
+            lag = lag_of(row, now, partners[number]) * MOTION_FPS
+            thrown, caught = frames[own][row["first"]], frames[partner][partners[number]]
+            meetings.append(Meeting(own, float(thrown), partner, float(caught), lag))
+    found = schedule(strings, meetings, _beside(state, table, now), hurry)
+    playing = tuple(_played(state, library, n, one) for n, one in enumerate(found))
+    return Scheduled(playing, tuple(one.delay for one in found), partners)
+
+
+def scene_bound(scheduled: Scheduled) -> int:
+    """Frames that the scene surely lasts no longer than."""
+    longest = max(
+        delay + playing.n_frames
+        for delay, playing in zip(scheduled.delays, scheduled.playing, strict=True)
+    )
+    return int(SLOWEST * (longest + AFTER_SHOT)) + 1
+
+
+def after_clips(
+    library: ClipLibrary, state: SceneState, table: RuleTable, player: int
+) -> list[int]:
+    """Frames that a scene lasts behind the end of each of a player's clips."""
+    entries = np.asarray(state.players[player].entries)
+    after = [0] * len(entries)
+    for clip, action in enumerate(table.actions[player]):
+        if action in SHOTS:
+            entry = int(entries[clip])
+            left = int(library.n_frames[entry]) - int(library.event_frame[entry])
+            after[clip] = max(AFTER_SHOT - left, 0)
+    steps = [part.n_frames for part in lead_out(library, entries, 1) if not part.waits]
+    after[-1] = max(after[-1], *(lasts + SETTLING for lasts in steps), 0)
+    return after
+
+
+def _string(state: SceneState, library: ClipLibrary, table: RuleTable, player: int) -> Strings:
+    own = state.players[player]
+    entries = np.asarray(own.entries)
+    return Strings(
+        np.asarray(library.n_frames)[entries].astype(np.int64),
+        least_lengths(library, entries),
+        may_pause(library, entries),
+        own.delay,
+        np.array(after_clips(library, state, table, player)),
+    )
+
+
+def _beside(state: SceneState, table: RuleTable, now: Timeline) -> list[Meeting]:
+    """Frames at which a rule of place looks from one player's string at another's."""
+    found = []
+    for row in table.rows:
+        if row["kind"] in (kinds.SYNCHRONISATION, kinds.UNMET) or row["target"] < 0:
+            continue
+        player, target = int(row["player"]), int(row["target"])
+        delays = state.players[player].delay, state.players[target].delay
+        frames = moment_frames(row, now)
+        for frame in dict.fromkeys([int(frames[0]), int(frames[-1])]):
+            own, theirs = float(frame - delays[0]), float(frame - delays[1])
+            found.append(Meeting(player, own, target, theirs, 0.0))
+    return found
+
+
+def _played(state: SceneState, library: ClipLibrary, player: int, found: Schedule) -> Playing:
+    own = state.players[player]
+    pauses = []
+    for behind, lasts in enumerate(found.pauses):
+        if lasts > 0:
+            entry = pause_entry(library, np.asarray(own.entries), behind)
+            if entry >= 0:
+                pauses.append(Pause(behind, library.source[entry], lasts))
+    return play(own, library, found.lengths, pauses)

@@ -1,0 +1,236 @@
+"""When everybody does what: where a scene waits for nothing, it is made shorter.
+
+A sampled scene has everybody's clips end to end and a delay before each string. Whoever must wait
+for somebody then goes slower, and whoever stands long at first makes all others stand. With T the
+frames of the scene at which clips begin and end, at which instants of synchronisations are, and
+with L the last of them, a linear program minimises
+
+    c L  +  4 sum |dT - ds|  +  50 sum |T_partner - T_own - lag|  +  sum of pauses / 20
+         +  0.3 sum |T_own(t) - T_other(t)|  +  0.02 sum |T(0) - delay|
+
+where ds is as long as a clip lasts and a pause may lie between two clips that both stand still
+where they meet. Clips of standing (holding, idling, guarding) may be cut short for next to nothing.
+The fifth term keeps together what a rule of place looks at: who guards somebody who is just then in
+the midst of a run stays with that run. What the program leaves to a change of pace is then spread
+by :mod:`.time_editing`.
+
+Source: M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized Multi-Character Motion Editing", ACM
+Transactions on Graphics 28 (2009), which bends time only; cuts, pauses and the program are ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.records import FloatArray, IntArray
+from motiondb.scene.timing.time_editing import SLOWEST, Meeting
+
+SHORTEST_PAUSE = 12
+"""Frames of a pause, at least: into it and out of it takes ten."""
+_PACE, _MEET, _PAUSE, _CUT = 4.0, 50.0, 0.05, 0.02
+_BESIDE, _DELAY = 0.3, 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Strings:
+    """What a schedule needs to know of one player's string.
+
+    Attributes
+    ----------
+    lengths : array (clips,), frames. least : array (clips,), to which they may be cut.
+    pauses : array (clips,), whether a pause may lie behind each; the last one's never counts.
+    delay : frames before the first, as sampled. after : frames that the scene lasts behind every
+        clip's own end, for a ball that is in the air; 0 for most.
+    """
+
+    lengths: IntArray
+    least: IntArray
+    pauses: IntArray
+    delay: int
+    after: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """One player's: frames of every clip, of the pause behind each (0: none), and the delay."""
+
+    lengths: tuple[int, ...]
+    pauses: tuple[int, ...]
+    delay: float
+
+
+def schedule(
+    strings: Sequence[Strings],
+    meetings: Sequence[Meeting],
+    beside: Sequence[Meeting] = (),
+    hurry: float = 1.0,
+) -> tuple[Schedule, ...]:
+    """The schedules of all players; see the module.
+
+    Parameters
+    ----------
+    meetings : synchronisations, in frames of the strings as sampled, end to end.
+    beside : frames of two strings that show the same moment as sampled; lags 0.
+    hurry : c, what a frame of the scene costs.
+
+    >>> standing = Strings(np.array([100, 30]), np.array([15, 30]), np.array([1, 1]), 0,
+    ...     np.array([0, 0]))
+    >>> running = Strings(np.array([40]), np.array([40]), np.array([0]), 80, np.array([0]))
+    >>> one, other = schedule([standing, running], [Meeting(0, 115.0, 1, 30.0, 0.0)])
+    >>> one.lengths, one.pauses, one.delay, other.delay
+    ((15, 30), (0, 0), 0.0, 0.0)
+    """
+    most = [np.where(own.pauses[:-1] > 0, np.inf, 0.0) for own in strings]
+    least = [np.zeros(len(own.lengths) - 1) for own in strings]
+    problem = _Problem(strings, meetings, beside, hurry)
+    problem.solve(least, most)
+    for own, high, low in zip(range(len(strings)), most, least, strict=True):
+        found = problem.pauses(own)
+        high[found < SHORTEST_PAUSE / 2.0] = 0.0
+        low[found >= SHORTEST_PAUSE / 2.0] = SHORTEST_PAUSE
+    problem.solve(least, most)
+    return tuple(problem.schedule(own) for own in range(len(strings)))
+
+
+class _Problem:
+    """The linear program's rows and columns: costs, bounds, equations a x = b."""
+
+    def __init__(
+        self,
+        strings: Sequence[Strings],
+        meetings: Sequence[Meeting],
+        beside: Sequence[Meeting],
+        hurry: float,
+    ) -> None:
+        self._strings = strings
+        self._costs: list[float] = []
+        self._bounds: list[tuple[float, float]] = []
+        self._rows: list[dict[int, float]] = []
+        self._equals: list[float] = []
+        self._last = self._column(hurry)
+        self._marks: list[list[tuple[float, int]]] = []
+        self._begins: list[list[int]] = []
+        self._ends: list[list[int]] = []
+        self._pauses: list[list[int]] = []
+        for player in range(len(strings)):
+            self._string(player, meetings)
+        for meeting in meetings:
+            self._meet(meeting, _MEET)
+        for meeting in beside:
+            self._meet(meeting, _BESIDE)
+
+    def _column(self, cost: float, low: float = 0.0, high: float = np.inf) -> int:
+        self._costs.append(cost)
+        self._bounds.append((low, high))
+        return len(self._costs) - 1
+
+    def _equation(self, terms: dict[int, float], value: float) -> None:
+        self._rows.append(terms)
+        self._equals.append(value)
+
+    def _off(self, terms: dict[int, float], value: float, costs: tuple[float, float]) -> None:
+        """terms = value, or more and less at their costs."""
+        more, less = self._column(costs[0]), self._column(costs[1])
+        self._equation({**terms, more: -1.0, less: 1.0}, value)
+
+    def _string(self, player: int, meetings: Sequence[Meeting]) -> None:
+        own = self._strings[player]
+        met = {m.own for m in meetings if m.player == player}
+        met |= {m.theirs for m in meetings if m.partner == player}
+        firsts = np.cumsum([0, *own.lengths]).astype(float)
+        now = self._column(0.0)
+        self._off({now: 1.0}, float(own.delay), (_DELAY, _DELAY))
+        self._marks.append([(0.0, now)])
+        self._begins.append([])
+        self._ends.append([])
+        self._pauses.append([])
+        for clip in range(len(own.lengths)):
+            start, end = firsts[clip], firsts[clip + 1]
+            if clip > 0:
+                pause, begin = self._column(_PAUSE), self._column(0.0)
+                self._pauses[player].append(pause)
+                self._equation({begin: 1.0, now: -1.0, pause: -1.0}, 0.0)
+                now = begin
+                self._marks[player].append((start, now))
+            self._begins[player].append(now)
+            inner = sorted(frame for frame in met if start < frame < end)
+            least = float(own.least[clip]) if not inner else end - start
+            for a, b in zip([start, *inner], [*inner, end], strict=True):
+                now = self._stretch(now, b - a, least if not inner else b - a)
+                self._marks[player].append((b, now))
+            self._ends[player].append(now)
+            spare = self._column(0.0)
+            self._equation({self._last: 1.0, now: -1.0, spare: -1.0}, float(own.after[clip]))
+
+    def _stretch(self, since: int, length: float, least: float) -> int:
+        """A column that is ``length`` after another, faster, slower, or cut short to ``least``."""
+        until = self._column(0.0)
+        slower = self._column(_PACE, 0.0, (SLOWEST - 1.0) * length)
+        faster = self._column(_PACE, 0.0, (1.0 - 1.0 / SLOWEST) * length)
+        terms = {until: 1.0, since: -1.0, slower: -1.0, faster: 1.0}
+        if least < length:
+            terms[self._column(_CUT, 0.0, length - least)] = 1.0
+        self._equation(terms, length)
+        return until
+
+    def _at(self, player: int, frame: float) -> dict[int, float]:
+        """When a frame of a string as sampled is shown, in columns."""
+        marks = self._marks[player]
+        frames = [mark for mark, _ in marks]
+        k = int(np.clip(np.searchsorted(frames, frame, side="right"), 1, len(marks) - 1))
+        (a, first), (b, second) = marks[k - 1], marks[k]
+        share = float(np.clip((frame - a) / (b - a), 0.0, 1.0)) if b > a else 0.0
+        return {first: 1.0 - share, second: share}
+
+    def _meet(self, meeting: Meeting, cost: float) -> None:
+        """A partner who has not begun is to begin no earlier, one who has ended to end no later."""
+        terms: dict[int, float] = {}
+        for player, frame, sign in (
+            (meeting.player, meeting.own, -1.0),
+            (meeting.partner, meeting.theirs, 1.0),
+        ):
+            for column, share in self._at(player, frame).items():
+                terms[column] = terms.get(column, 0.0) + sign * share
+        last = float(np.sum(self._strings[meeting.partner].lengths))
+        late = 0.0 if meeting.theirs < 0.0 else cost
+        early = 0.0 if meeting.theirs > last else cost
+        self._off(terms, meeting.lag, (late, early))
+
+    def solve(self, least: Sequence[FloatArray], most: Sequence[FloatArray]) -> None:
+        """Solve with these bounds of the pauses."""
+        from scipy.optimize import linprog
+        from scipy.sparse import csr_array
+
+        bounds = list(self._bounds)
+        for player, columns in enumerate(self._pauses):
+            for column, low, high in zip(columns, least[player], most[player], strict=True):
+                bounds[column] = (float(low), float(high))
+        rows = [r for r, terms in enumerate(self._rows) for _ in terms]
+        columns = [c for terms in self._rows for c in terms]
+        values = [v for terms in self._rows for v in terms.values()]
+        shape = (len(self._rows), len(self._costs))
+        found = linprog(
+            self._costs,
+            A_eq=csr_array((values, (rows, columns)), shape=shape),
+            b_eq=self._equals,
+            bounds=bounds,
+            method="highs-ds",
+        )
+        self._found: FloatArray = np.asarray(found.x)
+
+    def pauses(self, player: int) -> FloatArray:
+        """Frames of the pauses between a player's clips."""
+        return self._found[self._pauses[player]]
+
+    def schedule(self, player: int) -> Schedule:
+        """One player's part of the solution, in whole frames."""
+        own = self._strings[player]
+        lasts = self._found[self._ends[player]] - self._found[self._begins[player]]
+        lengths = np.where(own.least < own.lengths, np.rint(lasts), own.lengths).astype(int)
+        lengths = np.clip(lengths, own.least, own.lengths)
+        pauses = [int(np.rint(frames)) for frames in self.pauses(player)]
+        start = float(self._found[self._begins[player][0]])
+        return Schedule(tuple(lengths.tolist()), (*pauses, 0), max(start, 0.0) + 0.0)

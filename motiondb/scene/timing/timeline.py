@@ -1,0 +1,223 @@
+"""A scene frame by frame on one clock, and what its semantic rules measure there.
+
+Sampling looks at clips and their places; polishing bends time and ways, after which a scene is no
+longer a string of clips. So that both are measured alike, either becomes a timeline: everybody's
+place at every frame of the scene, and the frames at which clips begin and have their instants.
+Before a player begins they stand in the first pose, behind their last frame in the last.
+
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 3.1; :mod:`.rules` is the measure.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.records import MOTION_FPS, FloatArray, IntArray
+from motiondb.scene.clips.clips import ClipLibrary
+from motiondb.scene.clips.ground import compose
+from motiondb.scene.energy import rule_table as kinds
+from motiondb.scene.energy.rule_table import RuleTable
+from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.language.semantic_rules import (
+    bearing,
+    direction_error,
+    distance_error,
+    flight_time,
+    line_error,
+    position_error,
+)
+
+SYNCHRONOUS = 2.0
+"""Frames by which what happens together may be apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Timeline:
+    """Where everybody is, and when.
+
+    Attributes
+    ----------
+    places : array (players, frames, 3), x, z in metres and heading in radians.
+    begins : for every player the frames at which their clips begin, and behind the last the end.
+    instants : for every player the frames of their clips' instants.
+    ends : for every player the frames behind their clips' last; () where each begins as the one
+        before it ends.
+    """
+
+    places: FloatArray
+    begins: tuple[IntArray, ...]
+    instants: tuple[IntArray, ...]
+    ends: tuple[IntArray, ...] = ()
+
+    @property
+    def n_frames(self) -> int:
+        """Frames of the scene."""
+        return self.places.shape[1]
+
+    def end_of(self, player: int, clip: int) -> int:
+        """The frame behind a clip's last; pauses behind it are not counted."""
+        ends = self.ends[player] if self.ends else self.begins[player][1:]
+        return int(ends[clip])
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a rule measures: f_k, the frame that counts (of many, the worst), the partner's clip."""
+
+    value: float
+    frame: int
+    partner_clip: int = -1
+
+
+def own_places(player: PlayerState, library: ClipLibrary) -> FloatArray:
+    """The places of a player's frames, clip after clip: array (frames, 3)."""
+    at, parts = np.array(player.origin, dtype=float), []
+    for entry in np.asarray(player.entries).tolist():
+        parts.append(compose(at, library.path_of(entry)))
+        at = compose(at, library.step[entry])
+    return np.concatenate(parts)
+
+
+def clip_frames(player: PlayerState, library: ClipLibrary) -> tuple[IntArray, IntArray]:
+    """Where a player's clips begin (clips + 1,) and have their instants (clips,), from their first.
+
+    >>> from types import SimpleNamespace as Bare
+    >>> library = Bare(n_frames=np.array([4, 9]), event_frame=np.array([-1, 5]))
+    >>> [frames.tolist() for frames in clip_frames(Bare(entries=np.array([0, 1])), library)]
+    [[0, 4, 13], [1, 9]]
+    """
+    entries = np.asarray(player.entries)
+    lengths = np.asarray(library.n_frames)[entries].astype(np.int64)
+    begins = np.concatenate([[0], np.cumsum(lengths)])
+    events = np.asarray(library.event_frame)[entries].astype(np.int64)
+    return begins, begins[:-1] + np.where(events >= 0, events, (lengths - 1) // 2)
+
+
+def sampled_timeline(state: SceneState, library: ClipLibrary) -> Timeline:
+    """A scene as it was sampled, nothing polished."""
+    frames = [clip_frames(player, library) for player in state.players]
+    delays = [player.delay for player in state.players]
+    ends = [int(begins[-1]) for begins, _ in frames]
+    n_frames = max(delay + end for delay, end in zip(delays, ends, strict=True))
+    places = np.empty((len(delays), n_frames, 3))
+    for number, player in enumerate(state.players):
+        own = own_places(player, library)
+        places[number] = own[np.clip(np.arange(n_frames) - player.delay, 0, len(own) - 1)]
+    return Timeline(
+        places,
+        tuple(delay + begins for delay, (begins, _) in zip(delays, frames, strict=True)),
+        tuple(delay + instants for delay, (_, instants) in zip(delays, frames, strict=True)),
+    )
+
+
+def moment_frames(row: np.void, timeline: Timeline) -> IntArray:
+    """The frames at which a rule looks: one, or a stretch's where it holds throughout."""
+    player, first, last = int(row["player"]), int(row["first"]), int(row["last"])
+    since = int(timeline.begins[player][first])
+    end = max(timeline.end_of(player, last - 1) - 1, since)
+    if row["moment"] == kinds.THROUGHOUT:
+        return np.arange(since, end + 1)
+    if row["moment"] == kinds.AT_START:
+        return np.array([since])
+    if row["moment"] == kinds.AT_END:
+        return np.array([end])
+    if row["moment"] == kinds.ON_THE_WAY:
+        places = timeline.places[row["player"], since : end + 1, :2]
+        way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
+        return np.array([since + int(np.searchsorted(way, row["fraction"] * way[-1] - 1e-9))])
+    return np.array([int(timeline.instants[row["player"]][first])])
+
+
+def target_places(row: np.void, timeline: Timeline, frames: IntArray, name: str) -> FloatArray:
+    """Where the ``target`` or the ``other`` of a rule is at frames: array (frames, 2), metres."""
+    prefix = "" if name == "target" else "other_"
+    if row[name] >= 0:
+        return timeline.places[row[name], frames, :2]
+    return np.broadcast_to([row[f"{prefix}x"], row[f"{prefix}z"]], (len(frames), 2)).astype(float)
+
+
+def wanted_headings(row: np.void, timeline: Timeline, frames: IntArray) -> FloatArray:
+    """The headings that a direction rule asks for at frames: array (frames,), radians."""
+    if row["target"] == kinds.HEADING:
+        return np.full(len(frames), float(row["x"]))
+    own = timeline.places[row["player"], frames, :2]
+    return bearing(own, target_places(row, timeline, frames, "target"))
+
+
+def frame_values(row: np.void, timeline: Timeline, frames: IntArray) -> FloatArray:
+    """f of a rule that is no synchronisation, at each of the frames: array (frames,)."""
+    own = timeline.places[row["player"], frames]
+    if row["kind"] == kinds.UNMET:
+        return np.ones(len(frames))
+    if row["kind"] == kinds.DIRECTION:
+        return direction_error(own[:, 2], wanted_headings(row, timeline, frames))
+    target = target_places(row, timeline, frames, "target")
+    if row["kind"] == kinds.DISTANCE:
+        return distance_error(own[:, :2], target, float(row["near"]), float(row["far"]))
+    if row["kind"] == kinds.LINE:
+        return line_error(own[:, :2], target, target_places(row, timeline, frames, "other"))
+    return position_error(own[:, :2], target)
+
+
+def lag_of(row: np.void, timeline: Timeline, partner_clip: int) -> float:
+    """Seconds that a synchronisation asks for: said, or as long as the ball flies."""
+    if not math.isnan(row["lag"]):
+        return float(row["lag"])
+    start = timeline.instants[row["player"]][row["first"]]
+    end = timeline.instants[row["partner"]][partner_clip]
+    thrown = timeline.places[row["player"], start, :2]
+    return float(flight_time(thrown, timeline.places[row["partner"], end, :2]))
+
+
+def measure(table: RuleTable, number: int, timeline: Timeline) -> Measured:
+    """f of rule ``number`` of a table: the mean over its frames, see :mod:`.rule_table`."""
+    row = table.rows[number]
+    frames = moment_frames(row, timeline)
+    if row["kind"] != kinds.SYNCHRONISATION:
+        values = frame_values(row, timeline, frames)
+        return Measured(float(values.mean()), int(frames[int(np.argmax(values))]))
+    best = Measured(math.inf, int(frames[0]))
+    for clip in table.partners[row["partner_first"] : row["partner_last"]].tolist():
+        later = timeline.instants[row["partner"]][clip] - frames[0]
+        error = abs(float(later) / MOTION_FPS - lag_of(row, timeline, clip))
+        if error < best.value:
+            best = Measured(error, int(frames[0]), clip)
+    return best
+
+
+def tolerance(row: np.void) -> float:
+    """What f of a rule may be in a polished scene: its weight, which is the deviation that costs 1.
+
+    A distance is kept or not, a synchronisation is to hold within :data:`SYNCHRONOUS`.
+    """
+    if row["kind"] == kinds.DISTANCE:
+        return 0.0
+    if row["kind"] == kinds.SYNCHRONISATION:
+        return SYNCHRONOUS / MOTION_FPS
+    return float(row["weight"])
+
+
+def excess(table: RuleTable, timeline: Timeline) -> float:
+    """By how much rules fail: the sum of what is beyond their tolerances, over their weights."""
+    total = 0.0
+    for number, row in enumerate(table.rows):
+        if row["kind"] != kinds.UNMET:
+            beyond = measure(table, number, timeline).value - tolerance(row)
+            total += max(beyond, 0.0) / float(row["weight"]) if beyond > 1e-9 else 0.0
+    return total
+
+
+def contact_frames(table: RuleTable, timeline: Timeline, around: int) -> NDArray[np.bool_]:
+    """When two may touch: array (players, players, frames), ``around`` their common instants."""
+    n_players, n_frames, _ = timeline.places.shape
+    may = np.zeros((n_players, n_players, n_frames), dtype=bool)
+    for one, k, other, m in table.contacts.tolist():
+        for instant in (timeline.instants[one][k], timeline.instants[other][m]):
+            reach = slice(max(int(instant) - around, 0), int(instant) + around + 1)
+            may[one, other, reach] = may[other, one, reach] = True
+    return may

@@ -1,0 +1,239 @@
+"""The catalogue: captures with their files, motions, tags and words.
+
+A capture's identity never changes after :func:`save_capture`. Numbers of captures are never used
+again. What is learnt stays as it was when a capture is removed, except for that capture's
+segments; ``learning_is_current`` tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from motiondb.errors import QueryError, StoreError, suggestion
+from motiondb.records import Caption, CaptureInfo, Motion
+from motiondb.store.catalogue.annotations import save_captions, save_tags
+from motiondb.store.catalogue.poses import POSE_SIZE, flatten_motion, unflatten_motion
+from motiondb.store.catalogue.sources import Source
+from motiondb.store.catalogue.where import COLUMNS, check_names, matches, parse_where
+from motiondb.store.connection.columns import fetch, from_rows, insert, to_rows
+from motiondb.store.connection.handle import Connection, Store
+from motiondb.store.connection.transactions import read_meta, touch, transaction, write_meta
+
+_INFO = f"SELECT {', '.join(COLUMNS)}, notes FROM capture"
+_OWN_TABLES = (
+    "capture_tag",
+    "caption",
+    "event",
+    "motion_frame",
+    "generated_source",
+    "frame_source",
+    "derivation",
+)
+
+
+def save_capture(
+    store: Store,
+    info: CaptureInfo,
+    motion: Motion,
+    source: Source,
+    captions: Iterable[Caption] = (),
+) -> CaptureInfo:
+    """Add one capture with everything that belongs to it, in one transaction.
+
+    ``info.capture_id``, ``sha256``, ``motion_frames`` and ``leg_length`` are set here; the rest is
+    taken as given. Wrap many calls in one ``transaction`` to save them together (and faster).
+
+    Returns
+    -------
+    CaptureInfo : as it now stands in the store.
+
+    Raises
+    ------
+    StoreError : the name or the content is already there, or the motion holds NaN or infinity.
+    """
+    poses = flatten_motion(motion)
+    if not np.isfinite(poses).all():
+        frame = int(np.argmin(np.isfinite(poses).all(axis=1)))
+        raise StoreError(
+            f"{info.name}: expected finite numbers in the motion, found others in frame {frame}. "
+            "Nothing was saved; report the file."
+        )
+    with transaction(store) as connection:
+        _refuse_repeated(store, info.name, source.sha256)
+        number = int(read_meta(store, "next_capture_id"))
+        write_meta(store, "next_capture_id", str(number + 1))
+        info = replace(
+            info,
+            capture_id=number,
+            sha256=source.sha256,
+            motion_frames=motion.n_frames,
+            leg_length=float(motion.leg_length),
+        )
+        _insert_identity(connection, info, motion.notes, source)
+        insert(
+            connection,
+            "motion_frame",
+            capture_id=np.full(len(poses), number),
+            frame=np.arange(len(poses)),
+            pose=to_rows(poses),
+        )
+        save_tags(store, number, info.tags)
+        save_captions(store, number, captions)
+        touch(store, motions=True)
+    return info
+
+
+def remove_capture(store: Store, capture_id: int) -> None:
+    """Take a capture out with all that belongs to it, in one transaction."""
+    with transaction(store) as connection:
+        for table in _OWN_TABLES:
+            connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
+        for table in ("segment_score", "segment_movement"):
+            connection.execute(
+                f"DELETE FROM {table} WHERE ordinal IN "
+                "(SELECT ordinal FROM segment WHERE capture_id = ?)",
+                [capture_id],
+            )
+        connection.execute("DELETE FROM segment WHERE capture_id = ?", [capture_id])
+        connection.execute(
+            "UPDATE scene_player SET capture_id = -1 WHERE capture_id = ?", [capture_id]
+        )
+        connection.execute("DELETE FROM relation WHERE ? IN (capture_id, other_id)", [capture_id])
+        connection.execute(
+            "DELETE FROM source WHERE sha256 = (SELECT sha256 FROM capture WHERE capture_id = ?)",
+            [capture_id],
+        )
+        connection.execute("DELETE FROM capture WHERE capture_id = ?", [capture_id])
+        touch(store, motions=True)
+
+
+def load_captures(store: Store, where: str = "") -> list[CaptureInfo]:
+    """The captures that fulfil the filter (see ``motiondb.store.where``), in order of number.
+
+    Raises
+    ------
+    QueryError : the filter cannot be read or names an unknown column.
+    """
+    conditions = parse_where(where)
+    tags: dict[int, dict[str, str]] = {}
+    query = "SELECT capture_id, key, value FROM capture_tag ORDER BY capture_id, key"
+    for number, key, value in store.connection.execute(query).fetchall():
+        tags.setdefault(number, {})[key] = value
+    check_names(conditions, {key for of_one in tags.values() for key in of_one})
+    rows = store.connection.execute(f"{_INFO} ORDER BY capture_id").fetchall()
+    infos = (_to_info(row, tags.get(row[0], {})) for row in rows)
+    return [info for info in infos if matches(info, conditions)]
+
+
+def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureInfo:
+    """The capture of this name, or the only one whose name ends in ``/name``.
+
+    or_file : the name might have been a file's too; the refusal says so.
+
+    Raises
+    ------
+    QueryError : none or several; suggests the nearest names.
+    """
+    rows = store.connection.execute("SELECT name FROM capture ORDER BY capture_id").fetchall()
+    names = [row[0] for row in rows]
+    found = [n for n in names if n == name] or [n for n in names if n.endswith(f"/{name}")]
+    if len(found) > 1:
+        raise QueryError(
+            f"{name!r}: expected one capture, found {len(found)}: {', '.join(found[:5])}"
+            f"{', ...' if len(found) > 5 else ''}. Give the whole name."
+        )
+    if not found:
+        near = suggestion(name, names) or suggestion(name, {n.rpartition("/")[2] for n in names})
+        raise QueryError(
+            f"{name!r}: expected {'a file or ' if or_file else ''}the name of a capture, found "
+            f"{'no such file, and ' if or_file else ''}none in {store.path}."
+            f"{near or ' motiondb list shows the names.'}"
+        )
+    row = store.connection.execute(f"{_INFO} WHERE name = ?", [found[0]]).fetchone()
+    assert row is not None
+    query = "SELECT key, value FROM capture_tag WHERE capture_id = ? ORDER BY key"
+    tags = dict(store.connection.execute(query, [row[0]]).fetchall())
+    return _to_info(row, tags)
+
+
+def load_digests(store: Store) -> dict[str, str]:
+    """Digest -> name of every capture: what is already known by content."""
+    return dict(store.connection.execute("SELECT sha256, name FROM capture").fetchall())
+
+
+def load_motion(store: Store, capture_id: int) -> Motion:
+    """The canonical motion of a capture (about 1.5 ms for 400 frames).
+
+    Raises
+    ------
+    QueryError : no such capture.
+    """
+    row = store.connection.execute(
+        "SELECT leg_length, motion_notes FROM capture WHERE capture_id = ?", [capture_id]
+    ).fetchone()
+    if row is None:
+        raise QueryError(f"capture {capture_id}: expected a capture in {store.path}, found none.")
+    query = "SELECT pose FROM motion_frame WHERE capture_id = ? ORDER BY frame"
+    rows = fetch(store.connection, query, [capture_id])["pose"]
+    poses = from_rows(rows, (POSE_SIZE,), np.float32)
+    return unflatten_motion(poses, row[0], tuple(row[1]))
+
+
+def _to_info(row: tuple[Any, ...], tags: dict[str, str]) -> CaptureInfo:
+    *columns, notes = row
+    return CaptureInfo(**dict(zip(COLUMNS, columns)), tags=tags, notes=tuple(notes))
+
+
+def _refuse_repeated(store: Store, name: str, sha256: str) -> None:
+    row = store.connection.execute(
+        "SELECT name, sha256 FROM capture WHERE name = ? OR sha256 = ?", [name, sha256]
+    ).fetchone()
+    if row is None:
+        return
+    same = "this content under the name" if row[1] == sha256 else "another content under"
+    raise StoreError(
+        f"{name}: expected a capture that is new to {store.path}, found {same} {row[0]}. "
+        "Remove that one first, or give this one another name."
+    )
+
+
+def _insert_identity(
+    connection: Connection,
+    info: CaptureInfo,
+    motion_notes: tuple[str, ...],
+    source: Source,
+) -> None:
+    connection.execute(
+        "INSERT INTO source VALUES (?, ?, ?, ?, ?, ?)",
+        [
+            source.sha256,
+            source.format,
+            source.file_name,
+            source.skeleton_name,
+            source.data,
+            source.skeleton_data,
+        ],
+    )
+    connection.execute(
+        f"INSERT INTO capture VALUES ({', '.join('?' * 14)})",
+        [
+            info.capture_id,
+            info.name,
+            info.sha256,
+            info.format,
+            info.kind,
+            info.fps,
+            info.n_frames,
+            info.duration,
+            info.motion_frames,
+            info.leg_length,
+            info.path,
+            info.run_id,
+            list(info.notes),
+            list(motion_notes),
+        ],
+    )

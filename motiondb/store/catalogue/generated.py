@@ -1,0 +1,138 @@
+"""Where every frame of a generated capture comes from, and under which licence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.errors import QueryError
+from motiondb.records import FloatArray, IntArray
+from motiondb.store.connection.columns import fetch, insert
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import transaction
+
+
+@dataclass(frozen=True)
+class SourceCapture:
+    """A capture that a generated one was made from, as it was then."""
+
+    name: str
+    sha256: str
+    licence: str
+
+
+@dataclass(frozen=True, eq=False)
+class Provenance:
+    """A row for every frame of a generated capture.
+
+    Attributes
+    ----------
+    sources : the captures that frames come from.
+    source_numbers : array (frames,), int64, into ``sources``; -1: drawn from the model.
+    source_frames : array (frames,), at 30 a second, may lie between frames; 0 where drawn.
+    warps : array (frames,), frames of the source per frame.
+    edits : per frame what was done to it, such as "", "blend 0.40" or "foot lock".
+    """
+
+    sources: tuple[SourceCapture, ...]
+    source_numbers: IntArray
+    source_frames: FloatArray
+    warps: FloatArray
+    edits: tuple[str, ...]
+
+    @property
+    def licences(self) -> tuple[str, ...]:
+        """Per frame the licence of its source; empty where drawn from the model."""
+        by_number = (*(source.licence for source in self.sources), "")
+        return tuple(by_number[number] for number in self.source_numbers)
+
+
+def to_provenance(
+    store: Store,
+    capture_ids: IntArray,
+    source_frames: FloatArray | IntArray,
+    warps: FloatArray | None = None,
+    edits: tuple[str, ...] = (),
+) -> Provenance:
+    """Look up names, digests and licences of the captures that frames come from.
+
+    Parameters
+    ----------
+    capture_ids : array (frames,), numbers in the store; -1: drawn from the model.
+    source_frames : array (frames,). warps : array (frames,), all 1 when left out.
+    edits : per frame; all empty when left out.
+
+    Raises
+    ------
+    QueryError : a number that is no capture's.
+    """
+    n = len(capture_ids)
+    known = {
+        number: SourceCapture(*rest)
+        for number, *rest in store.connection.execute(
+            "SELECT c.capture_id, name, sha256, coalesce(value, '') FROM capture c LEFT JOIN "
+            "capture_tag t ON t.capture_id = c.capture_id AND key = 'licence'"
+        ).fetchall()
+    }
+    used = sorted({int(number) for number in capture_ids} - {-1})
+    for number in used:
+        if number not in known:
+            raise QueryError(f"capture {number}: expected a capture in {store.path}, found none.")
+    place = {number: ordinal for ordinal, number in enumerate(used)} | {-1: -1}
+    return Provenance(
+        tuple(known[number] for number in used),
+        np.array([place[int(number)] for number in capture_ids], dtype=np.int64),
+        np.asarray(source_frames, dtype=float),
+        np.ones(n) if warps is None else np.asarray(warps, dtype=float),
+        tuple(edits) or ("",) * n,
+    )
+
+
+def save_provenance(store: Store, capture_id: int, provenance: Provenance) -> None:
+    """Replace what is known of the origin of a capture's frames."""
+    sources, n = provenance.sources, len(provenance.source_numbers)
+    with transaction(store) as connection:
+        for table in ("generated_source", "frame_source"):
+            connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
+        insert(
+            connection,
+            "generated_source",
+            capture_id=[capture_id] * len(sources),
+            ordinal=list(range(len(sources))),
+            source_name=[source.name for source in sources],
+            source_sha256=[source.sha256 for source in sources],
+            licence=[source.licence for source in sources],
+        )
+        insert(
+            connection,
+            "frame_source",
+            capture_id=np.full(n, capture_id),
+            frame=np.arange(n),
+            source_ordinal=provenance.source_numbers,
+            source_frame=provenance.source_frames,
+            warp=provenance.warps,
+            edit=list(provenance.edits),
+        )
+
+
+def load_provenance(store: Store, capture_id: int) -> Provenance:
+    """Where the frames of a capture come from; empty for one that was not generated."""
+    sources = store.connection.execute(
+        "SELECT source_name, source_sha256, licence FROM generated_source "
+        "WHERE capture_id = ? ORDER BY ordinal",
+        [capture_id],
+    ).fetchall()
+    rows = fetch(
+        store.connection,
+        "SELECT source_ordinal, source_frame, warp, edit FROM frame_source "
+        "WHERE capture_id = ? ORDER BY frame",
+        [capture_id],
+    )
+    return Provenance(
+        tuple(SourceCapture(*source) for source in sources),
+        rows["source_ordinal"].astype(np.int64),
+        rows["source_frame"],
+        rows["warp"],
+        tuple(rows["edit"].tolist()),
+    )

@@ -1,0 +1,73 @@
+"""Runs: what made a row, with its parameters, seed and version."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime
+
+from motiondb.records import Run
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.migrations import motiondb_version
+from motiondb.store.connection.transactions import transaction
+
+
+def start_run(
+    store: Store, kind: str, parameters: Mapping[str, object] | None = None, seed: int | None = None
+) -> int:
+    """Write down that a command begins; gives the number that its rows name.
+
+    Parameters
+    ----------
+    kind : "add", "learn", "generate", ...
+    parameters : everything that decides the outcome; what JSON does not know is kept as text.
+    seed : of the run's random generator.
+    """
+    text = json.dumps(dict(parameters or {}), default=str, sort_keys=True)
+    with transaction(store) as connection:
+        row = connection.execute("SELECT coalesce(max(run_id), 0) + 1 FROM run").fetchone()
+        number = int(row[0]) if row else 1
+        connection.execute(
+            "INSERT INTO run VALUES (?, ?, ?, ?, ?, ?, NULL)",
+            [number, kind, text, seed, motiondb_version(), _now()],
+        )
+    return number
+
+
+def finish_run(store: Store, run_id: int) -> None:
+    """Write down that a run has ended; the first call counts."""
+    with transaction(store) as connection:
+        connection.execute(
+            "UPDATE run SET finished = ? WHERE run_id = ? AND finished IS NULL", [_now(), run_id]
+        )
+
+
+def save_runs(store: Store, runs: Iterable[Run]) -> None:
+    """Write runs of another store, with their numbers, into one that has none."""
+    with transaction(store) as connection:
+        for run in runs:
+            connection.execute(
+                "INSERT INTO run VALUES (?, ?, ?, ?, ?, ?, ?)",
+                [
+                    run.run_id,
+                    run.kind,
+                    json.dumps(run.parameters, sort_keys=True),
+                    run.seed,
+                    run.version,
+                    run.started,
+                    run.finished,
+                ],
+            )
+
+
+def load_runs(store: Store) -> list[Run]:
+    """All runs, oldest first."""
+    rows = store.connection.execute("SELECT * FROM run ORDER BY run_id").fetchall()
+    return [
+        Run(number, kind, json.loads(parameters), seed, version, started, finished)
+        for number, kind, parameters, seed, version, started, finished in rows
+    ]
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

@@ -1,0 +1,1 @@
+"""Check the file, rescue what is readable from a damaged one, and compact it."""

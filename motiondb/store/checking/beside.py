@@ -1,0 +1,96 @@
+"""Check a file in another process, so that a damaged one cannot end this one.
+
+DuckDB may abort or crash on a file that is damaged in a way it does not expect. What the other
+process found comes back as JSON on its standard output; where it died, that is a fault.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from motiondb.errors import StoreError
+from motiondb.store.checking.blocks import find_damage
+from motiondb.store.connection.faults import damage_sentence
+
+_BLOCKS = "blocks"
+_EVERYTHING = "everything"
+
+
+def check_file(path: str | Path, *, wait: float = 0.0) -> list[str]:
+    """Every fault of a database file, one sentence each; none where it is sound.
+
+    Reads every block and every column, checks every rule of the tables and the digest of every
+    stored file, in another process.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; this process may have it open for reading only.
+    wait : float
+        Seconds to wait for a process that writes to it.
+
+    Raises
+    ------
+    StoreError
+        The file cannot be opened; says why, and what to do.
+    """
+    return _ask(Path(path), _EVERYTHING, wait)
+
+
+def block_faults(path: Path) -> list[str]:
+    """A sentence where blocks of the file do not fit their checksums, none where all do.
+
+    Parameters
+    ----------
+    path : Path
+        The file, which this process may have open.
+    """
+    return _ask(path, _BLOCKS, 0.0)
+
+
+def _ask(path: Path, what: str, wait: float) -> list[str]:
+    """Run this module as a program, and read what it says."""
+    ended = subprocess.run(
+        [sys.executable, "-m", __name__, what, str(path), str(wait)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if ended.returncode < 0:
+        name = signal.Signals(-ended.returncode).name
+        return [damage_sentence(path, f"that reading it ends the program ({name}).")]
+    try:
+        answer = json.loads(ended.stdout)
+    except ValueError:
+        last = (ended.stderr.strip().splitlines() or ["nothing"])[-1]
+        return [damage_sentence(path, f"that reading it fails ({last}).")]
+    if answer["error"]:
+        raise StoreError(answer["error"])
+    return [str(fault) for fault in answer["faults"]]
+
+
+def _answer(what: str, path: Path, wait: float) -> dict[str, object]:
+    """What the other process finds: faults, or the error that kept it from looking."""
+    try:
+        damage = find_damage(path) if path.is_file() else None
+        faults = [damage_sentence(path, damage)] if damage else []
+        if what == _EVERYTHING:
+            from motiondb.store.checking.check import check_store
+            from motiondb.store.connection.opening import open_store
+
+            with open_store(path, read_only=True, wait=wait) as store:
+                faults += check_store(store, sources=True, blocks=False)
+    except StoreError as error:
+        if faults:
+            return {"error": None, "faults": [*faults, str(error)]}
+        return {"error": str(error), "faults": []}
+    return {"error": None, "faults": list(dict.fromkeys(faults))}
+
+
+if __name__ == "__main__":
+    _what, _path, _wait = sys.argv[1:]
+    sys.stdout.write(json.dumps(_answer(_what, Path(_path), float(_wait))))

@@ -1,0 +1,87 @@
+"""Rewriting the file without the room that removed rows left behind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import duckdb
+
+from motiondb.errors import StoreError
+from motiondb.store.connection.faults import first_sentence, is_damage
+from motiondb.store.connection.handle import Connection, Store
+from motiondb.store.connection.opening import open_store
+
+
+def compact(path: str | Path) -> tuple[int, int]:
+    """Copy the database into a new file, check it, and put it in the old one's place.
+
+    Readers may have the file open, writers may not: it is held for reading until the new file
+    stands in its place, so that nothing written meanwhile can be lost. A kill in between leaves
+    the old file.
+
+    Returns
+    -------
+    before, after : sizes, bytes.
+
+    Raises
+    ------
+    StoreError : the file cannot be opened, or the disk has no room for the copy.
+    """
+    path = Path(path)
+    new = path.with_name(f".{path.name}.compact")
+    open_store(path, create=False).close()  # brings the log into the file
+    before = path.stat().st_size
+    with open_store(path, read_only=True) as store:
+        if path.with_name(f"{path.name}.wal").exists():
+            raise StoreError(
+                f"{path}: expected a free database, found another program writing to it. "
+                "Wait until it has ended."
+            )
+        try:
+            new.unlink(missing_ok=True)
+            _copy(store, new)
+            new.replace(path)
+        except (StoreError, duckdb.Error) as error:
+            cause = error if isinstance(error, duckdb.Error) else error.__cause__
+            if not isinstance(cause, duckdb.Error) or is_damage(cause):
+                raise
+            found = first_sentence(cause)
+            raise StoreError(
+                f"{path}: expected room for a copy beside it, found: {found} "
+                "The old file was kept; look at the disk."
+            ) from error
+        finally:
+            new.unlink(missing_ok=True)
+    return before, path.stat().st_size
+
+
+def count_rows(store: Store) -> dict[str, int]:
+    """Number of rows of every table, by name."""
+    return _count(store.connection, "current_database()")
+
+
+def _copy(store: Store, new: Path) -> None:
+    connection = store.connection
+    row = connection.execute("SELECT current_database()").fetchone()
+    source, target = str(row[0]).replace('"', '""') if row else "", str(new).replace("'", "''")
+    connection.execute(f"ATTACH '{target}' AS compacted (READ_WRITE)")
+    connection.execute(f'COPY FROM DATABASE "{source}" TO compacted')
+    expected, found = count_rows(store), _count(connection, "'compacted'")
+    connection.execute("DETACH compacted")
+    if found != expected:
+        raise StoreError(
+            f"{store.path}: expected a copy with as many rows in every table, found {found} for "
+            f"{expected}. The old file was kept; look at the disk."
+        )
+
+
+def _count(connection: Connection, database: str) -> dict[str, int]:
+    tables = connection.execute(
+        "SELECT database_name, table_name FROM duckdb_tables() "
+        f"WHERE database_name = {database} ORDER BY table_name"
+    ).fetchall()
+    counts: dict[str, int] = {}
+    for name, table in tables:
+        row = connection.execute(f'SELECT count(*) FROM "{name}".main."{table}"').fetchone()
+        counts[table] = int(row[0]) if row else 0
+    return counts

@@ -1,0 +1,112 @@
+"""The one place where an error of DuckDB becomes a sentence of motiondb.
+
+DuckDB names its errors by class. What matters to a user is another division:
+
+====================  ==========================================================================
+the file is damaged   a checksum that does not fit, a block beyond the end, a failed assertion
+the disk is full      nothing was written
+the file was closed   a program error of the caller
+anything else         told as DuckDB says it
+====================  ==========================================================================
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import duckdb
+
+from motiondb.errors import StoreError
+
+ABORTED = "Current transaction is aborted"
+"""What DuckDB says of every statement after the first that failed in a transaction."""
+_DAMAGED = re.compile(
+    r"checksum|corrupt|could not read|read out of|deserializ|serialization|failed to decompress"
+    r"|unsupported compression|invalid unicode|invalid bitpacking|INTERNAL|FATAL|invalidated",
+    re.IGNORECASE,
+)
+_FULL = re.compile(r"no space left|disk quota|could not write|file too large", re.IGNORECASE)
+
+
+class DamagedFileError(StoreError):
+    """A database file whose blocks cannot be read."""
+
+
+class OtherModeError(StoreError):
+    """A database file that this process has open for writing, or only for reading."""
+
+
+def is_damage(error: BaseException) -> bool:
+    """Whether an error of DuckDB says that the file is damaged.
+
+    Parameters
+    ----------
+    error : BaseException
+        What was raised; an error of motiondb counts by its cause.
+    """
+    if isinstance(error, DamagedFileError):
+        return True
+    if isinstance(
+        error, duckdb.InternalException | duckdb.FatalException | duckdb.SerializationException
+    ):
+        return True
+    return (
+        isinstance(error, duckdb.Error)
+        and not isinstance(error, duckdb.ConstraintException)
+        and _DAMAGED.search(str(error)) is not None
+    )
+
+
+def translate(path: Path, error: duckdb.Error) -> StoreError:
+    """The error of motiondb that stands for an error of DuckDB in an open database.
+
+    Parameters
+    ----------
+    path : Path
+        The database file.
+    error : duckdb.Error
+        What DuckDB raised.
+
+    Returns
+    -------
+    StoreError
+        Says what was expected and found, and what to do; raise it ``from`` the error.
+    """
+    if is_damage(error):
+        return DamagedFileError(damage_sentence(path, first_sentence(error)))
+    if _FULL.search(str(error)):
+        return StoreError(
+            f"{path}: expected room on the disk, found: {first_sentence(error)} "
+            "Nothing was changed. Make room and run the command again."
+        )
+    if "already closed" in str(error):
+        return StoreError(
+            f"{path}: expected an open database, found it closed. Open it again with motiondb.open."
+        )
+    return StoreError(
+        f"{path}: expected a database that answers, found: {first_sentence(error)} "
+        f"Check it: motiondb check --db {path}."
+    )
+
+
+def damage_sentence(path: Path, found: str) -> str:
+    """What to say of a damaged file, and what can be done.
+
+    Parameters
+    ----------
+    path : Path
+        The database file.
+    found : str
+        What is wrong, a sentence.
+    """
+    return (
+        f"{path}: expected tables that can be read, found: {found} The file is damaged: "
+        f"restore a copy, or save what is readable: motiondb rescue {path} -o NEW.duckdb."
+    )
+
+
+def first_sentence(error: BaseException) -> str:
+    """DuckDB's message up to the first full stop."""
+    text = re.split(r"(?<=\w)[.!] |\n", str(error))[0].rstrip(".!")
+    return f"{text}."

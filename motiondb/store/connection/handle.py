@@ -1,0 +1,269 @@
+"""The open database: one connection to DuckDB for each thread that uses it.
+
+A DuckDB connection runs one statement at a time and belongs to one transaction. Threads that share
+one would mix their results. So a :class:`Store` keeps a root connection and gives every thread a
+cursor of its own, with its own transaction: a thread sees what is committed, and what it changed.
+
+The root can be closed and opened again while the :class:`Store` stays (see
+:mod:`motiondb.store.connection.sharing`); cursors of an earlier root are replaced.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, ClassVar, NoReturn
+
+import duckdb
+from numpy.typing import NDArray
+
+from motiondb.errors import StoreError
+from motiondb.store.connection.faults import ABORTED, OtherModeError, translate
+
+
+class Connection:
+    """A DuckDB connection whose errors are motiondb's.
+
+    Parameters
+    ----------
+    raw : duckdb.DuckDBPyConnection
+        The connection of DuckDB.
+    path : Path
+        The database file, for messages.
+    """
+
+    def __init__(self, raw: duckdb.DuckDBPyConnection, path: Path) -> None:
+        self.raw = raw
+        self.path = path
+        self._first_error: duckdb.Error | None = None
+
+    def execute(self, query: str, parameters: Sequence[Any] | Mapping[str, Any] = ()) -> Connection:
+        """Run statements; the answer is fetched from the object returned.
+
+        Raises
+        ------
+        StoreError
+            DuckDB refuses. In a transaction that an earlier error has ended, that error is told.
+        """
+        try:
+            self.raw.execute(query, parameters)
+        except duckdb.Error as error:
+            self._fail(error)
+        if query in ("BEGIN", "COMMIT", "ROLLBACK"):
+            self._first_error = None
+        return self
+
+    def fetchall(self) -> list[tuple[Any, ...]]:
+        """All rows of the answer."""
+        try:
+            return self.raw.fetchall()
+        except duckdb.Error as error:
+            self._fail(error)
+
+    def fetchone(self) -> tuple[Any, ...] | None:
+        """The next row of the answer; None after the last."""
+        try:
+            return self.raw.fetchone()
+        except duckdb.Error as error:
+            self._fail(error)
+
+    def fetchnumpy(self) -> Mapping[str, NDArray[Any]]:
+        """The answer as arrays by column name."""
+        try:
+            answer: Mapping[str, NDArray[Any]] = self.raw.fetchnumpy()
+        except duckdb.Error as error:
+            self._fail(error)
+        return answer
+
+    def register(self, name: str, table: object) -> None:
+        """Make arrays visible to this connection as a table."""
+        try:
+            self.raw.register(name, table)
+        except duckdb.Error as error:
+            self._fail(error)
+
+    def unregister(self, name: str) -> None:
+        """Undo :meth:`register`."""
+        try:
+            self.raw.unregister(name)
+        except duckdb.Error:  # the transaction is aborted: the view goes with it
+            return
+
+    def close(self) -> None:
+        """Close the connection; a second call does nothing."""
+        self.raw.close()
+
+    def _fail(self, error: duckdb.Error) -> NoReturn:
+        """Raise motiondb's error; that of the first in the transaction, where that is why."""
+        if ABORTED in str(error) and self._first_error is not None:
+            error = self._first_error
+        self._first_error = error
+        raise translate(self.path, error) from error
+
+
+class _ThreadState(threading.local):
+    """What each thread has of a store: its connection and its transaction."""
+
+    connection: Connection | None = None
+    opening = -1  # the root that the connection is a cursor of
+    in_transaction = False
+    depth = 0  # of blocks that need the root to stay
+
+    def __init__(self) -> None:
+        self.changed: set[str] = set()
+
+
+class Store:
+    """An open database file. Close it, or use it in a ``with`` statement.
+
+    Threads may share it: each gets its own connection, and one thread at a time writes.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    connect : callable
+        Opens DuckDB on the file, and waits for other processes as long as it was told to.
+    read_only : bool
+        Whether writing is refused.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    read_only : bool
+        Whether writing is refused.
+    changes_saved : int
+        Transactions that this process has saved, in all stores.
+    """
+
+    changes_saved: ClassVar[int] = 0
+
+    def __init__(
+        self,
+        path: Path,
+        connect: Callable[[bool, float | None], duckdb.DuckDBPyConnection],
+        read_only: bool,
+    ) -> None:
+        self.path = path
+        self.read_only = read_only
+        self.write_lock = threading.RLock()
+        self._connect = connect
+        self._local = _ThreadState()
+        self._turn = threading.Condition()
+        self._opening = 0
+        self._users = 0
+        self._is_swapping = False
+        self._is_closed = False
+        self._is_lent = False
+        self._root: duckdb.DuckDBPyConnection | None = connect(read_only, None)
+
+    @property
+    def connection(self) -> Connection:
+        """The connection of the current thread."""
+        local = self._local
+        if local.connection is None or local.opening != self._opening or self._root is None:
+            with self._turn:
+                local.connection = Connection(self._open_root().cursor(), self.path)
+                local.opening = self._opening
+        return local.connection
+
+    @connection.setter
+    def connection(self, connection: Connection) -> None:
+        self._local.connection = connection
+
+    @property
+    def in_transaction(self) -> bool:
+        """Whether the current thread is changing the database."""
+        return self._local.in_transaction
+
+    @in_transaction.setter
+    def in_transaction(self, value: bool) -> None:
+        self._local.in_transaction = value
+
+    @property
+    def changed(self) -> set[str]:
+        """Marks in the table ``meta`` that the current thread's transaction will renew."""
+        return self._local.changed
+
+    @contextmanager
+    def in_use(self) -> Iterator[bool]:
+        """Keep the root open while the block runs; gives whether this is the outermost block."""
+        local = self._local
+        if not local.depth:
+            with self._turn:
+                self._turn.wait_for(lambda: not self._is_swapping)
+                self._users += 1
+        local.depth += 1
+        try:
+            yield local.depth == 1
+        finally:
+            local.depth -= 1
+            if not local.depth:
+                with self._turn:
+                    self._users -= 1
+                    self._turn.notify_all()
+
+    def lend(self) -> None:
+        """Let go of the file once no block needs it; a question meanwhile opens it for reading."""
+        self._swap_root(is_lent=True)
+
+    def take_back(self, wait: float | None = None) -> None:
+        """Open the file again as it was, waiting at most ``wait`` seconds for other processes."""
+        self._swap_root(is_lent=False)
+        with self._turn:
+            self._open_root(wait)
+
+    def take_back_later(self) -> None:
+        """Open the file again as it was at the next use."""
+        self._swap_root(is_lent=False)
+
+    def close(self) -> None:
+        """Let go of the file; a second call does nothing."""
+        with self._turn:
+            self._is_closed = True
+            if self._root is not None:
+                self._root.close()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _swap_root(self, is_lent: bool) -> None:
+        with self._turn:
+            self._is_swapping = True  # new blocks wait, so that the running ones come to an end
+            try:
+                self._turn.wait_for(lambda: self._users <= bool(self._local.depth))
+                self._is_lent = is_lent
+                if self._root is not None and not self._is_closed:
+                    self._root.close()
+                    self._root = None
+                    self._opening += 1
+            finally:
+                self._is_swapping = False
+                self._turn.notify_all()
+
+    def _open_root(self, wait: float | None = None) -> duckdb.DuckDBPyConnection:
+        if self._is_closed:
+            raise StoreError(
+                f"{self.path}: expected an open database, found it closed. "
+                "Open it again with motiondb.open."
+            )
+        if self._root is None:
+            try:
+                self._root = self._connect(self.read_only or self._is_lent, wait)
+            except OtherModeError:
+                if not self._is_lent:
+                    raise
+                self._root = self._connect(False, wait)  # as another store of this process
+        return self._root

@@ -1,0 +1,173 @@
+"""Open the file: make it where it is missing, bring it up to date, wait for who holds it.
+
+One process may write, or several may read. A new database is built under another name and moved
+into place, so that a kill in between never leaves half a file under the name the user gave.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import duckdb
+
+from motiondb.errors import StoreError
+from motiondb.store.connection import migrations
+from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.holder import holder_sentence, is_lock
+
+_CONFIG: dict[str, Any] = {
+    # Extensions are fetched at run time from a server; motiondb uses none.
+    "autoinstall_known_extensions": False,
+    "autoload_known_extensions": False,
+}
+_ABANDONED = 60.0
+"""Seconds after which a new file under its temporary name counts as left by a kill. Chosen by hand:
+making an empty database takes 0.1 s."""
+_FIRST_PAUSE, _LONGEST_PAUSE = 0.01, 0.2
+"""Seconds between two attempts to get the file; they double. Chosen by hand: the first is shorter
+than any command, the longest is not noticed."""
+
+
+def open_store(
+    path: str | Path, *, read_only: bool = False, create: bool = True, wait: float = 0.0
+) -> Store:
+    """Open the database file at ``path``, bringing an older one up to date.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    read_only : bool
+        Whether other processes may read the file at the same time.
+    create : bool
+        Whether to make a new database where there is no file (never when ``read_only``).
+    wait : float
+        Seconds to wait for another process that holds the file.
+
+    Raises
+    ------
+    StoreError
+        No such file, not a database of motiondb, one of a newer motiondb, or the file is held by
+        another process, which is named.
+    """
+    path = Path(path)
+    if not path.exists() or (path.is_file() and path.stat().st_size == 0):
+        if read_only or not create:
+            found = "an empty file" if path.exists() else "no such file"
+            raise StoreError(
+                f"{path}: expected a database of motiondb, found {found}. "
+                f"Make one: motiondb add FOLDER --db {path}."
+            )
+        _create(path)
+    return Store(path, partial(_connect_current, path, wait), read_only)
+
+
+def _connect_current(
+    path: Path, usual_wait: float, read_only: bool, wait: float | None
+) -> duckdb.DuckDBPyConnection:
+    """A connection to a database that has the schema of today."""
+    wait = usual_wait if wait is None else wait
+    connection = connect(path, read_only, wait=wait)
+    try:
+        version = migrations.schema_version(connection, str(path))
+        migrations.check_not_newer(connection, str(path), version)
+        if version < len(migrations.known_migrations()):
+            if read_only:
+                connection.close()
+                _connect_current(path, usual_wait, False, wait).close()
+                return _connect_current(path, usual_wait, True, wait)
+            migrations.migrate(connection, version)
+    except duckdb.Error as error:
+        connection.close()
+        raise StoreError(_unreadable(path, error)) from error
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _create(path: Path) -> None:
+    """Build an empty database beside ``path`` and move it there, unless another was quicker."""
+    new = path.with_name(f".{path.name}.new-{os.getpid()}")
+    if not path.parent.is_dir():
+        raise StoreError(
+            f"{path}: expected the folder {path.parent}, found none. Make the folder first."
+        )
+    for left in path.parent.glob(f".{glob.escape(path.name)}.new-*"):  # by a kill
+        if left == new or time.time() - left.stat().st_mtime > _ABANDONED:
+            left.unlink(missing_ok=True)
+    connection = connect(new, read_only=False, named=path)
+    try:
+        migrations.migrate(connection, 0)
+    finally:
+        connection.close()
+    if not path.exists() or path.stat().st_size == 0:
+        new.replace(path)
+    new.unlink(missing_ok=True)
+
+
+def connect(
+    path: Path, read_only: bool, named: Path | None = None, wait: float = 0.0
+) -> duckdb.DuckDBPyConnection:
+    """A connection of DuckDB, whatever is in the file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    read_only : bool
+        Whether writing is refused.
+    named : Path or None
+        What messages call the file, where it is not ``path``.
+    wait : float
+        Seconds to wait for a process that holds the file.
+
+    Raises
+    ------
+    StoreError
+        The file is held, or is none of DuckDB's, or is damaged.
+    """
+    deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
+    while True:
+        try:
+            return duckdb.connect(str(path), read_only=read_only, config=_CONFIG)
+        except duckdb.Error as error:
+            left = deadline - time.monotonic()
+            is_other_mode = "different configuration" in str(error)
+            if left <= 0.0 or not (is_lock(error) or is_other_mode):
+                kind = OtherModeError if is_other_mode else StoreError
+                raise kind(_unreadable(named or path, error, wait)) from error
+        time.sleep(min(pause, left))
+        pause = min(2.0 * pause, _LONGEST_PAUSE)
+
+
+def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
+    """What to say of a file that cannot be opened."""
+    text = str(error)
+    if is_lock(error):
+        return holder_sentence(path, text, wait)
+    if "different configuration" in text:
+        return (
+            f"{path}: expected a free database, found it held by this process ({os.getpid()}) "
+            "in another mode. Close it first."
+        )
+    if "not a valid DuckDB" in text or "Is a directory" in text:
+        found = "a folder" if path.is_dir() else "another kind of file"
+        return (
+            f"{path}: expected a database of motiondb, found {found}. Name another file with --db."
+        )
+    rescue = (
+        f"if it is damaged, save what is readable (motiondb rescue {path} -o NEW.duckdb) or "
+        if is_damage(error)
+        else "if it is damaged, "
+    )
+    return (
+        f"{path}: expected a database that can be opened, found: {first_sentence(error)} "
+        f"Look at the file's permissions and at the disk; {rescue}restore a copy."
+    )

@@ -1,0 +1,49 @@
+"""Let go of the file during a long computation, so that other processes can use it meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from motiondb.store.connection.handle import Store
+
+TAKE_BACK = 300.0
+"""Seconds to wait for the file when a computation has ended. Chosen by hand: losing what took
+minutes to compute is worse than waiting for others, whose commands take seconds."""
+
+
+@contextmanager
+def released(store: Store) -> Iterator[Callable[[], None]]:
+    """Let go of the file while the block computes, and take it back at its end.
+
+    Other processes may read and write meanwhile. What is loaded in the block, by any thread, opens
+    the file for reading, so that others can read but not write; the function that the block is
+    given lets go of it again. Whether what was loaded is still so must be asked afterwards, by
+    comparing it or :func:`~motiondb.store.connection.transactions.revision`. A store opened
+    for reading stays open, and stands in no reader's way.
+
+    Parameters
+    ----------
+    store : Store
+        The open database; not within a transaction or a ``reading`` block of this thread.
+
+    Yields
+    ------
+    callable
+        Lets go of the file that was opened again for loading.
+
+    Raises
+    ------
+    StoreError
+        Another process held the file for :data:`TAKE_BACK` seconds after the computation.
+    """
+    if store.read_only or store.in_transaction:
+        yield lambda: None
+        return
+    store.lend()
+    try:
+        yield store.lend
+    except BaseException:
+        store.take_back_later()
+        raise
+    store.take_back(TAKE_BACK)

@@ -1,0 +1,199 @@
+"""Transactions, snapshots for reading, and the revision that every committed change raises.
+
+The row ``revision`` of the table ``meta`` is a number. A transaction raises it first thing. So two
+connections of one process that write at the same time meet there, before either has done any work,
+and the second waits; and whoever remembers a revision can tell whether anything has changed since.
+"""
+
+from __future__ import annotations
+
+import time
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+import duckdb
+
+from motiondb.errors import StoreError
+from motiondb.store.connection.faults import damage_sentence, first_sentence, is_damage
+from motiondb.store.connection.handle import Connection, Store
+
+_OTHER_WRITER = 60.0
+"""Seconds to wait for another connection of this process that writes. Chosen by hand: the longest
+transaction seen, an ``add`` of 2,000 captures, takes about 20."""
+_PAUSE = 0.02
+"""Seconds between two attempts to begin."""
+
+
+@contextmanager
+def transaction(store: Store) -> Iterator[Connection]:
+    """All or nothing: commit at the end of the block, undo on any exception.
+
+    Inside another transaction of the same thread the block becomes part of that one. Threads and
+    connections of one process take turns.
+
+    Raises
+    ------
+    StoreError
+        The store was opened for reading, or DuckDB refuses (a full disk, for example). The message
+        tells the first thing that went wrong in the transaction.
+    """
+    check_writable(store)
+    if store.in_transaction:
+        yield store.connection
+        return
+    with store.write_lock, store.in_use() as is_outermost:
+        if not is_outermost:
+            raise StoreError(
+                f"{store.path}: expected to change the database outside `reading`, found it inside."
+                " Save after that block."
+            )
+        _begin(store)
+        store.in_transaction = True
+        try:
+            yield store.connection
+            for key in store.changed:
+                write_meta(store, key, uuid.uuid4().hex)
+            store.connection.execute("COMMIT")
+            Store.changes_saved += 1
+        except BaseException as error:
+            _undo(store, error)
+            raise
+        finally:
+            store.in_transaction = False
+            store.changed.clear()
+
+
+def check_writable(store: Store) -> None:
+    """Refuse a store that was opened for reading.
+
+    Raises
+    ------
+    StoreError
+        Says so.
+    """
+    if store.read_only:
+        raise StoreError(
+            f"{store.path}: expected a database opened for writing, found one opened for reading."
+            " Open it without read_only."
+        )
+
+
+@contextmanager
+def reading(store: Store) -> Iterator[int]:
+    """One state of the database for all loads in the block, whatever others save meanwhile.
+
+    Inside a transaction or another such block of the same thread, the block sees what that one
+    sees.
+
+    Yields
+    ------
+    int
+        The revision of that state.
+    """
+    with store.in_use() as is_outermost:
+        connection = store.connection
+        if not is_outermost:
+            yield revision(store)
+            return
+        connection.execute("BEGIN")
+        try:
+            yield revision(store)
+        finally:
+            with suppress(StoreError):  # an error has ended it, and is on its way up
+                connection.execute("ROLLBACK")  # nothing was changed
+
+
+def revision(store: Store) -> int:
+    """The number that every committed change raises; 0.5 ms."""
+    return int(read_meta(store, "revision"))
+
+
+def content_revision(store: Store) -> str:
+    """A mark that is new with every change of captures, of their words, or of synonyms."""
+    return read_meta(store, "content_revision")
+
+
+def read_meta(store: Store, key: str) -> str:
+    """The value of ``key`` in the table ``meta``.
+
+    Raises
+    ------
+    StoreError
+        There is no such key.
+    """
+    row = store.connection.execute("SELECT value FROM meta WHERE key = ?", [key]).fetchone()
+    if row is None:
+        raise StoreError(
+            f"{store.path}: expected {key!r} in the table meta, found nothing. "
+            "The file was changed by hand: restore a copy."
+        )
+    return str(row[0])
+
+
+def write_meta(store: Store, key: str, value: str) -> None:
+    """Set the value of an existing ``key`` in the table ``meta``."""
+    with transaction(store) as connection:
+        connection.execute("UPDATE meta SET value = ? WHERE key = ?", [value, key])
+
+
+def touch(store: Store, *, motions: bool = False) -> None:
+    """Mark, when the transaction commits, that what can be learned from has changed.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    motions : bool
+        Whether motions have changed, too, so that arrays cached from them are stale.
+    """
+    with transaction(store):
+        store.changed.add("content_revision")
+        if motions:
+            store.changed.add("motion_revision")
+
+
+def _begin(store: Store) -> None:
+    """Begin a transaction by raising the revision, once no other connection is in one."""
+    deadline = time.monotonic() + _OTHER_WRITER
+    while True:
+        store.connection.execute("BEGIN")
+        try:
+            store.connection.execute(
+                "UPDATE meta SET value = value::BIGINT + 1 WHERE key = 'revision'"
+            )
+            return
+        except BaseException as error:
+            _roll_back(store)
+            cause = error.__cause__
+            if not isinstance(cause, duckdb.TransactionException):
+                raise
+            if time.monotonic() > deadline:
+                raise StoreError(
+                    f"{store.path}: expected to save the change, found another part of this "
+                    f"program saving for {_OTHER_WRITER:g} s. Nothing was changed. Try again."
+                ) from error
+        time.sleep(_PAUSE)
+
+
+def _undo(store: Store, error: BaseException) -> None:
+    """Roll back; raise what to tell of an error of DuckDB."""
+    if not _roll_back(store) and not isinstance(error.__cause__, duckdb.Error):
+        Store.changes_saved += 1  # an interrupt that came just after COMMIT
+    cause = error if isinstance(error, duckdb.Error) else error.__cause__
+    if isinstance(cause, duckdb.Error):
+        found = first_sentence(cause)
+        if is_damage(cause):
+            raise type(error)(damage_sentence(store.path, found)) from cause
+        raise StoreError(
+            f"{store.path}: expected to save the change, found: {found} Nothing was changed."
+        ) from cause
+
+
+def _roll_back(store: Store) -> bool:
+    """Whether there was a transaction to undo; a failed COMMIT has undone everything."""
+    try:
+        store.connection.execute("ROLLBACK")
+    except StoreError:
+        return False
+    return True

@@ -1,0 +1,1 @@
+"""The tables of grammars, of sequences derived from them, and of scenes."""

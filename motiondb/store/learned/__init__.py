@@ -1,0 +1,1 @@
+"""The tables that ``learn`` replaces: segments, symbols, their space, and their words."""

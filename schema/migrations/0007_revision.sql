@@ -1,0 +1,2 @@
+-- The number that every committed change raises.
+INSERT INTO meta VALUES ('revision', '0');

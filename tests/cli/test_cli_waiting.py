@@ -1,0 +1,148 @@
+"""Commands that meet: they wait for one another, say for whom, and read while one learns."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+import motiondb
+from motiondb import store
+
+HOLD = """
+import sys, duckdb
+held = duckdb.connect(sys.argv[1], read_only=sys.argv[2] == "read")
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def started(*words: object, **environment: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [str(Path(sys.executable).with_name("motiondb")), *(str(word) for word in words)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, **environment},
+    )
+
+
+def holding(path: Path, mode: str) -> subprocess.Popen[str]:
+    """A process that holds the file until its standard input is closed."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(path), mode],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "held\n"
+    return process
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Path:
+    """A database of two captures that has learned."""
+    folder = tmp_path_factory.mktemp("small")
+    captures = folder / "captures"
+    captures.mkdir()
+    for name in ("bow_1", "walk_1"):
+        shutil.copy(sorted(samples_folder.glob(f"*/{name}.bvh"))[0], captures)
+    path = folder / "small.duckdb"
+    with motiondb.open(path) as db:
+        assert db.add(captures).problems == ()
+        db.set_words("bow_1", "bow")
+        db.set_words("walk_1", "walk")
+        db.learn()
+    return path
+
+
+@pytest.fixture
+def copy(tmp_path: Path, small: Path) -> Path:
+    return Path(shutil.copy(small, tmp_path / "motions.duckdb"))
+
+
+def test_twenty_searches_beside_a_learn_are_all_answered(copy: Path) -> None:
+    learn = started("learn", "--symbols", 2, "--db", copy, "--wait", 100)
+    searches = [started("search", "bow", "--db", copy, "--json", "--wait", 100) for _ in range(20)]
+    answers = [search.communicate(timeout=300) for search in searches]
+    _, err = learn.communicate(timeout=300)
+    assert learn.returncode == 0, err
+    for search, (out, err) in zip(searches, answers):
+        assert search.returncode == 0, err
+        assert '"bow_1"' in out
+    with motiondb.open(copy) as db:
+        assert db.check() == []
+        assert db.search("bow").matches[0].capture == "bow_1"
+
+
+def test_a_command_waits_until_the_file_is_free(copy: Path) -> None:
+    holder = holding(copy, "write")
+    command = started("list", "--db", copy, "--wait", 60)
+    threading.Timer(2.0, holder.communicate, [""]).start()
+    out, err = command.communicate(timeout=120)
+    assert command.returncode == 0, err
+    assert "bow_1" in out
+
+
+@pytest.mark.parametrize("told", ["option", "environment"])
+def test_who_holds_the_file_is_said_when_waiting_was_in_vain(copy: Path, told: str) -> None:
+    holder = holding(copy, "read")
+    words = ["--wait", "0.2"] if told == "option" else []
+    waiting = {} if told == "option" else {"MOTIONDB_WAIT": "0.2"}
+    command = started("remove", "bow_1", "--db", copy, *words, **waiting)
+    _, err = command.communicate(timeout=120)
+    holder.communicate("")
+    assert command.returncode == 1
+    assert f"found it held by process {holder.pid} (python" in err
+    assert f"), command `{sys.executable} -c" in err
+    assert f" since {time.strftime('%Y-')}" in err
+    assert " after 0.2 s. Wait until it has ended, or wait longer with --wait SECONDS." in err
+
+
+@pytest.mark.parametrize("seconds", ["-1", "nan", "1e9", "soon"])
+def test_a_wrong_number_of_seconds_is_wrong_use(copy: Path, seconds: str) -> None:
+    command = started("list", "--db", copy, "--wait", seconds)
+    _, err = command.communicate(timeout=120)
+    assert command.returncode == 2
+    assert "--wait" in err
+
+
+def test_captures_that_change_while_it_learns_are_learned_too(copy: Path) -> None:
+    """A learn that was overtaken begins again, and counts what came."""
+    changed = threading.Event()
+
+    def change(what: str, _share: float) -> None:
+        if what == "symbol space" and not changed.is_set():
+            changed.set()
+            command = started("words", "set", "bow_1", "curtsy", "--db", copy, "--wait", 60)
+            assert command.communicate(timeout=120)[1] == ""
+            assert command.returncode == 0
+
+    with motiondb.open(copy) as db:
+        db.learn(progress=change)
+        assert changed.is_set()
+        assert db.drift() is None or not db.drift().words
+        assert db.search("curtsy").matches[0].capture == "bow_1"
+
+
+def test_captures_that_keep_changing_are_told(copy: Path) -> None:
+    turn = iter(range(100))
+
+    def change(what: str, _share: float) -> None:
+        if what == "symbol space":
+            with motiondb.open(copy) as other:
+                other.set_words("bow_1", f"bow number{next(turn)}")
+
+    with motiondb.open(copy) as db:
+        runs = store.load_runs(db.store)
+        with pytest.raises(motiondb.MotionDBError, match="found them changed by others in 3"):
+            db.learn(progress=change)
+        assert len(store.load_runs(db.store)) == len(runs) + 3
+        assert db.search("bow").matches[0].capture == "bow_1"

@@ -1,0 +1,220 @@
+"""Adding captures through the Python class: what is kept, what is known again, what is refused."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import motiondb
+from motiondb.capture import read_capture
+from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
+from motiondb.database.catalogue.importing import ImportReport
+from motiondb.errors import MotionDBError, QueryError
+from motiondb.pose import body, retarget
+from motiondb.records import Motion
+
+
+def mirrored(motion: Motion) -> Motion:
+    """Left and right exchanged: reflected in the plane x = 0, joint by joint."""
+    turned = motion.local_rotations[:, body.MIRROR] * np.array([1, 1, -1, -1], dtype=np.float32)
+    placed = motion.root_positions * np.array([-1, 1, 1], dtype=np.float32)
+    return replace(motion, local_rotations=turned, root_positions=placed)
+
+
+def test_names_tags_words_and_rates_come_from_folder_and_sheet(tmp_path: Path, some: Path) -> None:
+    sheet = tmp_path / "words.tsv"
+    sheet.write_text(
+        "file\twords\tstart\tend\tperformer\tfps\tmood\n"
+        "ana/bow_1.bvh\tshe bows\t\t\tAna\t60\tcalm\n"
+        "ana/bow_1\tstands up again\t0.7\t1.3\t\t\t\n"
+    )
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        report = db.add(some, words=sheet)
+        assert report.added == ("ana/bow_1", "ana/jump_1", "boris/kick_1", "boris/punch_1")
+        assert report.problems == ()
+        (bow,) = db.captures("mood=calm and performer=ana")
+        assert (bow.name, bow.fps, bow.n_frames, bow.duration) == ("ana/bow_1", 60.0, 81, 81 / 60)
+        assert [(c.words, c.start, c.end) for c in db.captions("ana/bow_1")] == [
+            ("she bows", None, None),
+            ("stands up again", 0.7, 1.3),
+        ]
+        assert report.seconds == pytest.approx(sum(c.duration for c in db.captures()))
+
+
+def test_adding_again_changes_nothing(
+    tmp_path: Path, some: Path, contents: Callable[[Path], object]
+) -> None:
+    path = tmp_path / "m.duckdb"
+    with motiondb.open(path) as db:
+        db.add(some)
+    before = contents(path)
+    with motiondb.open(path) as db:
+        report = db.add(some)
+        assert (report.added, len(report.known), report.problems) == ((), 4, ())
+        shutil.copy(some / "ana/bow_1.bvh", some / "another name.bvh")
+        again = db.add(some / "another name.bvh")
+        assert again.known == (("another name", "ana/bow_1"),)
+    assert contents(path) == before
+
+
+def test_another_content_under_a_known_name_is_refused(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        shutil.copy(some / "boris/kick_1.bvh", tmp_path / "x.bvh")
+        text = (some / "ana/bow_1.bvh").read_text()
+        (some / "ana/bow_1.bvh").write_text(text + "\n")
+        (problem,) = db.add(some).problems
+        assert problem == (
+            f"{some}/ana/bow_1.bvh: expected a new name, found another capture called ana/bow_1. "
+            "Remove that one first (motiondb remove ana/bow_1) or rename the file."
+        )
+
+
+def test_same_motion_mirror_image_and_cut_are_reported(tmp_path: Path, some: Path) -> None:
+    more = tmp_path / "more"
+    more.mkdir()
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        db.export("boris/kick_1", more / "same.bvh", canonical=True)
+        db.export("boris/kick_1", more / "cut.bvh", start=0.5, end=2.5)
+        motiondb.write_bvh(
+            retarget.to_clip(mirrored(db.motion("boris/kick_1"))), more / "mirror.bvh"
+        )
+        for name in ("same", "cut", "mirror"):
+            relations = db.add(more / f"{name}.bvh").relations
+            (found,) = [r for r in relations if (r.capture, r.other) == (name, "boris/kick_1")]
+            assert found.kind == name
+            whole = (0.0, db.captures("name=boris/kick_1")[0].duration)
+            place = (0.5, 2.5) if name == "cut" else whole
+            assert (found.start, found.end) == pytest.approx(place, abs=0.11)
+        assert "mirror" in {r.kind for r in db.relations("mirror")}
+
+
+def test_a_cut_is_known_though_the_whole_take_comes_later(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "a.duckdb") as db:
+        db.add(some)
+        db.export("boris/kick_1", tmp_path / "cut.bvh", start=0.5, end=2.5)
+    with motiondb.open(tmp_path / "b.duckdb") as db:
+        db.add(tmp_path / "cut.bvh")
+        relations = db.add(some).relations
+        assert [(r.capture, r.other, r.kind) for r in relations] == [("cut", "boris/kick_1", "cut")]
+
+
+def test_export_gives_the_very_bytes_and_remove_forgets(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        out = db.export("ana/jump_1", tmp_path / "j.bvh")
+        assert out.read_bytes() == (some / "ana/jump_1.bvh").read_bytes()
+        assert db.export("ana/jump_1", tmp_path / "j.glb").read_bytes()[:4] == b"glTF"
+        part = read_capture(db.export("ana/jump_1", tmp_path / "p.bvh", start=0.5, end=1.5))
+        whole = read_capture(out)
+        assert part.n_frames == 30
+        assert np.allclose(part.root_positions, whole.root_positions[15:45], atol=1e-5)
+        with pytest.raises(QueryError, match=r"j\.xyz: expected an ending \.bvh, \.glb or \.gltf"):
+            db.export("ana/jump_1", tmp_path / "j.xyz")
+        with pytest.raises(QueryError, match="expected the name of a capture"):
+            db.remove(["ana/jump_1", "nobody"])
+        assert len(db.captures()) == 4
+        assert db.remove(["ana/jump_1", "boris/kick_1"]) == ["ana/jump_1", "boris/kick_1"]
+        assert [c.name for c in db.captures()] == ["ana/bow_1", "boris/punch_1"]
+        assert db.check() == []
+
+
+AMC = ":FULLY-SPECIFIED\n:DEGREES\n1\nroot 0 0 0 0 0 0\n"
+
+
+def test_broken_files_are_listed_and_the_good_ones_added(tmp_path: Path, some: Path) -> None:
+    whole = (some / "ana/bow_1.bvh").read_text()
+    (some / "cut.bvh").write_text(whole[: len(whole) // 2])
+    (some / "empty.bvh").touch()
+    (some / "lonely.amc").write_text(AMC)
+    (some / "twin.bvh").write_text("x")
+    (some / "twin.npz").write_text("x")
+    (some / "readme.txt").write_text("no capture")
+    for jobs in (1, 2):
+        with motiondb.open(tmp_path / f"{jobs}.duckdb") as db:
+            report = db.add(some, settings=AddSettings(jobs=jobs))
+            assert len(report.added) == 4
+            assert len(db.captures()) == 4
+        problems = "\n".join(report.problems)
+        assert f"{some}/cut.bvh:" in problems
+        assert (
+            f"{some}/empty.bvh: expected a capture, found an empty file. Export it again."
+            in report.problems
+        )
+        assert (
+            f"{some}/lonely.amc: expected its skeleton lonely.asf in the same folder, found no ASF "
+            "file. Put the ASF beside the AMC, or name it in the sheet's column 'skeleton'."
+            in report.problems
+        )
+        assert "expected one file per name, found twin.bvh beside it" in problems
+        assert len(report.problems) == 5
+
+
+def test_odd_sheets(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        sheet = tmp_path / "s.csv"
+        sheet.write_text("file,words\nana/bow1,bow\nana/bow_1,bow\nana/bow_1,bow\n")
+        report = db.add(some, words=sheet)
+        assert report.problems == (
+            f"{sheet}:2: expected a capture of the added folder, found 'ana/bow1'. "
+            "Did you mean ana/bow_1? Correct the file column.",
+        )
+        assert report.notes == (f"{sheet}:4: repeats line 3 and was left out",)
+        assert len(report.added) == 4
+        sheet.write_text("")
+        with pytest.raises(MotionDBError, match="found an empty sheet"):
+            db.add(some, words=sheet)
+        sheet.write_text("file,words\n")
+        assert db.add(some, words=sheet).notes == (f"{sheet}: holds a header and no rows",)
+        sheet.write_text("file,words\nana/bow_1,a deep bow\n")
+        assert db.add(some, words=sheet).notes == (
+            f"{sheet}: has other words for 1 captures that were there already; they were left as "
+            f"they are (motiondb words import {sheet} replaces them)",
+        )
+        assert db.import_words(sheet) == ImportReport(1)
+        assert [c.words for c in db.captions("ana/bow_1")] == ["a deep bow"]
+
+
+def test_words_after_the_end_are_left_out_with_a_note(tmp_path: Path, some: Path) -> None:
+    sheet = tmp_path / "s.csv"
+    sheet.write_text("file,words,start\nana/bow_1,flies away,99\n")
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        report = db.add(some, words=sheet)
+        assert report.notes == (
+            "ana/bow_1: words 'flies away' start at 99 s, after the capture's end at 2.7 s, and "
+            "were left out",
+        )
+        with pytest.raises(QueryError) as refused:
+            db.set_words("ana/bow_1", "flies", start=9.0)
+        assert str(refused.value) == (
+            "ana/bow_1: expected an interval within 0 to 2.70 s, found 9 to the end. "
+            "Times are seconds."
+        )
+
+
+def test_nothing_to_add(tmp_path: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        with pytest.raises(MotionDBError, match="expected a capture or a folder of captures"):
+            db.add(tmp_path / "nothing")
+        (tmp_path / "empty").mkdir()
+        with pytest.raises(MotionDBError, match=r"expected captures \(\.bvh, \.amc, .*\), found"):
+            db.add(tmp_path / "empty")
+
+
+def test_joint_map_file(tmp_path: Path) -> None:
+    path = tmp_path / "map"
+    path.write_text("pelvis = Root # the lowest\n\nhead=Top\n")
+    assert read_joint_map(path) == {"pelvis": "Root", "head": "Top"}
+    path.write_text("pelvis Root\nhead =\n")
+    with pytest.raises(MotionDBError) as refused:
+        read_joint_map(path)
+    assert str(refused.value) == (
+        f"{path}:1: expected `role = joint`, found 'pelvis Root'.\n"
+        f"{path}:2: expected `role = joint`, found 'head ='."
+    )

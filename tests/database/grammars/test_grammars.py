@@ -1,0 +1,330 @@
+"""Grammars on sample takes, the whole way: learn, show, parse, suggest, generate, edit, remove."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import motiondb
+from motiondb import store
+from motiondb.database import MotionDB
+from motiondb.database.grammars import grammar_facts, grammar_sequences
+from motiondb.database.grammars.grammar_learning import GrammarSettings
+from motiondb.errors import MotionDBError, QueryError
+from motiondb.grammar.cfg.context_free import derive_by, read_grammar
+from motiondb.grammar.cfg.parse import accepts
+from motiondb.grammar.derivation.edit import region_at
+from motiondb.grammar.terminals.terminals import TerminalSettings
+
+TAKES = ("ana/long_dance_2", "dora/long_dance_1")
+QUICK = TerminalSettings(n_starts=1, n_trials=150)
+SETTINGS = GrammarSettings(n_terminals=8, seed=1, search=QUICK, evaluations=300)
+
+
+def test_a_learned_grammar_is_whole_and_gives_its_strings_back(asked_dances: MotionDB) -> None:
+    learned = asked_dances.grammars.load("dance")
+    terminals = learned.terminals
+    assert len(terminals.names) == 8
+    assert set(terminals.labels.tolist()) == set(range(8))
+    assert [source.name for source in learned.sources] == list(TAKES)
+    derived = [derive_by(learned.grammar, rules).leaves() for rules in learned.parses]
+    assert tuple(derived) == learned.strings
+    whole = tuple(terminal for string in learned.strings for terminal in string)
+    assert whole == learned.string(0, len(terminals.takes))
+    assert asked_dances.check() == []
+    run = next(r for r in store.load_runs(asked_dances.store) if r.run_id == learned.run_id)
+    assert (run.kind, run.seed) == ("grammar", 1)
+    assert run.parameters["captures"] == list(TAKES)
+    assert run.finished is not None
+
+
+def test_same_seed_learns_the_same(dances: MotionDB) -> None:
+    before = dances.grammars.load("dance")
+    again, _ = dances.grammars.learn(TAKES, "again", SETTINGS)
+    assert again.grammar == before.grammar
+    assert again.parses == before.parses
+    np.testing.assert_array_equal(again.terminals.ends, before.terminals.ends)
+    np.testing.assert_array_equal(again.terminals.labels, before.terminals.labels)
+    assert dances.grammars.names() == ["again", "dance", "nested"]
+
+
+def test_show_tells_terminals_rules_and_bits(asked_dances: MotionDB) -> None:
+    facts = asked_dances.grammars.show("dance")
+    json.dumps(facts)
+    assert sum(t["count"] for t in facts["terminals"]) == facts["segments"]
+    assert facts["bits"]["sum"] == pytest.approx(
+        sum(bits for part, bits in facts["bits"].items() if part != "sum")
+    )
+    assert read_grammar(facts["text"]).nonterminals[0] == "S"
+    assert facts["rules"] == len(asked_dances.grammars.load("dance").grammar.rules)
+    assert all(capture["there"] for capture in facts["captures"])
+    assert all(t["words"] == [] for t in facts["terminals"])  # the database has not learned
+
+
+def test_a_learned_take_parses_as_stored(asked_dances: MotionDB) -> None:
+    found = asked_dances.grammars.parse("dance", "dora/long_dance_1")
+    assert found.stored
+    assert found.fault is None
+    derived = tuple(terminal for tree in found.trees for terminal in tree.leaves())
+    assert derived == found.string
+    assert found.ends[-1] == pytest.approx(772 / 30)
+
+
+def test_a_take_never_seen_is_read_and_parsed_or_its_fault_told(
+    asked_dances: MotionDB, samples_folder: Path
+) -> None:
+    by_name = asked_dances.grammars.parse("dance", "fatou/dance_1")
+    by_file = asked_dances.grammars.parse("dance", samples_folder / "fatou" / "dance_1.bvh")
+    for found in (by_name, by_file):
+        assert not found.stored
+        assert found.string == by_name.string
+        assert set(found.string) <= set(asked_dances.grammars.load("dance").terminals.names)
+        assert found.ends[:-1] == found.starts[1:]
+        assert bool(found.trees) != bool(found.fault)
+        if found.fault is not None:
+            assert found.string[found.fault.position : found.fault.position + 1] in (
+                (found.fault.found,),
+                (),
+            )
+
+
+def test_a_file_with_the_bytes_of_a_learned_take_is_that_take(
+    dances: MotionDB, samples_folder: Path
+) -> None:
+    file = samples_folder / "dora" / "long_dance_1.bvh"
+    found = dances.grammars.parse("dance", file)
+    assert found.stored
+    assert found.string == dances.grammars.parse("dance", "dora/long_dance_1").string
+    assert (found.distances, found.reach, found.unlike) == ((), None, ())
+    dances.remove(["dora/long_dance_1"])
+    assert dances.grammars.parse("dance", file).string == found.string
+
+
+def test_what_is_unlike_anything_learned_is_told(
+    asked_dances: MotionDB, samples_folder: Path
+) -> None:
+    own = asked_dances.grammars.parse("dance", asked_dances.motion("ana/long_dance_2"))
+    assert own.reach is not None
+    assert len(own.distances) == len(own.string)
+    assert own.share_unlike < 0.5
+    assert not own.is_unlike
+    kick = asked_dances.grammars.parse("dance", samples_folder / "boris" / "kick_1.bvh")
+    assert kick.is_unlike
+    far = [n for n, distance in enumerate(kick.distances) if distance > own.reach]
+    assert list(kick.unlike) == far
+    spent = sum(kick.ends[n] - kick.starts[n] for n in far)
+    assert kick.share_unlike == pytest.approx(spent / kick.ends[-1])
+    assert kick.reach == own.reach
+
+
+def test_sizes_are_those_of_what_is_shown(asked_dances: MotionDB) -> None:
+    sizes = asked_dances.grammars.sizes()
+    assert [size.name for size in sizes] == ["dance", "nested"]
+    for size in sizes:
+        facts = asked_dances.grammars.show(size.name)
+        assert size.run_id == facts["run"]
+        assert size.captures == len(facts["captures"])
+        assert size.seconds == pytest.approx(sum(c["seconds"] for c in facts["captures"]), abs=0.01)
+        for key in ("frames", "segments", "sentences", "nonterminals", "rules"):
+            assert getattr(size, key) == facts[key], key
+        assert size.terminals == len(facts["terminals"])
+        assert size.bits | {"sum": sum(size.bits.values())} == facts["bits"]
+        assert asked_dances.grammars.size(size.name) == size
+
+
+def test_suggestions_sum_to_one_and_lead_into_the_language(asked_dances: MotionDB) -> None:
+    grammar = asked_dances.grammars.load("dance").grammar
+    string: list[str] = []
+    while True:
+        found = asked_dances.grammars.suggest("dance", string)
+        assert sum(p for _, p in found) == pytest.approx(1.0)
+        following = found[0][0]
+        if following is None or len(string) > 60:
+            break
+        string.append(following)
+    assert accepts(grammar, string)
+    assert asked_dances.grammars.suggest("dance", " ".join(string)) == found
+
+
+def test_generated_sequences_obey_the_grammar_and_know_their_frames(asked_dances: MotionDB) -> None:
+    learned = asked_dances.grammars.load("dance")
+    for seed in range(3):
+        made = asked_dances.grammars.generate("dance", seed, length=9)
+        assert accepts(learned.grammar, made.string)
+        assert made.choice.cost <= made.greedy + 1e-9
+        assert made.made.slip <= made.made.source_slip
+        assert len(made.provenance.source_numbers) == made.motion.n_frames
+        assert set(made.provenance.licences) == {"CC0-1.0"}
+        again = asked_dances.grammars.generate("dance", seed, length=9)
+        assert again.motion.local_rotations.tobytes() == made.motion.local_rotations.tobytes()
+        assert again.motion.root_positions.tobytes() == made.motion.root_positions.tobytes()
+
+
+def test_a_kept_sequence_is_a_capture_that_can_be_edited(dances: MotionDB, tmp_path: Path) -> None:
+    made = dances.grammars.generate("nested", 4)
+    info = dances.grammars.save("new/dance", made, 4)
+    assert info.kind == "generated"
+    assert store.load_derivation(dances.store, info.capture_id) is not None
+    assert dances.check() == []
+    assert dances.export("new/dance", tmp_path / "a.bvh").stat().st_size > 1000
+    facts = dances.show("new/dance")
+    assert (facts["grammar"], facts["string"]) == ("nested", " ".join(made.string))
+    at = len(made.tree.children[0].children)  # the first position of the middle part, C
+    edited = dances.grammars.edit("nested", "new/dance", at, n=3, seed=2)
+    assert edited.before == made.tree
+    assert edited.region == region_at(made.tree, at)
+    assert (edited.region.symbol, edited.region.path) == ("C", (1, 0))
+    assert edited.clips == made.choice.clips
+    (alternative,) = edited.alternatives
+    start, end = edited.region.start, edited.region.end
+    assert 0 < start < end < len(made.string)
+    new = dances.grammars.play("nested", edited, 0)
+    assert accepts(dances.grammars.load("nested").grammar, new.string)
+    assert new.string == made.string[:start] + alternative.string + made.string[end:]
+    assert new.choice.clips[:start] == made.choice.clips[:start]
+    assert new.choice.clips[start + len(alternative.string) :] == made.choice.clips[end:]
+    dances.grammars.save("new/edited", new, 2, {"edited": "new/dance", "at": at})
+    twice = dances.grammars.edit("nested", "new/edited", 0)
+    assert twice.before == new.tree
+    assert dances.check() == []
+    gone = {
+        int(dances.grammars.load("nested").terminals.takes[c]) for c in edited.pinned(0).values()
+    }
+    dances.remove(
+        [TAKES[min(gone)]]
+    )  # what lies outside the region is never played by something else
+    with pytest.raises(QueryError, match=f"found {TAKES[min(gone)]} removed. Add them again"):
+        dances.grammars.play("nested", edited, 0)
+
+
+def test_a_region_grows_to_the_whole_sentence_and_shrinks_again(asked_dances: MotionDB) -> None:
+    string = asked_dances.grammars.load("nested").strings[0]
+    at = len(string) - 1
+    first = asked_dances.grammars.edit("nested", string, at)
+    assert (first.region.symbol, first.region.end - first.region.start) == ("D", 3)
+    wider = asked_dances.grammars.edit("nested", string, at, (1, 0))
+    assert (wider.region.symbol, wider.region.end) == ("B", len(string))
+    whole = asked_dances.grammars.edit("nested", string, at, (2, 0))
+    assert (whole.region.symbol, whole.region.start, whole.region.end) == ("S", 0, len(string))
+    assert asked_dances.grammars.edit("nested", string, at, (2, 1)).region == wider.region
+    assert asked_dances.grammars.edit("nested", string, at, (2, 2)).region == first.region
+    assert first.clips == ()  # a string has no clips yet
+    with pytest.raises(MotionDBError, match="levels up from"):
+        asked_dances.grammars.edit("nested", string, at, (3, 0))
+
+
+def test_replacing_or_removing_a_grammar_says_what_cannot_be_edited_any_more(
+    dances: MotionDB,
+) -> None:
+    dances.grammars.save("new/dance", dances.grammars.generate("dance", 4), 4)
+    _, lost = dances.grammars.learn(TAKES, "dance", SETTINGS)
+    assert lost == ["new/dance"]
+    with pytest.raises(QueryError, match="expected a capture that a grammar derived"):
+        dances.grammars.edit("dance", "new/dance", 0)
+    first = dances.grammars.generate("dance", 4).string
+    drawn = (dances.grammars.generate("dance", seed) for seed in range(5, 50))
+    dances.grammars.save("new/other", next(s for s in drawn if s.string != first), 5)
+    assert dances.grammars.remove("dance") == ["new/other"]
+    assert dances.grammars.names() == ["nested"]
+    assert [i.name for i in dances.captures("kind=generated")] == ["new/dance", "new/other"]
+    assert dances.check() == []
+
+
+def test_a_grammar_outlives_its_captures(dances: MotionDB) -> None:
+    assert dances.grammars.material("dance").missing == ()
+    dances.remove(["dora/long_dance_1"])
+    assert dances.grammars.material("dance").missing == ("dora/long_dance_1",)
+    assert [c["there"] for c in dances.grammars.show("dance")["captures"]] == [True, False]
+    material = dances.grammars.material("dance")
+    learned, rng = material.learned, np.random.default_rng(0)
+    here = set(learned.terminals.labels[learned.terminals.takes == 0].tolist())
+    for string, rules in zip(learned.strings, learned.parses):
+        tree = derive_by(learned.grammar, rules)
+        if {learned.terminals.names.index(terminal) for terminal in string} <= here:
+            made = grammar_sequences.play(material, tree, rng)
+            assert {s.name for s in made.provenance.sources} == {"ana/long_dance_2"}
+        else:
+            with pytest.raises(QueryError, match="found all of them removed"):
+                grammar_sequences.play(material, tree, rng)
+    assert dances.check() == []
+    dances.remove(["ana/long_dance_2"])
+    with pytest.raises(QueryError, match="expected captures of the grammar, found none left"):
+        dances.grammars.generate("dance", 1)
+    assert dances.grammars.suggest("dance", "")
+
+
+def test_sentences_may_be_captures_or_begin_where_timed_words_do(dances: MotionDB) -> None:
+    whole, _ = dances.grammars.learn(
+        TAKES, "whole", GrammarSettings(8, search=QUICK, sentences="captures")
+    )
+    assert len(whole.sentences) == 2
+    timed, _ = dances.grammars.learn(
+        TAKES, "timed", GrammarSettings(8, search=QUICK, sentences="captions")
+    )
+    assert len(timed.sentences) > 10
+    assert dances.check() == []
+
+
+def test_motion_symbols_may_be_terminals(learned_copy: Path) -> None:
+    with motiondb.open(learned_copy) as db:
+        settings = GrammarSettings(None, from_symbols=True, sentences="captures")
+        learned, _ = db.grammars.learn(["goran/long_fight_2"], "fight", settings)
+        table = db.learned.segments
+        number = next(i.capture_id for i in db.captures() if i.name == "goran/long_fight_2")
+        own = table.symbols[table.capture_ids == number]
+        assert learned.strings == (tuple(f"s{s}" for s in own),)
+        assert learned.symbols.tolist() == sorted(set(own.tolist()))
+        facts = db.grammars.show("fight")
+        for terminal in facts["terminals"]:
+            symbol, share = terminal["symbols"][0].values()
+            assert (f"s{symbol}", share) == (terminal["terminal"], 1.0)
+        said = {t["terminal"]: [w["word"] for w in t["words"]] for t in facts["terminals"]}
+        assert any("kick" in words for words in said.values())
+        db.grammars.save("new/fight", db.grammars.generate("fight", 1), 1)
+        assert db.like("new/fight", limit=1)[0].capture == "new/fight"
+        assert db.check() == []
+
+
+def test_files_and_pictures(asked_dances: MotionDB, tmp_path: Path) -> None:
+    made = asked_dances.grammars.generate("dance", 3)
+    facts = grammar_facts.write_sequence(made, 3, tmp_path / "new.bvh")
+    written: dict[str, Any] = json.loads((tmp_path / "new.provenance.json").read_text())
+    assert written["string"] == facts["string"] == list(made.string)
+    assert written["frames"][0]["start"] == 0
+    assert written["frames"][-1]["end"] == made.motion.n_frames
+    edited = asked_dances.grammars.edit("dance", made, 0)
+    found = asked_dances.grammars.parse("dance", TAKES[0])
+    for name, draw in {
+        "trees": lambda path: asked_dances.grammars.draw_trees("dance", path),
+        "strings": lambda path: asked_dances.grammars.draw_strings("dance", path),
+        "parse": lambda path: asked_dances.grammars.draw_parse("dance", found, path),
+        "edit": lambda path: asked_dances.grammars.draw_edit("dance", edited, path),
+        "sequence": lambda path: asked_dances.grammars.draw_sequence(made, path),
+    }.items():
+        assert draw(tmp_path / f"{name}.png").stat().st_size > 1000
+
+
+def test_a_tree_on_a_line() -> None:
+    toy = read_grammar("S -> a B c\nB -> b B | empty")
+    assert grammar_facts.format_tree(derive_by(toy, (0, 1, 2))) == "S(a B(b B()) c)"
+    deep = derive_by(read_grammar("S -> a S | a"), (0,) * 3000 + (1,))
+    assert grammar_facts.format_tree(deep).count("S(a") == 3001
+
+
+def test_the_number_of_terminals_may_be_the_data_s(dances: MotionDB) -> None:
+    settings = GrammarSettings(None, search=QUICK, evaluations=100)
+    learned, _ = dances.grammars.learn(["fatou/dance_1"], "short", settings)
+    run = next(r for r in store.load_runs(dances.store) if r.run_id == learned.run_id)
+    tried = run.parameters["tried"]
+    assert isinstance(tried, dict)
+    chosen = str(len(learned.terminals.names))
+    assert sum(learned.bits.values()) == pytest.approx(tried[chosen])
+    allowed = run.parameters["standard_error"]
+    assert allowed == pytest.approx(run.parameters["noise"] / 2**0.5)
+    enough = min(tried.values()) + allowed
+    assert int(chosen) == min(int(number) for number, bits in tried.items() if bits <= enough)
+    assert set(learned.bits) == {"motion", "sentences", "rules"}

@@ -1,0 +1,202 @@
+"""What learning stores: segments that tile, likeliest symbols, the same in every process."""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+import sys
+from dataclasses import fields
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import motiondb
+from motiondb import store
+from motiondb.errors import MotionDBError
+from motiondb.learning import symbol_fitting
+from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings
+from motiondb.pose.features import N_FEATURES
+from motiondb.records import Float32Array, IntArray, MotionSymbols, SegmentTable
+from motiondb.symbols.acquisition import AcquisitionSettings, Cutting
+
+LEARN_AND_DIGEST = """
+import hashlib, sys
+import motiondb
+from motiondb.learning.symbol_fitting import LearnSettings
+with motiondb.open(sys.argv[1]) as db:
+    found = db.learn(LearnSettings(seed=5))
+digest = hashlib.sha256()
+for part in (found.segments.starts, found.segments.symbols, found.segments.scores,
+             found.symbols.means, found.symbols.covars, found.symbols.self_loops):
+    digest.update(part.tobytes())
+print(digest.hexdigest())
+"""
+
+
+def captures_of(table: SegmentTable) -> list[slice]:
+    new = np.flatnonzero(np.diff(table.capture_ids, prepend=-1))
+    return [slice(a, b) for a, b in zip(new, [*new[1:], len(table.symbols)])]
+
+
+@pytest.fixture(scope="module")
+def table(learned_file: Path) -> SegmentTable:
+    with motiondb.open(learned_file, read_only=True) as db:
+        return store.load_segments(db.store)
+
+
+def test_stored_segments_tile_every_capture(learned_file: Path, table: SegmentTable) -> None:
+    """A1: no gap, no overlap, from the first frame to the last, in frames of the motion."""
+    with motiondb.open(learned_file, read_only=True) as db:
+        lengths = {i.capture_id: i.motion_frames for i in db.captures() if i.kind == "captured"}
+    assert set(table.capture_ids.tolist()) == set(lengths)
+    for part in captures_of(table):
+        starts, ends = table.starts[part], table.ends[part]
+        assert starts[0] == 0
+        assert ends[-1] == lengths[int(table.capture_ids[part][0])]
+        np.testing.assert_array_equal(starts[1:], ends[:-1])
+        assert np.all(ends > starts)
+
+
+def test_stored_symbols_are_the_likeliest(table: SegmentTable) -> None:
+    """A2: arg-max, ties to the lowest number, with its log-likelihood."""
+    np.testing.assert_array_equal(table.symbols, table.scores.argmax(axis=1))
+    rows = np.arange(len(table.symbols))
+    np.testing.assert_allclose(table.log_likelihoods, table.scores[rows, table.symbols], rtol=1e-6)
+
+
+def test_every_symbol_wins_and_is_left_to_right(learned_file: Path, table: SegmentTable) -> None:
+    """A3, A4: no idle symbol stays; every state is left for the next."""
+    with motiondb.open(learned_file, read_only=True) as db:
+        symbols, lengths = db.learned.symbols, db.learned.description_lengths
+    np.testing.assert_array_equal(np.unique(table.symbols), np.arange(symbols.n_symbols))
+    real = np.arange(symbols.self_loops.shape[1]) < symbols.n_states[:, None]
+    assert np.all((symbols.self_loops[real] > 0) & (symbols.self_loops[real] < 1))
+    assert np.all(np.diff(lengths) < 0)
+
+
+def test_two_symbols_tie_to_the_lowest() -> None:
+    one = MotionSymbols(
+        np.ones(2, dtype=np.int64), np.full((2, 1), 0.5), np.zeros((2, 1, 1)), np.ones((2, 1, 1))
+    )
+    pool = pool_of([6])
+    cutting = Cutting(*(np.array(c) for c in ([0, 3], [3, 6], [0, 0])))
+    found = symbol_fitting.segment_table(pool.features[:, :1], pool, one, cutting)
+    np.testing.assert_array_equal(found.symbols, [0, 0])
+    np.testing.assert_array_equal(found.scores[:, 0], found.scores[:, 1])
+
+
+def pool_of(n_rows: list[int], odd: int = 0) -> FeaturePool:
+    """Captures 7, 8, ... of so many rows of zeros; 2 frames of motion a row, less ``odd``.
+
+    The whitened frames are one of the columns.
+    """
+    bounds = np.concatenate([[0], np.cumsum(n_rows)])
+    features: Float32Array = np.zeros((bounds[-1], N_FEATURES), dtype=np.float32)
+    ids: IntArray = np.arange(7, 7 + len(n_rows))
+    return FeaturePool(ids, bounds, features, 2 * np.array(n_rows) - odd)
+
+
+def test_frames_of_the_table_are_frames_of_the_motion() -> None:
+    """Rows run at 15 a second, motions at 30; a motion with an odd number ends a frame early."""
+    one = MotionSymbols(
+        np.ones(1, dtype=np.int64), np.full((1, 1), 0.5), np.zeros((1, 1, 1)), np.ones((1, 1, 1))
+    )
+    pool = pool_of([4, 5], odd=1)
+    cutting = Cutting(*(np.array(c) for c in ([0, 4, 6], [4, 6, 9], [0, 0, 0])))
+    found = symbol_fitting.segment_table(pool.features[:, :1], pool, one, cutting)
+    np.testing.assert_array_equal(found.capture_ids, [7, 8, 8])
+    np.testing.assert_array_equal(found.starts, [0, 0, 4])
+    np.testing.assert_array_equal(found.ends, [7, 4, 9])
+
+
+def test_background_by_hand() -> None:
+    """-(x^2 + y^2) / 2 - ln 2 pi, a frame's mean: x = 0, 2 and y = 0, 1 make -1.25 - ln 2 pi."""
+    frames = np.array([[0.0, 0.0], [2.0, 1.0], [3.0, 0.0]], dtype=np.float32)
+    found = symbol_fitting.background(frames, np.array([0, 2]), np.array([2, 3]))
+    np.testing.assert_allclose(found, np.array([-1.25, -4.5]) - 1.8378770664)
+
+
+@pytest.mark.parametrize("n_symbols", [1, 3])
+def test_as_many_symbols_as_asked_for(tmp_path: Path, some: Path, n_symbols: int) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        found = db.learn(LearnSettings(n_symbols=n_symbols))
+        assert found.symbols.n_symbols == n_symbols
+        assert found.segments.scores.shape[1] == n_symbols
+        assert db.learned.symbols.n_symbols == n_symbols
+
+
+def test_what_is_stored_is_what_was_learned_and_by_which_run(tmp_path: Path, some: Path) -> None:
+    chosen = LearnSettings(seed=4, acquisition=AcquisitionSettings(n_states=3))
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        db.set_words("ana/bow_1", "bow")
+        found = db.learn(chosen)
+        stored = store.load_segments(db.store)
+        for part in fields(SegmentTable):
+            np.testing.assert_array_equal(
+                getattr(stored, part.name), getattr(found.segments, part.name)
+            )
+        runs = {run.run_id: run for run in store.load_runs(db.store)}
+        run = runs[found.run_id]
+        assert (run.kind, run.seed) == ("learn", 4)
+        assert run.finished is not None
+        assert run.parameters["acquisition"]["n_states"] == 3  # type: ignore[index]
+        assert set(found.symbols.n_states.tolist()) == {3}
+
+
+def test_a_failed_learning_leaves_the_last_one(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        before = db.learn()
+        with pytest.raises(MotionDBError, match="Ask for fewer symbols"):
+            db.learn(LearnSettings(n_symbols=10_000))
+        after = store.load_segments(db.store)
+        np.testing.assert_array_equal(after.scores, before.segments.scores)
+        assert db.check() == []
+
+
+def test_generated_captures_teach_nothing(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        db.set_words("ana/bow_1", "bow")
+        first = db.learn()
+        made = db.generate("bow", 1)
+        info = db.save_generated("made/bow", "bow", made, 1)
+        again = db.learn()
+        assert info.capture_id not in again.segments.capture_ids
+        np.testing.assert_array_equal(again.symbols.means, first.symbols.means)
+        np.testing.assert_array_equal(again.segments.scores, first.segments.scores)
+
+
+def test_processes_and_thread_counts_learn_the_same(
+    tmp_path: Path, some: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "m.duckdb"
+    with motiondb.open(path) as db:
+        db.add(some)
+        found = db.learn(LearnSettings(seed=5))
+    digest = hashlib.sha256()
+    table, symbols = found.segments, found.symbols
+    for part in (table.starts, table.symbols, table.scores,
+                 symbols.means, symbols.covars, symbols.self_loops):  # fmt: skip
+        digest.update(part.tobytes())
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
+        monkeypatch.setenv(name, "1")
+    run = subprocess.run(
+        [sys.executable, "-c", LEARN_AND_DIGEST, str(path)],
+        capture_output=True, text=True, check=True, timeout=300,
+    )  # fmt: skip
+    assert run.stdout.split() == [digest.hexdigest()]
+
+
+def test_progress_names_every_step_in_order(tmp_path: Path, some: Path) -> None:
+    told: list[str] = []
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        db.learn(progress=lambda what, _share: told.append(what))
+    steps = [what for what, after in pairwise([*told, ""]) if what != after]
+    wanted = "features, symbols compete, cutting anew, scoring, symbol space, words, saving"
+    assert steps == wanted.split(", ")

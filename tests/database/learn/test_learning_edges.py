@@ -1,0 +1,130 @@
+"""Learning from almost nothing works, or says why not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import motiondb
+from motiondb import store
+from motiondb.capture import read_capture
+from motiondb.database.catalogue.parts import cut_clip
+from motiondb.errors import MotionDBError, NotLearnedError
+from motiondb.learning.symbol_fitting import LearnSettings
+
+
+def test_no_captures(tmp_path: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        with pytest.raises(MotionDBError, match="expected captures to learn from, found none"):
+            db.learn()
+        with pytest.raises(NotLearnedError, match="Run motiondb learn first"):
+            db.search("walk")
+
+
+def test_without_words_motion_is_found_and_words_are_asked_for(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        assert db.learn().association.words == ()
+        assert db.like("ana/bow_1")[0].capture == "ana/bow_1"
+        for ask in (lambda: db.search("bow"), lambda: db.generate("bow", 0)):
+            with pytest.raises(MotionDBError, match="words"):
+                ask()
+        with pytest.raises(NotLearnedError, match="expected captures with words, found none"):
+            db.describe("ana/bow_1")
+        assert db.check() == []
+
+
+@pytest.mark.parametrize("n_symbols", [None, 1])
+def test_one_capture_with_one_caption(tmp_path: Path, some: Path, n_symbols: int | None) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some / "ana/bow_1.bvh")
+        db.set_words("bow_1", "she bows")
+        learning = db.learn(LearnSettings(n_symbols=n_symbols))
+        if n_symbols:
+            assert learning.symbols.n_symbols == 1
+        (match,) = db.search("bow").matches
+        assert match.capture == "bow_1"
+        assert 0.0 <= match.score <= 1.0
+        assert db.like("bow_1")[0].capture == "bow_1"
+        assert all(0.0 <= p <= 1.0 for d in db.describe("bow_1") for _, p in d.words)
+        made = db.generate("bow", 1)
+        assert np.isfinite(made.motion.local_rotations).all()
+        assert db.check() == []
+
+
+def test_one_symbol_for_many_captures(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        db.set_words("ana/bow_1", "bow")
+        db.set_words("boris/kick_1", "kick")
+        learning = db.learn(LearnSettings(n_symbols=1))
+        assert learning.symbols.n_symbols == 1
+        assert np.allclose(learning.space.distances, 0.0)
+        assert all(np.isfinite(m.score) for m in db.search("bow, kick").matches)
+        assert db.like("boris/kick_1")[0].capture == "boris/kick_1"
+        assert db.check() == []
+
+
+def test_more_symbols_than_segments_are_refused(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        with pytest.raises(MotionDBError, match="expected a number of symbols from 1 to"):
+            db.learn(LearnSettings(n_symbols=500))
+        assert not store.is_learned(db.store)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 5])
+def test_captures_shorter_than_a_segment(tmp_path: Path, some: Path, frames: int) -> None:
+    whole = read_capture(some / "boris/kick_1.bvh")
+    folder = tmp_path / "short"
+    folder.mkdir()
+    for number in range(3):
+        first = 20 + 10 * number
+        part = cut_clip(whole, first / whole.fps, (first + frames) / whole.fps)
+        motiondb.write_bvh(part, folder / f"{number}.bvh")
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        report = db.add(folder)
+        assert len(report.added) + len(report.problems) == 3
+        if not report.added:
+            return
+        for name in report.added:
+            db.set_words(name, "kick")
+        db.learn()
+        assert db.search("kick").matches
+        assert db.like(report.added[0]).__len__() >= 1
+        assert db.describe(report.added[0])
+        assert db.check() == []
+
+
+def test_same_seed_learns_the_same(tmp_path: Path, some: Path) -> None:
+    learned = []
+    for name in ("a", "b"):
+        with motiondb.open(tmp_path / name) as db:
+            db.add(some)
+            learned.append(db.learn(LearnSettings(seed=3)))
+    one, two = learned
+    assert np.array_equal(one.symbols.means, two.symbols.means)
+    assert np.array_equal(one.segments.scores, two.segments.scores)
+    assert np.array_equal(one.space.coordinates, two.space.coordinates)
+
+
+def test_what_is_added_after_learning_is_found_or_named(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some / "ana")
+        assert db.unlearned() == ["bow_1", "jump_1"]
+        db.set_words("bow_1", "bow")
+        db.learn()
+        assert db.unlearned() == []
+        db.add(some / "boris")
+        left_out = set(db.unlearned())
+        found = {m.capture for m in db.search("bow").matches}
+        assert db.search("bow").matches[0].capture == "bow_1"
+        assert not found & left_out
+        assert found | left_out == {"bow_1", "jump_1", "kick_1", "punch_1"}
+        db.remove(["jump_1"])
+        assert {m.capture for m in db.search("bow").matches} == found - {"jump_1"}
+        db.learn()
+        assert {m.capture for m in db.search("bow").matches} == {"bow_1", "kick_1", "punch_1"}
+        assert db.unlearned() == []

@@ -1,0 +1,389 @@
+"""Scenes from diagram to folder and store, on the sample data: small and quick ones."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import chain, repeat
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import motiondb
+from motiondb import capture, store
+from motiondb.database.scenes import scene_folder, scene_making
+from motiondb.database.scenes.scene_records import from_json, record_state, record_text, to_json
+from motiondb.database.scenes.scene_verbs import Scene, SceneSettings, action_captions
+from motiondb.errors import MotionDBError, QueryError, SceneError
+from motiondb.grammar.cfg.context_free import Tree
+from motiondb.pose import kinematics, retarget
+
+DIAGRAM = """diagram "Two"
+grammar basketball
+attack A1 at 0 7
+attack A2 at -3.5 5
+1 pass A1 to A2
+2 shoot A2
+"""
+PIPED: dict[str, Any] = {"capture_output": True, "text": True, "check": True}
+QUICK = SceneSettings(seed=2, minutes=0.02, tries=1)
+
+
+@dataclass
+class Made:
+    """A scene, its folder and its database."""
+
+    scene: Scene
+    folder: Path
+    diagram: Path
+    file: Path
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) -> Made:
+    folder = tmp_path_factory.mktemp("scenes")
+    diagram = folder / "two.tactics"
+    diagram.write_text(DIAGRAM)
+    with motiondb.open(learned_file, read_only=True) as db:
+        scene = db.scenes.make(diagram, QUICK)
+        db.scenes.write(scene, folder / "two", drawn=False)
+    return Made(scene, folder / "two", diagram, learned_file)
+
+
+@pytest.fixture
+def writable(learned_copy: Path) -> Iterator[motiondb.MotionDB]:
+    with motiondb.open(learned_copy) as db:
+        yield db
+
+
+def test_everybody_does_what_the_diagram_asks(made: Made) -> None:
+    actions = {p.name: [c.terminal for c in p.clips] for p in made.scene.record.players}
+    assert "pass" in actions["A1"]
+    assert actions["A2"].index("catch") < actions["A2"].index("shoot")
+    assert made.scene.record.name == "Two"
+    assert made.scene.record.n_frames == len(made.scene.record.ball)
+
+
+def test_the_folder_is_complete(made: Made) -> None:
+    assert sorted(path.name for path in made.folder.iterdir()) == [
+        "A1.bvh", "A1.provenance.json", "A2.bvh", "A2.provenance.json", "basketball.grammar",
+        "diagram.tactics", "report.json", "report.txt", "scene.glb", "scene.json",
+    ]  # fmt: skip
+    assert (made.folder / "diagram.tactics").read_text() == DIAGRAM
+    assert [p.name for p in made.folder.parent.iterdir() if p.name.startswith(".")] == []
+
+
+def test_the_files_together_are_the_scene(made: Made) -> None:
+    for placed in made.scene.made.polished.players:
+        clip = capture.read_capture(made.folder / f"{placed.player}.bvh")
+        found, _ = kinematics.clip_positions(clip)
+        wanted, _ = retarget.motion_positions(placed.motion)
+        np.testing.assert_allclose(found, wanted, atol=2e-4)
+        at = made.scene.made.text.diagram.player[placed.player].at
+        assert np.hypot(found[0, 0, 0] - at.x, found[0, 0, 2] - at.z) < 2.0
+
+
+def test_every_frame_has_a_source_and_a_licence(made: Made) -> None:
+    for name in ("A1", "A2"):
+        facts = json.loads((made.folder / f"{name}.provenance.json").read_text())
+        runs = facts["frames"]
+        assert [run["start"] for run in runs[1:]] == [run["end"] for run in runs[:-1]]
+        assert (runs[0]["start"], runs[-1]["end"]) == (0, made.scene.record.n_frames)
+        assert sum(source["frames"] for source in facts["sources"]) == runs[-1]["end"]
+        assert {source["licence"] for source in facts["sources"]} == {"CC0-1.0"}
+
+
+def test_waiting_and_what_was_left_out_are_told_apart() -> None:
+    edits = ("waits, feet held",) * 2 + ("feet held",) * 6
+    origin = store.Provenance(
+        (store.SourceCapture("a", "", "CC0"), store.SourceCapture("b", "", "CC0")),
+        np.array([0, 0, 0, 0, 0, 0, 1, 1]),
+        np.array([8.0, 7.0, 30.0, 31.3, 60.0, 61.0, 61.0, 62.0]),
+        np.ones(8),
+        edits,
+    )
+    diagram = SimpleNamespace(players=[SimpleNamespace(name="A1")])
+    players = [SimpleNamespace(tree=Tree("S", 0, (Tree("hold"), Tree("pass"))))]
+    made: Any = SimpleNamespace(
+        text=SimpleNamespace(diagram=diagram), state=SimpleNamespace(players=players)
+    )
+    clips = np.array([0, 0, 0, 0, 0, 0, 1, 1])
+    runs = scene_folder.action_runs(clips, made, "A1", origin)
+    told = [(run["start"], run["end"], run["action"], run["source_start"]) for run in runs]
+    assert told == [(0, 2, "hold", 8.0), (2, 4, "hold", 30.0), (4, 6, "hold", 60.0),
+                    (6, 8, "pass", 61.0)]  # fmt: skip
+    assert ["waits" in run["edits"] for run in runs] == [True, False, False, False]
+    placed: Any = SimpleNamespace(clips=clips, edits=edits)
+    said = [(c.words, c.start, c.end) for c in action_captions(placed, ("hold", "pass"))]
+    assert said == [("hold", 2 / 30, 6 / 30), ("pass", 6 / 30, 8 / 30)]
+
+
+def test_the_report_tells_every_rule(made: Made) -> None:
+    facts = json.loads((made.folder / "report.json").read_text())
+    assert len(facts["by_rule"]) == facts["rules"] == len(made.scene.record.rules)
+    for row in facts["by_rule"]:
+        assert row["kept"] == (row["after"] <= row["threshold"] + 1e-3)
+    assert facts["broken"] == len(made.scene.broken)
+    text = (made.folder / "report.txt").read_text()
+    assert text.count("BROKEN") == facts["broken"]
+    assert "licence CC0-1.0" in text
+
+
+def test_the_record_comes_back(made: Made) -> None:
+    record = scene_folder.read_scene_folder(made.folder)
+    again = from_json(to_json(record), "again")
+    np.testing.assert_allclose(again.ball, made.scene.record.ball, atol=1e-4)
+    assert replace(again, ball=record.ball).__dict__ == record.__dict__
+    state = record_state(record, record_text(record), made.scene.made.clips.library)
+    for one, other in zip(state.players, made.scene.made.state.players, strict=True):
+        assert one.tree == other.tree
+        np.testing.assert_array_equal(one.entries, other.entries)
+        assert (one.origin, one.delay) == (tuple(other.origin), other.delay)
+
+
+def test_the_same_seed_gives_the_same_scene(made: Made) -> None:
+    with motiondb.open(made.file, read_only=True) as db:
+        again = db.scenes.make(made.diagram, QUICK)
+    if again.made.trace.energies.shape == made.scene.made.trace.energies.shape:
+        assert to_json(again.record) == to_json(made.scene.record)
+    else:  # the clock ended them after different rounds
+        n = min(len(again.made.trace.best), len(made.scene.made.trace.best))
+        np.testing.assert_array_equal(again.made.trace.best[:n], made.scene.made.trace.best[:n])
+
+
+def test_a_small_change_keeps_who_is_not_touched(made: Made, tmp_path: Path) -> None:
+    changed = tmp_path / "changed.tactics"
+    changed.write_text(DIAGRAM.replace("-3.5 5", "-3.2 5.2"))
+    with motiondb.open(made.file, read_only=True) as db:
+        scene = db.scenes.update(db.scenes.find(made.folder), changed)
+    assert scene.record.name == "Two"
+    assert scene.record.diagram == changed.read_text()
+    assert scene.made.text.diagram.player["A2"].at.x == -3.2
+    for player in scene.record.players:
+        assert {"A1": "pass", "A2": "shoot"}[player.name] in [c.terminal for c in player.clips]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "cut_short"),
+    [([], False), ([0.0, 0.0], True)],  # when it began; 1000 s later, after the first round
+)
+def test_a_scene_tells_whether_time_ended_its_sampling(
+    made: Made, monkeypatch: pytest.MonkeyPatch, seconds: list[float], cut_short: bool
+) -> None:
+    clock = chain(seconds, repeat(1000.0))
+    monkeypatch.setattr(scene_making, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    with motiondb.open(made.file, read_only=True) as db:
+        scene = db.scenes.update(db.scenes.find(made.folder), made.diagram)
+    assert (len(scene.made.trace.best) == 2) == cut_short  # the start and one round
+    assert scene.record.report["cut_short"] is cut_short
+
+
+@pytest.mark.parametrize(
+    ("tries", "late", "cut_short"),
+    [
+        # of each try the rules broken and whether time ended it; after which time is up
+        ([(0, False), (0, False)], 1, False),  # all is well: nothing was left out
+        ([(1, False), (0, False)], 2, False),
+        ([(1, False), (0, False)], 1, True),  # the second try was left out
+        ([(1, False), (1, False)], 2, False),  # there was no third
+        ([(1, False), (2, True)], 2, True),  # the best is the first, the second might have been
+        ([(0, True), (0, False)], 1, True),
+    ],
+)
+def test_time_that_ends_any_try_counts(
+    made: Made,
+    monkeypatch: pytest.MonkeyPatch,
+    tries: list[tuple[int, bool]],
+    late: int,
+    cut_short: bool,
+) -> None:
+    scene, done = made.scene.made, []
+    rule = replace(scene.report.rules[0], kept=False)
+
+    def attempt(*_: object) -> scene_making.MadeScene:
+        broken, ended = tries[len(done)]
+        done.append(broken)
+        report = replace(scene.report, rules=(rule,) * broken, collisions=(), paces=())
+        return replace(scene, report=report, cut_short=ended)
+
+    clock = SimpleNamespace(monotonic=lambda: 100.0 * (len(done) >= late))
+    monkeypatch.setattr(scene_making, "time", clock)
+    monkeypatch.setattr(scene_making, "_attempt", attempt)
+    settings = SceneSettings(minutes=1.0, tries=len(tries))
+    found = scene_making.make(scene.text, scene.clips, settings, lambda *_: None)
+    assert found.cut_short == cut_short
+    assert len(found.report.rules) == min(done)
+
+
+def test_a_scene_is_kept_replaced_and_removed(made: Made, writable: motiondb.MotionDB) -> None:
+    before = store.count_rows(writable.store)
+    named = replace(made.scene, record=replace(made.scene.record, name="play"))
+    for _ in range(2):  # the second takes the place of the first
+        writable.scenes.keep(named)
+    assert writable.scenes.names() == ["play"]
+    assert [i.name for i in writable.captures() if i.kind == "generated"] == ["play/A1", "play/A2"]
+    assert writable.check() == []
+    kept = writable.scenes.load("play")
+    info = next(i for i in writable.captures() if i.name == "play/A2")
+    assert kept.players[1].capture_id == info.capture_id
+    assert "shoot" in " ".join(
+        c.words for c in store.load_captions(writable.store)[info.capture_id]
+    )
+    png = writable.scenes.draw("play", made.folder.parent / "play.png")
+    assert png.stat().st_size > 10_000
+    assert writable.scenes.remove("play") == ["play/A1", "play/A2"]
+    after = store.count_rows(writable.store)
+    assert {k: v for k, v in after.items() if k != "run"} == {
+        k: v for k, v in before.items() if k != "run"
+    }
+
+
+def test_folder_and_database_change_together(
+    made: Made, writable: motiondb.MotionDB, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = store.count_rows(writable.store)
+    named = replace(made.scene, record=replace(made.scene.record, name="play"))
+
+    def lost(*_: object) -> None:
+        raise QueryError("the database went away")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(store, "save_scene", lost)
+        with pytest.raises(QueryError, match="went away"):
+            writable.scenes.write(named, tmp_path / "play", drawn=False, kept=True)
+    assert store.count_rows(writable.store) == before
+    assert list(tmp_path.glob("*play*")) == []
+    writable.scenes.write(named, str(tmp_path / "play"), drawn=False, kept=True)
+    assert writable.scenes.names() == ["play"]
+    assert (tmp_path / "play" / "scene.json").is_file()
+
+    writable.scenes.check_name("play", ["A1", "A2"])  # its own place may be taken
+    writable.scenes.check_name("new", ["A1"])
+    with pytest.raises(QueryError, match="ana/jump_1: expected a name that is free"):
+        writable.scenes.check_name("ana", ["jump_1"])
+    with pytest.raises(QueryError, match="expected a name for the scene"):
+        writable.scenes.check_name(" ", ["A1"])
+
+
+def test_a_scene_outlives_a_players_capture(made: Made, writable: motiondb.MotionDB) -> None:
+    writable.scenes.keep(replace(made.scene, record=replace(made.scene.record, name="play")))
+    writable.remove(["play/A1"])
+    assert writable.check() == []
+    assert [p.capture_id == -1 for p in writable.scenes.load("play").players] == [True, False]
+    with pytest.raises(QueryError, match="captures of A1 were removed"):
+        writable.scenes.draw("play", made.folder.parent / "gone.png")
+
+
+def test_an_action_without_clips_is_named(made: Made, tmp_path: Path) -> None:
+    text = (made.folder / "basketball.grammar").read_text()
+    line = next(line for line in text.splitlines() if line.startswith("shoot :="))
+    (tmp_path / "basketball.grammar").write_text(text.replace(line, 'shoot := "yodel"'))
+    (tmp_path / "two.tactics").write_text(DIAGRAM)
+    with (
+        motiondb.open(made.file, read_only=True) as db,
+        pytest.raises(SceneError, match=r"found none for a terminal: shoot \('yodel"),
+    ):
+        db.scenes.make(tmp_path / "two.tactics", QUICK)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [("", "ValueError|JSONDecodeError"), ("{}", "KeyError"), ('{"format": "other"}', "KeyError")],
+)
+def test_other_files_are_no_scenes(tmp_path: Path, text: str, found: str) -> None:
+    (tmp_path / "scene.json").write_text(text)
+    with pytest.raises(SceneError, match=f"expected a scene as motiondb.*({found})"):
+        scene_folder.read_scene_folder(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("name", {}, "name is of type dict"),
+        ("diagram", 7, "diagram is of type int"),
+        ("grammar", [], "grammar is of type list"),
+        ("error", "low", "error is of type str"),
+        ("n_frames", None, "n_frames is of type NoneType"),
+        ("report", 7, "report is of type int"),
+        ("report", {"feet": 7}, "expected a record that can be reported, found"),
+        ("settings", 7, "expected a scene as motiondb scene make writes it, .*TypeError"),
+        ("settings", {"chains": -3}, "expected a scene as .*chains: expected 1 to 64"),
+        ("settings", {"wings": 2}, "expected a scene as .*wings"),
+        ("players", [{"name": "A1"}], "expected a scene as .*KeyError"),
+        ("rules", [[]], "expected a scene as .*TypeError"),
+        ("ball", {}, "expected a scene as .*TypeError"),
+    ],
+)
+def test_a_record_that_was_changed_is_refused(
+    made: Made, tmp_path: Path, key: str, value: object, said: str
+) -> None:
+    facts = json.loads((made.folder / "scene.json").read_text())
+    (tmp_path / "scene.json").write_text(json.dumps(facts | {key: value}))
+    with pytest.raises(SceneError, match=f"scene.json: .*{said}"):
+        scene_folder.read_scene_folder(tmp_path)
+
+
+def test_another_players_record_does_not_go_on(made: Made, tmp_path: Path) -> None:
+    facts = json.loads((made.folder / "scene.json").read_text())
+    facts["players"][0]["name"] = "Z9"
+    (tmp_path / "scene.json").write_text(json.dumps(facts))
+    with (
+        motiondb.open(made.file, read_only=True) as db,
+        pytest.raises(SceneError, match="expected the player A1 of its diagram, found none"),
+    ):
+        db.scenes.update(db.scenes.find(tmp_path), made.diagram)
+
+
+def test_nothing_is_overwritten_but_scenes(made: Made, tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "letter.txt").write_text("dear")
+    with motiondb.open(made.file, read_only=True) as db:
+        with pytest.raises(MotionDBError, match="found other files"):
+            db.scenes.write(made.scene, tmp_path / "mine", drawn=False)
+        with pytest.raises(MotionDBError, match="Make the folder first"):
+            db.scenes.write(made.scene, tmp_path / "no" / "folder", drawn=False)
+        db.scenes.write(made.scene, tmp_path / "two", drawn=False)
+        (tmp_path / "two" / "scene.glb").unlink()
+        db.scenes.write(made.scene, tmp_path / "two", drawn=False)
+    assert (tmp_path / "two" / "scene.glb").is_file()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "two"]
+
+
+def test_what_killed_processes_left_is_put_right(made: Made, tmp_path: Path) -> None:
+    """One was killed while it wrote, another between moving the old away and the new in place."""
+    ended = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], **PIPED)
+    dead = int(ended.stdout)
+    with scene_folder.whole_folder(tmp_path / "two") as part:
+        (part / "scene.json").write_text("{}")
+    (tmp_path / "two").rename(tmp_path / f".two.{dead}.old")
+    (tmp_path / f".two.{dead}.part").mkdir()
+    mine = tmp_path / f".two.{os.getppid()}.part"  # still at work
+    mine.mkdir()
+    with pytest.raises(KeyboardInterrupt), scene_folder.whole_folder(tmp_path / "two"):
+        raise KeyboardInterrupt
+    assert sorted(tmp_path.iterdir()) == [mine, tmp_path / "two"]
+    assert (tmp_path / "two" / "scene.json").read_text() == "{}"
+
+
+def test_nothing_half_is_left(made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with motiondb.open(made.file, read_only=True) as db:
+        db.scenes.write(made.scene, tmp_path / "two", drawn=False)
+        before = {p.name: p.read_bytes() for p in (tmp_path / "two").iterdir()}
+
+        def full(*_: object) -> None:
+            raise OSError(28, "No space left on device")
+
+        monkeypatch.setattr(scene_folder, "report_text", full)
+        with pytest.raises(MotionDBError, match="No space left"):
+            db.scenes.write(made.scene, tmp_path / "two", drawn=False)
+        with pytest.raises(MotionDBError, match="No space left"):
+            db.scenes.write(made.scene, tmp_path / "new", drawn=False)
+    assert {p.name: p.read_bytes() for p in (tmp_path / "two").iterdir()} == before
+    assert [path.name for path in tmp_path.iterdir()] == ["two"]

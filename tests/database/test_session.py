@@ -1,0 +1,218 @@
+"""One session, one cache: every question sees one revision of the store, whoever changes it."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import motiondb
+from motiondb import MotionDB, store
+from motiondb.database.catalogue.cataloguing import AddSettings
+from motiondb.database.scenes.scene_making import SceneSettings
+from motiondb.errors import NotLearnedError, QueryError
+from motiondb.learning.learned import Learned
+from motiondb.learning.parameter_arrays import from_stored, to_stored
+from motiondb.learning.symbol_fitting import LearnSettings
+from motiondb.words import vocabulary
+
+DIAGRAM = """diagram "Two"
+grammar basketball
+attack A1 at 0 7
+attack A2 at -3.5 5
+1 pass A1 to A2
+2 shoot A2
+"""
+WORDS = {"ana/bow_1": "bow", "ana/jump_1": "jump", "boris/kick_1": "kick", "boris/punch_1": "punch"}
+N_THREADS = 16
+
+
+@pytest.fixture
+def few(tmp_path: Path, some: Path) -> Path:
+    """A database that has learned three symbols from four captures with words."""
+    path = tmp_path / "few.duckdb"
+    with motiondb.open(path) as db:
+        db.add(some, settings=AddSettings(jobs=1))
+        for name, words in WORDS.items():
+            db.set_words(name, words)
+        db.learn(LearnSettings(n_symbols=3))
+    return path
+
+
+@pytest.fixture
+def db(few: Path) -> Iterator[MotionDB]:
+    with motiondb.open(few) as opened:
+        yield opened
+
+
+def assert_whole(learned: Learned) -> None:
+    """Counts, captions and segments tell of the same captures and the same words."""
+    said = Counter(
+        word
+        for capture, captions in learned.captions.items()
+        if learned.captures[capture].kind == "captured"
+        for caption in captions
+        for word in set(vocabulary.words_of(caption.words, learned.synonyms))
+    )
+    assert {w: n for w, n in zip(learned.association.words, learned.association.counts) if n} == {
+        w: n for w, n in said.items() if w in learned.word_numbers
+    }
+    assert set(learned.rows) == set(learned.captures)
+    assert learned.segments.scores.shape[1] == learned.symbols.n_symbols
+    assert len(learned.distances) == learned.symbols.n_symbols
+
+
+def test_scenes_kept_after_a_question_are_found(learned_copy: Path, tmp_path: Path) -> None:
+    diagram = tmp_path / "two.tactics"
+    diagram.write_text(DIAGRAM)
+    with motiondb.open(learned_copy) as db:
+        assert db.search("pass", where="kind=generated").matches == ()
+        settings = SceneSettings(seed=2, minutes=0.02, tries=1)
+        db.scenes.keep(db.scenes.make(diagram, settings, name="play"))
+        found = db.search("pass", where="kind=generated").matches
+        assert {match.capture for match in found} == {"play/A1", "play/A2"}
+        assert db.like("play/A1", limit=1)[0].capture == "play/A1"
+
+
+def test_another_opening_of_the_file_learns_anew(few: Path) -> None:
+    with motiondb.open(few) as one, motiondb.open(few) as two:
+        assert one.like("ana/bow_1")[0].capture == "ana/bow_1"
+        two.learn(LearnSettings(n_symbols=2))
+        assert one.like("ana/bow_1").matches == two.like("ana/bow_1").matches
+        assert one.search("kick").matches == two.search("kick").matches
+        assert one.learned.symbols.n_symbols == 2
+        assert_whole(one.learned)
+        two.learn(LearnSettings(n_symbols=2, seed=9))  # as many symbols, other ones
+        assert one.like("ana/bow_1").matches == two.like("ana/bow_1").matches
+        assert one.describe("ana/bow_1") == two.describe("ana/bow_1")
+
+
+def test_lemmas_of_one_database_are_not_those_of_another(few: Path, learned_file: Path) -> None:
+    with motiondb.open(few) as db, motiondb.open(learned_file, read_only=True) as other:
+        with store.transaction(db.store):
+            model = from_stored(store.load_learning(db.store))
+            store.save_learning(db.store, to_stored(replace(model, lemmas={"frobs": "kick"})))
+        assert db.search("frobs").matches[0].capture == "boris/kick_1"
+        with pytest.raises(QueryError, match="found frob\\."):
+            other.search("frobs")
+
+
+def test_what_was_loaded_is_kept_until_something_changes(db: MotionDB) -> None:
+    first = db.learned
+    db.search("kick")
+    db.describe("ana/bow_1")
+    assert db.learned is first
+    db.set_words("ana/bow_1", "bow, kick")
+    assert db.learned is not first
+    assert first.association.counts.sum() == 4  # whoever holds it sees what was
+    assert db.learned.association.counts.sum() == 5
+
+
+def test_values_are_kept_for_one_revision(db: MotionDB) -> None:
+    loads: list[str] = []
+
+    def load() -> int:
+        loads.append("loaded")
+        return len(loads)
+
+    assert [db.session.kept("x", load) for _ in range(2)] == [1, 1]
+    assert db.session.kept("y", load) == 2
+    with store.transaction(db.store):
+        assert db.session.kept("x", load) == 3  # it may yet be undone, so it is not kept
+    assert [db.session.kept("x", load) for _ in range(2)] == [4, 4]
+
+
+def test_what_an_undone_change_showed_is_forgotten(db: MotionDB) -> None:
+    def change() -> None:
+        with store.transaction(db.store):
+            db.remove(["ana/bow_1"])
+            assert "ana/bow_1" not in {info.name for info in db.learned.captures.values()}
+            raise RuntimeError("stopped")
+
+    with pytest.raises(RuntimeError, match="stopped"):
+        change()
+    assert_whole(db.learned)
+    assert db.like("ana/bow_1")[0].capture == "ana/bow_1"
+    db.set_words("ana/bow_1", "bow")  # a change of the same number as the one undone
+    assert db.like("ana/bow_1")[0].capture == "ana/bow_1"
+
+
+def test_a_reader_of_an_earlier_revision_keeps_to_it(few: Path) -> None:
+    with motiondb.open(few) as one, motiondb.open(few) as two:
+        with one.session.reading():
+            before = one.learned.association.counts.sum()
+            with ThreadPoolExecutor(1) as other:
+                other.submit(two.set_words, "ana/bow_1", "bow, kick").result()
+                assert other.submit(lambda: one.learned.association.counts.sum()).result() == 5
+            assert one.learned.association.counts.sum() == before == 4
+        assert one.learned.association.counts.sum() == 5
+
+
+def test_nothing_learned_is_not_remembered(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "new.duckdb") as db:
+        db.add(some, settings=AddSettings(jobs=1))
+        with pytest.raises(NotLearnedError):
+            db.search("kick")
+        db.learn(LearnSettings(n_symbols=2))
+        assert db.like("ana/bow_1")[0].capture == "ana/bow_1"
+
+
+def test_threads_ask_while_another_changes(db: MotionDB, samples_folder: Path) -> None:
+    """16 threads ask; meanwhile words change, and a capture comes and goes."""
+    ended = threading.Event()
+    walk = samples_folder / "ana/walk_1.bvh"
+
+    def search() -> None:
+        assert {m.capture for m in db.search("kick", limit=9).matches} >= {"boris/kick_1"}
+
+    def like() -> None:
+        assert db.like("ana/jump_1", limit=1)[0].capture == "ana/jump_1"
+
+    def describe() -> None:
+        assert db.describe("boris/punch_1")[0].words
+
+    def look() -> None:
+        assert_whole(db.learned)
+        assert db.unlearned() == []
+
+    asked = (search, like, describe, look)
+
+    def ask(number: int) -> int:
+        rounds = 0
+        while rounds < 3 or not ended.is_set():
+            asked[(number + rounds) % len(asked)]()
+            rounds += 1
+        return rounds
+
+    def change() -> None:
+        try:
+            for words in ("bow, kick", "bow", "bow, jump", "bow"):
+                db.set_words("ana/bow_1", words)
+                db.add(walk, settings=AddSettings(jobs=1))
+                db.remove(["walk_1"])
+        finally:
+            ended.set()
+
+    with ThreadPoolExecutor(N_THREADS + 1) as pool:
+        changing = pool.submit(change)
+        rounds = list(pool.map(ask, range(N_THREADS)))
+        changing.result()
+    assert min(rounds) >= 3
+    assert db.check() == []
+
+
+@pytest.mark.parametrize("ask", [MotionDB.search, MotionDB.like, MotionDB.describe])
+def test_every_thread_gets_the_same_answer(
+    few: Path, ask: Callable[[MotionDB, str], object]
+) -> None:
+    """All threads ask an open database for the first time at once."""
+    question = "kick" if ask is MotionDB.search else "ana/jump_1"
+    with motiondb.open(few, read_only=True) as db, ThreadPoolExecutor(N_THREADS) as pool:
+        answers = list(pool.map(lambda _: ask(db, question), range(N_THREADS)))
+        matches = {str(getattr(answer, "matches", answer)) for answer in answers}
+        assert len(matches) == 1

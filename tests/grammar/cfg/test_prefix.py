@@ -1,0 +1,131 @@
+"""What may come next: probabilities by hand and by enumeration of the language."""
+
+from __future__ import annotations
+
+from itertools import product
+from math import exp, inf
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from motiondb.grammar.cfg.context_free import Grammar, Rule, read_grammar
+from motiondb.grammar.cfg.parse import ParseError, accepts, log_probability
+from motiondb.grammar.cfg.prefix import prefix_log_probability, suggest
+
+LEFT = read_grammar("S -> S a [0.5] | S b [0.2] | c [0.3]")
+
+
+def test_left_recursion_by_hand() -> None:
+    # c is certain; then a string goes on with 0.7, with a in 5 of 7 cases
+    assert suggest(LEFT, []) == (("c", 1.0),)
+    found = dict(suggest(LEFT, ["c"]))
+    assert found == pytest.approx({"a": 0.5, "b": 0.2, None: 0.3})
+    assert exp(prefix_log_probability(LEFT, ["c", "a", "b"])) == pytest.approx(0.5 * 0.2)
+    # the string itself ends there
+    assert exp(log_probability(LEFT, ["c", "a", "b"])) == pytest.approx(0.5 * 0.2 * 0.3)
+
+
+def test_ambiguous_left_and_right_recursion_by_hand() -> None:
+    # S -> S S (1/4) | a (3/4): the probability that S is 'a' alone is 3/4, that more follows 1/4
+    grammar = read_grammar("S -> S S [0.25] | a [0.75]")
+    assert dict(suggest(grammar, ["a"])) == pytest.approx({"a": 0.25, None: 0.75})
+    # P(aa) = 1/4 * 9/16; given a a: P(aa) / P(aa...) where P(aa...) = 1/4
+    assert dict(suggest(grammar, ["a", "a"]))[None] == pytest.approx(9 / 16)
+
+
+def test_only_derivations_that_end_count() -> None:
+    # S ends with probability z = 0.6 z^2 + 0.4 = 2/3; given that, S -> a has 0.4 / z = 0.6
+    grammar = read_grammar("S -> S S [0.6] | a [0.4]")
+    assert dict(suggest(grammar, ["a"])) == pytest.approx({"a": 0.4, None: 0.6})
+
+
+def test_empty_rules_and_unit_cycles() -> None:
+    grammar = read_grammar("S -> A B c\nA -> a [0.5] | empty [0.5]\nB -> B [0.5] | b [0.25] | A")
+    # B is b with 1/2, a with 1/4, empty with 1/4
+    found = dict(suggest(grammar, []))
+    assert found == pytest.approx({"a": 0.5 + 0.5 / 4, "b": 0.25, "c": 0.125})
+    # after a: from A (0.5), or from B after an empty A (0.125)
+    assert dict(suggest(grammar, ["a"])) == pytest.approx(
+        {"b": 0.25 / 0.625, "a": 0.125 / 0.625, "c": (0.125 + 0.125) / 0.625}
+    )
+
+
+rules = st.builds(
+    Rule,
+    st.sampled_from(["S", "A"]),
+    st.lists(st.sampled_from(["S", "A", "a", "b"]), max_size=3).map(tuple),
+    st.sampled_from([1.0, 2.0]),
+)
+
+
+@st.composite
+def dying_grammars(draw: st.DrawFn) -> Grammar:
+    """Grammars whose strings are short nearly always: every nonterminal ends with 8 of 10."""
+    found, ending = draw(st.lists(rules, min_size=1, max_size=5)), []
+    for left in ("S", "A"):
+        ending.append(Rule(left, tuple(draw(st.lists(st.sampled_from(["a", "b"]), max_size=2)))))
+    grown = {left: sum(r.probability for r in found if r.left == left) or 1.0 for left in "SA"}
+    weights = [0.2 * r.probability / grown[r.left] for r in found] + [0.8, 0.8]
+    return Grammar("S", (*found, *ending), ("a", "b")).with_probabilities(weights)
+
+
+@given(dying_grammars(), st.lists(st.sampled_from(["a", "b"]), max_size=3).map(tuple))
+@settings(max_examples=40, deadline=None)
+def test_probabilities_are_those_of_the_enumerated_language(
+    grammar: Grammar, prefix: tuple[str, ...]
+) -> None:
+    tails = [tail for n in range(7) for tail in product("ab", repeat=n)]
+    chance = {tail: exp(log_probability(grammar, prefix + tail)) for tail in tails}
+    assume(sum(chance.values()) > 0)
+    begun = exp(prefix_log_probability(grammar, prefix))
+    unseen = begun - sum(chance.values())  # of the longer strings
+    assert unseen > -1e-12
+    found = dict(suggest(grammar, prefix))
+    assert sum(found.values()) == pytest.approx(1)
+    assert found.get(None, 0.0) * begun == pytest.approx(chance[()])
+    for symbol in ("a", "b"):
+        seen = sum(p for tail, p in chance.items() if tail[:1] == (symbol,))
+        assert seen - 1e-12 <= found.get(symbol, 0.0) * begun <= seen + unseen + 1e-12
+
+
+@given(dying_grammars(), st.lists(st.sampled_from(["a", "b"]), max_size=4).map(tuple))
+@settings(max_examples=40, deadline=None)
+def test_prefix_probabilities_add_up(grammar: Grammar, prefix: tuple[str, ...]) -> None:
+    """P(w ...) = P(w) + the sum over t of P(w t ...)."""
+    here = exp(prefix_log_probability(grammar, prefix))
+    more = sum(exp(prefix_log_probability(grammar, (*prefix, t))) for t in "ab")
+    assert here == pytest.approx(exp(log_probability(grammar, prefix)) + more, abs=1e-12)
+
+
+def test_every_walk_along_suggestions_is_a_sentence() -> None:
+    grammar = read_grammar("S -> a S b [0.4] | T [0.6]\nT -> T c [0.5] | empty [0.5]")
+    waiting, sentences = [()], []
+    while waiting:
+        prefix = waiting.pop()
+        for symbol, _ in suggest(grammar, prefix):
+            if symbol is None:
+                sentences.append(prefix)
+            elif len(prefix) < 5:
+                waiting.append((*prefix, symbol))
+    wanted = [s for n in range(6) for s in product("abc", repeat=n) if accepts(grammar, s)]
+    assert sorted(sentences) == sorted(wanted)
+
+
+def test_long_prefixes_do_not_run_under() -> None:
+    grammar = read_grammar("S -> a S [0.001] | empty [0.999]")
+    assert dict(suggest(grammar, ["a"] * 300)) == pytest.approx({"a": 0.001, None: 0.999})
+
+
+def test_a_prefix_of_no_sentence() -> None:
+    assert prefix_log_probability(LEFT, ["a"]) == -inf
+    assert prefix_log_probability(LEFT, ["c", "zzz"]) == -inf
+    with pytest.raises(ParseError, match=r"symbol 0 \('a'\): expected c, found a"):
+        suggest(LEFT, ["a", "b"])
+
+
+def test_a_language_of_the_empty_string_alone() -> None:
+    grammar = read_grammar("S -> empty")
+    assert suggest(grammar, []) == ((None, 1.0),)
+    with pytest.raises(ParseError, match="expected the end, found a, a symbol"):
+        suggest(grammar, ["a"])

@@ -1,0 +1,181 @@
+"""Random derivations: they end, stay in the language, and have the right distribution."""
+
+from __future__ import annotations
+
+from collections import Counter
+from itertools import product
+from math import exp, inf
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_grammars import grammars
+
+from motiondb.grammar.baselines.language_measures import finite_language
+from motiondb.grammar.cfg.compiled import compile_grammar
+from motiondb.grammar.cfg.context_free import (
+    Grammar,
+    GrammarError,
+    choices_of,
+    derive_by,
+    read_grammar,
+)
+from motiondb.grammar.cfg.lengths import (
+    expected_length,
+    length_weights,
+    longest_length,
+    nearest_length,
+    shortest_length,
+)
+from motiondb.grammar.cfg.parse import accepts, log_probability
+from motiondb.grammar.derivation.derive import damped, derive
+
+
+@given(grammars(), st.integers(0, 2**32 - 1), st.sampled_from([None, 0, 1, 4, 9]))
+@settings(max_examples=60, deadline=None)
+def test_never_leaves_the_language(grammar: Grammar, seed: int, length: int | None) -> None:
+    rng = np.random.default_rng(seed)
+    tree = derive(grammar, rng, length=length, most=20.0)
+    assert derive_by(grammar, choices_of(tree)) == tree
+    if len(tree.leaves()) < 120:
+        assert accepts(grammar, tree.leaves())
+    if length is not None:
+        assert len(tree.leaves()) == nearest_length(grammar, length)
+
+
+@given(grammars(), st.integers(0, 6))
+@settings(max_examples=40, deadline=None)
+def test_nearest_length_is_the_nearest(grammar: Grammar, length: int) -> None:
+    possible = [n for n in range(9) if any(accepts(grammar, s) for s in product("ab", repeat=n))]
+    found = nearest_length(grammar, length)
+    if possible:
+        best = min(possible, key=lambda n: (abs(n - length), n))
+        assert found == best or (abs(best - length) > 8 - length and found > 8)
+        assert shortest_length(compile_grammar(grammar)) == possible[0]
+    else:
+        assert found > 8
+
+
+@given(grammars())
+@settings(max_examples=30, deadline=None)
+def test_weights_of_lengths_are_sums_over_strings(grammar: Grammar) -> None:
+    compiled = compile_grammar(grammar)
+    weights, exponents = length_weights(compiled, 4)
+    for n in range(5):
+        total = sum(exp(log_probability(compiled, s)) for s in product("ab", repeat=n))
+        assert weights[n, compiled.start] * 2.0 ** exponents[n] == pytest.approx(total, rel=1e-9)
+
+
+@given(grammar=grammars())
+def test_the_longest_string_is_that_of_the_language(grammar: Grammar) -> None:
+    language = finite_language(grammar, 1000)
+    found = longest_length(compile_grammar(grammar))
+    if language is None:
+        assert found >= 9  # more than 1,000 strings of two letters
+    else:
+        assert found == max(map(len, language))
+
+
+@pytest.mark.parametrize(
+    ("text", "longest"),
+    [
+        ("S -> a B | b\nB -> b | b b c", 4),
+        ("S -> A\nA -> S | a b | empty", 2),  # a cycle that adds nothing
+        ("S -> a S b | c", inf),
+        ("S -> A A\nA -> B B\nB -> a a", 8),
+    ],
+)
+def test_longest_by_hand(text: str, longest: float) -> None:
+    compiled = compile_grammar(read_grammar(text))
+    assert longest_length(compiled) == longest
+    if longest < inf:  # at once, however much is wished for
+        assert nearest_length(compiled, 10**9) == longest
+
+
+def test_lengths_by_hand() -> None:
+    pairs = read_grammar("S -> a S b [0.5] | empty [0.5]")
+    assert expected_length(pairs) == pytest.approx(2.0)
+    assert [nearest_length(pairs, n) for n in (0, 1, 2, 3, 101)] == [0, 0, 2, 2, 100]
+    gap = read_grammar("S -> a | a a a a a a a a a a")  # 1 or 10
+    assert [nearest_length(gap, n) for n in (0, 5, 6, 30)] == [1, 1, 10, 10]
+    assert expected_length(read_grammar("S -> S S [0.6] | a [0.4]")) == inf
+    assert expected_length(read_grammar("S -> S S [0.5] | a [0.5]")) == inf
+    assert expected_length(read_grammar("S -> S S [0.5] | empty [0.5]")) == inf
+    # m = 0.8 m + 0.6: three strings of the mean are one a
+    assert expected_length(read_grammar("S -> S S [0.4] | a [0.6]")) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("text", ["S -> S S [0.5] | a [0.5]", "S -> a S b [0.999] | c [0.001]"])
+def test_damping_reaches_the_asked_mean_and_no_further(text: str) -> None:
+    grammar = read_grammar(text)
+    for most in (5.0, 40.0):
+        milder = damped(compile_grammar(grammar), most)
+        assert expected_length(milder) == pytest.approx(most, rel=1e-2)
+        assert expected_length(milder) <= most
+        assert milder.grammar.terminals == grammar.terminals
+
+
+def test_damping_leaves_what_ends_soon_as_it_is() -> None:
+    compiled = compile_grammar(read_grammar("S -> a S [0.5] | b [0.5]"))
+    assert damped(compiled, 50.0) is compiled
+
+
+def test_damping_keeps_the_proportions_of_trees_of_equal_size() -> None:
+    grammar = read_grammar("S -> S S [0.6] | a [0.3] | b [0.1]")
+    milder = damped(compile_grammar(grammar), 3.0)
+    chance = {s: exp(log_probability(milder, s)) for s in ("aaa", "aba", "bba")}
+    assert chance["aaa"] / chance["aba"] == pytest.approx(3)
+    assert chance["aba"] / chance["bba"] == pytest.approx(3)
+
+
+def test_a_language_of_long_strings_only_is_not_asked_to_be_shorter() -> None:
+    grammar = read_grammar("S -> " + "a " * 300 + "T\nT -> a T [0.9999] | b [0.0001]")
+    assert expected_length(damped(compile_grammar(grammar), 10.0)) <= 610
+    assert len(derive(grammar, np.random.default_rng(0), most=10.0).leaves()) >= 301
+
+
+def chi_square(counts: Counter, chance: dict, n: int) -> float:
+    rest = 1 - sum(chance.values())
+    other = n - sum(counts[s] for s in chance)
+    terms = [(counts[s] - n * p) ** 2 / (n * p) for s, p in chance.items()]
+    return sum(terms) + ((other - n * rest) ** 2 / (n * rest) if rest > 1e-9 else 0.0)
+
+
+def test_strings_come_as_often_as_they_are_probable() -> None:
+    grammar = read_grammar("S -> A S [0.3] | A [0.7]\nA -> a [0.5] | b [0.3] | empty [0.2]")
+    rng, n = np.random.default_rng(1), 3000
+    counts = Counter(derive(grammar, rng).leaves() for _ in range(n))
+    strings = [s for k in range(3) for s in product("ab", repeat=k)]
+    chance = {s: exp(log_probability(grammar, s)) for s in strings}
+    # 7 degrees of freedom: above 24.3 in 1 of 1,000 cases
+    assert chi_square(counts, chance, n) < 24.3
+
+
+def test_strings_of_a_length_come_in_their_proportions() -> None:
+    grammar = read_grammar("S -> S S [0.5] | a [0.2] | b b [0.2] | S [0.05] | empty [0.05]")
+    rng, n = np.random.default_rng(2), 3000
+    counts = Counter(derive(grammar, rng, length=3).leaves() for _ in range(n))
+    raw = {s: exp(log_probability(grammar, s)) for s in product("ab", repeat=3)}
+    raw = {s: p for s, p in raw.items() if p > 0}
+    chance = {s: p / sum(raw.values()) for s, p in raw.items()}
+    assert set(counts) == set(chance) == {tuple("aaa"), tuple("abb"), tuple("bba")}
+    # 2 degrees of freedom: above 13.8 in 1 of 1,000 cases
+    assert chi_square(counts, chance, n) < 13.8
+
+
+def test_long_lengths_do_not_run_under() -> None:
+    grammar = read_grammar("S -> a S [0.0001] | b S [0.0001] | empty [0.9998]")
+    assert len(derive(grammar, np.random.default_rng(0), length=400).leaves()) == 400
+
+
+def test_same_seed_same_tree() -> None:
+    grammar = read_grammar("S -> S S [0.5] | a | b")
+    for length in (None, 12):
+        trees = [derive(grammar, np.random.default_rng(7), length=length) for _ in range(2)]
+        assert trees[0] == trees[1]
+
+
+def test_a_negative_length_is_refused() -> None:
+    with pytest.raises(GrammarError, match=r"length: expected 0 or more symbols, found -1\."):
+        derive(read_grammar("S -> a"), np.random.default_rng(0), length=-1)

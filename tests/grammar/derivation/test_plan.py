@@ -1,0 +1,88 @@
+"""Plans to a goal: by hand, and against everything tried."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.grammar.cfg.context_free import GrammarError, read_grammar
+from motiondb.grammar.cfg.parse import ParseError, parse, tree_log_probability
+from motiondb.grammar.derivation.plan import plan
+
+BALL = read_grammar("""
+S -> hold A
+A -> dribble A [0.7] | pass S [0.1] | shoot [0.2]
+""")
+
+
+def test_by_hand() -> None:
+    found = plan(BALL, ["hold", "dribble"], "pass")
+    assert (found.to_goal, found.then) == (("pass",), ("hold", "shoot"))
+    assert found.tree == parse(BALL, ["hold", "dribble", "pass", "hold", "shoot"])
+    assert found.log_probability == pytest.approx(tree_log_probability(BALL, found.tree))
+    assert plan(BALL, ["hold"]).then == ("shoot",)
+    assert plan(BALL, []).then == ("hold", "shoot")
+    # the goal is to be reached once more
+    again = plan(BALL, ["hold"], "hold")
+    assert (again.to_goal, again.then) == (("pass", "hold"), ("shoot",))
+
+
+def test_shortest_and_most_probable_may_differ() -> None:
+    grammar = read_grammar("S -> a g [0.1] | b b b g [0.9]")
+    assert plan(grammar, [], "g").to_goal == ("b", "b", "b", "g")
+    assert plan(grammar, [], "g", shortest=True).to_goal == ("a", "g")
+
+
+GRAMMARS = [
+    BALL,
+    read_grammar("S -> S S [0.3] | a S b [0.2] | c [0.4] | empty [0.1]"),
+    read_grammar("S -> A B\nA -> A a [0.4] | empty [0.6]\nB -> b [0.5] | c B [0.25] | A [0.25]"),
+]
+
+
+@given(st.sampled_from(GRAMMARS), st.data())
+@settings(max_examples=40, deadline=None)
+def test_no_completion_is_better(grammar: object, data: st.DataObject) -> None:
+    names = grammar.terminals
+    prefix = data.draw(st.lists(st.sampled_from(names), max_size=2).map(tuple))
+    goal = data.draw(st.sampled_from([None, *names]))
+    shortest = data.draw(st.booleans())
+    costs = []
+    for tail in (t for n in range(5) for t in product(names, repeat=n)):
+        try:
+            tree = parse(grammar, prefix + tail)
+        except ParseError:
+            continue
+        if goal is None or goal in tail:
+            chance = -tree_log_probability(grammar, tree)
+            costs.append((len(tail), chance) if shortest else (chance, len(tail)))
+    try:
+        found = plan(grammar, prefix, goal, shortest=shortest)
+    except GrammarError:
+        assert not costs
+        return
+    rest = found.to_goal + found.then
+    assert found.tree.leaves() == prefix + rest
+    assert found.log_probability == pytest.approx(tree_log_probability(grammar, found.tree))
+    if goal is not None:
+        assert found.to_goal[-1] == goal
+        assert goal not in found.to_goal[:-1]
+    else:
+        assert found.to_goal == ()
+    cost = (len(rest), -found.log_probability)
+    if costs:
+        best = min(costs)
+        assert (cost if shortest else cost[::-1]) <= (best[0] + 1e-6, best[1] + 1e-6)
+
+
+def test_what_cannot_be_planned() -> None:
+    once = read_grammar("S -> a b\n")
+    with pytest.raises(GrammarError, match="expected that 'a' can come after 'a', found no"):
+        plan(once, ["a"], "a")
+    with pytest.raises(GrammarError, match=r"found 'shot'\. Did you mean shoot\?"):
+        plan(BALL, [], "shot")
+    with pytest.raises(ParseError, match=r"symbol 1 \('hold'\)"):
+        plan(BALL, ["hold", "hold"], "shoot")

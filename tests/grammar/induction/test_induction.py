@@ -1,0 +1,297 @@
+"""Rules learned from sentences: the toy language, independence of order, the laws, bad input."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.grammar.baselines.language_measures import finite_language
+from motiondb.grammar.cfg.context_free import GrammarError, check_grammar, format_grammar
+from motiondb.grammar.induction.induction import FAMILIES, induce, induce_with_bits, read_rules
+from motiondb.grammar.induction.rule_arrays import LEFT, lawful, table_of
+from motiondb.grammar.induction.rule_compaction import Effort, compact
+from motiondb.grammar.rules.description_length import (
+    decode,
+    description_length,
+    encode,
+    most_economical_tree,
+)
+from motiondb.grammar.rules.hypotheses import SELECTIONS, propose, select
+from motiondb.grammar.rules.rule_set import (
+    RuleSet,
+    constant_terminals,
+    flat_rules,
+    single_terminals,
+)
+from motiondb.grammar.rules.sentence_alignment import align
+from motiondb.grammar.rules.suffix_alignment import align_all
+
+TOY = [tuple(word) for word in ["rfdpm", "rfdsm", "rdfsm", "rdpm", "rdsm", "rpm"]]
+TOY_LANGUAGE = {
+    tuple("r" + x + y + z + w + "m")
+    for x in ("", "f")
+    for y in ("", "d")
+    for z in ("", "f")
+    for w in "ps"
+}
+LITTLE = Effort(begun=6, repeated=6, tries=800)
+SENTENCES = st.lists(
+    st.lists(st.sampled_from("abcd"), min_size=1, max_size=6).map(tuple), min_size=1, max_size=5
+)
+
+
+def language(grammar, symbol=None):
+    """All strings of an acyclic grammar."""
+    symbol = symbol or grammar.start
+    if not grammar.is_nonterminal(symbol):
+        return {(symbol,)}
+    found = set()
+    for number in grammar.rules_of[symbol]:
+        strings = {()}
+        for part in grammar.rules[number].right:
+            ends = language(grammar, part)
+            strings = {a + b for a in strings for b in ends}
+        found |= strings
+    return found
+
+
+def naive_links(one, other):
+    """Length of the longest common subsequence by trying all."""
+    if not one or not other:
+        return 0
+    skipped = max(naive_links(one[1:], other), naive_links(one, other[1:]))
+    return max(skipped, 1 + naive_links(one[1:], other[1:])) if one[0] == other[0] else skipped
+
+
+@given(st.lists(st.integers(0, 2), max_size=6), st.lists(st.integers(0, 2), max_size=6))
+@settings(max_examples=100, deadline=None)
+def test_alignment_links_as_much_as_possible_and_does_not_ask_who_is_first(one, other):
+    slots = align(tuple(one), tuple(other))
+    outside = len(one) - sum(b - a for (a, b), _ in slots)
+    assert outside == naive_links(one, other)
+    assert align(tuple(other), tuple(one)) == tuple((y, x) for x, y in slots)
+
+
+def test_a_bias_links_what_stands_at_the_same_place():
+    # 0 stands last in the one sentence, first and last in the other
+    one, other = (5, 6, 7, 0), (0, 8, 8, 0)
+    assert align(one, other) == (((0, 3), (0, 0)), ((4, 4), (1, 4)))
+    assert align(one, other, biased=True) == (((0, 3), (0, 3)),)
+
+
+def test_suffix_structures_give_what_common_ends_leave():
+    found = align_all([(0, 1, 2, 5), (0, 3, 5), (4, 4)])
+    assert found == {(0, 1): (((0, 3), (0, 2)), ((1, 3), (1, 2)), ((1, 4), (1, 3)))}
+
+
+def test_spans_proposed_twice_are_of_one_type():
+    # (0: b) ~ (1: c) and (1: c) ~ (2: d): all three are one type
+    sentences = [(0, 1, 9), (0, 2, 9), (0, 3, 9)]
+    slots = [(0, 1, (((1, 2), (1, 2)),)), (1, 2, (((1, 2), (1, 2)),))]
+    hypotheses = propose(sentences, slots)
+    assert set(hypotheses.types.values()) == {0}
+    assert len(hypotheses.types) == 3
+
+
+@pytest.mark.parametrize("selection", SELECTIONS)
+def test_what_is_selected_does_not_cross(selection):
+    sentences = [(0, 1, 2, 3), (0, 1, 4), (5, 2, 3), (0, 6, 3)]
+    slots = [(i, j, align(sentences[i], sentences[j])) for i in range(4) for j in range(i + 1, 4)]
+    for places in select(propose(sentences, slots), selection):
+        for one in places:
+            for other in places:
+                assert not one.start < other.start < one.end < other.end
+
+
+def test_first_leaf_and_branch_believe_different_things():
+    # of the crossing spans (0, 2) and (1, 3), the first was proposed first, the second is said
+    # twice elsewhere
+    sentences = [(7, 8, 9, 1), (2, 3), (8, 9, 4, 4, 4), (8, 9, 5, 5, 5, 5)]
+    slots = [(0, 1, (((0, 2), (0, 1)),)), (0, 2, (((1, 3), (0, 2)),)), (2, 3, (((0, 2), (0, 2)),))]
+    hypotheses = propose(sentences, slots)
+    kept = {way: {(p.start, p.end) for p in select(hypotheses, way)[0]} for way in SELECTIONS}
+    assert kept["first"] == {(0, 2)}
+    assert kept["leaf"] == {(1, 3)}
+    assert kept["branch"] == {(1, 3)}
+
+
+def test_the_worked_example_is_learned():
+    grammar = induce([tuple("abxcd"), tuple("abycd"), tuple("abxcd")])
+    assert format_grammar(grammar) == "S -> a b A c d\nA -> x [0.6667] | y [0.3333]"
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("selection", SELECTIONS)
+def test_alignment_alone_covers_its_examples_in_any_family_and_selection(family, selection):
+    grammar = induce(TOY, family=family, selection=selection, compacted=False)
+    check_grammar(grammar)
+    assert set(TOY) <= language(grammar)
+
+
+def test_the_toy_language_is_learned_within_the_papers_size():
+    found = induce_with_bits(TOY)
+    assert len(found.grammar.nonterminals) <= 5
+    assert len(found.grammar.rules) <= 11
+    strings = language(found.grammar)
+    assert set(TOY) <= strings <= TOY_LANGUAGE
+    assert len(strings) > len(TOY)
+    flat = flat_rules({tuple("dfmprs".index(s) for s in word): 1 for word in TOY}, 6)
+    assert found.bits.total < flat.bits()
+
+
+def test_edit_alignment_finds_nonterminals_in_the_toy_language_by_itself():
+    grammar = induce(TOY, family="edit", selection="leaf", compacted=False)
+    assert language(grammar) - set(TOY)
+    assert language(grammar) <= TOY_LANGUAGE
+
+
+def test_the_order_of_sentences_changes_nothing():
+    grammars = {
+        induce(order, family="edit", selection="first", compacted=False)
+        for order in permutations(TOY)
+    }
+    assert len(grammars) == 1
+    assert len({induce(order, effort=LITTLE) for order in list(permutations(TOY))[::24]}) == 1
+
+
+@settings(max_examples=25, deadline=None)
+@given(SENTENCES)
+def test_grammar_and_codes_give_back_every_sentence(sentences):
+    found = induce_with_bits(sentences, effort=LITTLE)
+    trees = [most_economical_tree(found.grammar, sentence) for sentence in sentences]
+    assert list(decode(found.grammar, encode(found.grammar, trees))) == sentences
+    assert found.bits == description_length(found.grammar, sentences)
+    check_grammar(found.grammar)
+
+
+@settings(max_examples=25, deadline=None)
+@given(SENTENCES)
+def test_nodes_of_a_compacted_rule_set_agree_with_its_references(sentences):
+    counted = {}
+    for sentence in sentences:
+        right = tuple("abcd".index(name) for name in sentence)
+        counted[right] = counted.get(right, 0) + 1
+    flat = flat_rules(counted, 4)
+    found = compact(flat, effort=LITTLE)
+    assert found.bits() <= flat.bits()
+    for left, rights in found.rules.items():
+        used = sum(
+            count * right.count(left)
+            for others in found.rules.values()
+            for right, count in others.items()
+        )
+        assert sum(rights.values()) == (used or len(sentences))
+
+
+BASKETBALL = [
+    tuple(word.split())
+    for word in (
+        "walk catch dribble shoot walk",
+        "walk catch dribble dribble shoot walk walk",
+        "walk walk catch fake dribble shoot walk",
+        "catch dribble fake shoot walk",
+        "walk catch fake shoot walk walk walk",
+        "catch dribble dribble dribble shoot walk",
+        "walk walk catch shoot walk",
+        "walk catch dribble fake dribble shoot walk",
+    )
+]
+
+
+@pytest.mark.parametrize("compacted", [True, False])
+@pytest.mark.parametrize("family", ["auto", "edit", "biased", "suffix"])
+def test_one_shot_in_each_example_means_one_shot_in_each_derived_sentence(compacted, family):
+    grammar = induce(BASKETBALL, family=family, compacted=compacted, effort=LITTLE)
+    strings = language(grammar)
+    assert {string.count("shoot") for string in strings} == {1}
+    assert {string.count("catch") for string in strings} == {1}
+    assert set(BASKETBALL) <= strings
+
+
+def test_alignment_without_laws_would_shoot_twice():
+    # dribble shoot walk, shoot dribble walk: shoot and nothing are exchanged in both places, so
+    # alignment alone has S -> X dribble X walk with X -> shoot | empty
+    words = [(0, 1, 2), (1, 0, 2)]
+    hypotheses = propose(words, [(0, 1, align(*words))])
+    kept = select(hypotheses, "first")
+    free = read_rules(hypotheses, kept, [1, 1], 3, lawful=False)
+    bound = read_rules(hypotheses, kept, [1, 1], 3)
+    constants = constant_terminals(dict.fromkeys(words, 1))
+    assert constants == {0: 1, 1: 1, 2: 1}
+    assert not RuleSet(3, free.rules, constants).lawful()
+    assert RuleSet(3, bound.rules, constants).lawful()
+
+
+def test_an_empty_nonterminal_beside_itself_is_against_the_law():
+    assert not RuleSet(2, {2: {(3, 3, 0): 1}, 3: {(): 1, (1,): 1}}).lawful()
+    assert RuleSet(2, {2: {(3, 0, 3): 1}, 3: {(): 1, (1,): 1}}).lawful()
+
+
+def test_one_sentence_is_its_own_grammar():
+    assert language(induce([tuple("abc")])) == {tuple("abc")}
+    assert language(induce([("a",)])) == {("a",)}
+
+
+@pytest.mark.parametrize(
+    ("sentences", "options", "message"),
+    [
+        ([], {}, "sentences: expected at least one, found none"),
+        ([("a",), ()], {}, "sentence 2: expected at least one terminal, found an empty"),
+        ([("a",)], {"family": "edid"}, "family: expected .* found 'edid'. Did you mean edit?"),
+        ([("a",)], {"selection": "tree"}, "selection: expected first, leaf, branch or auto"),
+    ],
+)
+def test_bad_input_is_refused(sentences, options, message):
+    with pytest.raises(GrammarError, match=message):
+        induce(sentences, **options)
+
+
+def test_an_action_of_ten_sentences_that_none_holds_twice_is_never_derived_twice():
+    # "s" stands before and after other actions: rules that save bits would let it stand in both
+    words = [
+        "rsm",
+        "rdsm",
+        "rfsdm",
+        "rdfm",
+        "rsfm",
+        "rdsdm",
+        "rsddm",
+        "rdfsm",
+        "rffsm",
+        "rsffm",
+        "rfsm",
+        "rsdm",
+    ]
+    sentences = [tuple(word) for word in words]
+    grammar = induce(sentences, effort=LITTLE)
+    strings = finite_language(grammar, 10_000)
+    assert set(sentences) <= set(strings)
+    assert max(string.count("s") for string in strings) == 1
+
+
+def test_nine_sentences_are_too_few_to_forbid_that_an_action_comes_twice():
+    assert single_terminals({(0, 1): 9, (1, 1): 5}) == frozenset()
+    assert single_terminals({(0, 1): 10, (1, 1): 5}) == {0}
+
+
+def test_the_search_keeps_single_terminals_as_the_plain_check_does():
+    doubled = RuleSet(2, {2: {(3, 3): 1}, 3: {(0,): 1, (1,): 1}}, singles=frozenset({0}))
+    apart = RuleSet(2, {2: {(0, 3): 1}, 3: {(1,): 1, (1, 1): 1}}, singles=frozenset({0}))
+    assert not doubled.lawful()
+    assert apart.lawful()
+    for rules, expected in ((doubled, False), (apart, True)):
+        assert _compiled_check(rules) is expected
+
+
+def _compiled_check(rules):
+    table, text, filled, _ = table_of(rules, 16, 64)
+    alternatives = np.bincount(table[:filled, LEFT] - rules.n_terminals, minlength=2)
+    marks = np.array([int(t in rules.singles) << t for t in range(rules.n_terminals)])
+    weights = np.zeros(rules.n_terminals, dtype=np.int64)
+    return bool(
+        lawful(table, text, filled, rules.n_terminals, alternatives, weights, marks, 0, True)
+    )

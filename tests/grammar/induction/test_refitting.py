@@ -1,0 +1,229 @@
+"""Sentences read again by other rules, and rules taken apart, against slow obvious twins."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.grammar.baselines.language_measures import match_languages
+from motiondb.grammar.cfg.context_free import read_grammar
+from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.induction.induction import induce_with_bits
+from motiondb.grammar.induction.perturbation import forget, part, perturb, sample
+from motiondb.grammar.induction.refitting import refit
+from motiondb.grammar.induction.rule_compaction import Effort, compact, effort_for
+from motiondb.grammar.rules.description_length import description_length
+from motiondb.grammar.rules.rule_set import RuleSet, flat_rules
+
+# terminals 0, 1, 2; start 3; nonterminals 4 and 5, 4 may use 5
+T, S, A, B = 3, 3, 4, 5
+RIGHTS = {
+    S: st.lists(st.sampled_from([0, 1, 2, A, B]), min_size=1, max_size=4),
+    A: st.lists(st.sampled_from([0, 1, 2, B]), max_size=3),
+    B: st.lists(st.sampled_from([0, 1, 2]), max_size=2),
+}
+STRING = st.lists(st.integers(0, T - 1), min_size=1, max_size=6).map(tuple)
+STRINGS = st.dictionaries(STRING, st.integers(1, 3), min_size=1, max_size=5)
+
+
+def state(seed=7):
+    return np.array([seed], dtype=np.uint64)
+
+
+@st.composite
+def donors(draw):
+    rules = {}
+    for left, rights in RIGHTS.items():
+        counted = st.dictionaries(rights.map(tuple), st.just(1), min_size=1, max_size=4)
+        rules[left] = draw(counted)
+    return RuleSet(T, rules)
+
+
+def naive_bits(rules):
+    """Bits of the cheapest derivation of a string from symbols, by trying all."""
+
+    @cache
+    def bits(symbols, string):
+        if not symbols:
+            return 0.0 if not string else math.inf
+        first, rest = symbols[0], symbols[1:]
+        if first < T:
+            return bits(rest, string[1:]) if string[:1] == (first,) else math.inf
+        node = math.log2(len(rules[first]))
+        return min(
+            node + min(bits(right, string[:k]) for right in rules[first]) + bits(rest, string[k:])
+            for k in range(len(string) + 1)
+        )
+
+    return bits
+
+
+def strings_of(rules, symbols):
+    """All strings of symbols of acyclic rules."""
+    found = {()}
+    for symbol in symbols:
+        ends = (
+            {(symbol,)}
+            if symbol < T
+            else set().union(*(strings_of(rules, right) for right in rules[symbol]))
+        )
+        found = {a + b for a in found for b in ends}
+    return found
+
+
+def check_nodes(rules, total):
+    """Nodes of each nonterminal are as many as its uses."""
+    for left, rights in rules.items():
+        used = sum(
+            count * right.count(left)
+            for others in rules.values()
+            for right, count in others.items()
+        )
+        assert sum(rights.values()) == (total if left == S else used)
+
+
+@settings(max_examples=60, deadline=None)
+@given(donors(), STRING, st.integers(1, 3))
+def test_a_sentence_is_read_by_its_cheapest_parse(donor, sentence, count):
+    found = refit(donor, flat_rules({sentence: count}, T))
+    if found is None:
+        assert not donor.lawful()
+        return
+    bits = naive_bits(donor.rules)
+    cheapest = bits((S,), sentence)
+    if cheapest < math.inf:
+        used = sum(
+            number * math.log2(len(donor.rules[left]))
+            for left, rights in found.rules.items()
+            for number in rights.values()
+        )
+        assert used == pytest.approx(count * cheapest)
+        assert all(right in donor.rules[left] for left, right in found.uses())
+    else:  # a new rule: as cheap as any row of terminals and nonterminals that derives it
+        (right,) = found.rules[S]
+        symbol = math.log2(len(donor.rules) + T + 1)
+        least = [0.0] + [math.inf] * len(sentence)
+        for j in range(1, len(sentence) + 1):
+            for i in range(j):
+                span = sentence[i:j]
+                one = min([bits((A,), span), bits((B,), span), 0.0 if i == j - 1 else math.inf])
+                least[j] = min(least[j], least[i] + symbol + one)
+        if found.lawful() and any(s >= T for s in right):
+            assert len(right) * symbol + bits(right, sentence) == pytest.approx(least[-1])
+        assert bits(right, sentence) < math.inf
+
+
+@settings(max_examples=60, deadline=None)
+@given(donors(), STRINGS)
+def test_all_sentences_are_derived_and_every_node_counted(donor, sentences):
+    found = refit(donor, flat_rules(sentences, T))
+    if found is None:  # the donor itself was unlawful, in rules that all sentences need
+        assert not donor.lawful()
+        return
+    assert found.lawful()
+    assert set(sentences) <= strings_of(found.rules, (S,))
+    check_nodes(found.rules, sum(sentences.values()))
+
+
+def test_what_a_new_rule_may_not_hold_is_told_plainly():
+    # 0 never stands twice in a sentence; A may hold it, so S -> A A would be against the law
+    donor = RuleSet(T, {S: {(A, 1): 1}, A: {(0,): 1, (2,): 1}}, singles=frozenset({0}))
+    flat = RuleSet(T, {S: {(0, 1): 1, (0, 2): 1}}, singles=frozenset({0}))
+    assert refit(donor, flat).rules == {S: {(A, 1): 1, (0, 2): 1}, A: {(0,): 1}}
+
+
+def test_a_cycle_is_not_read():
+    assert refit(RuleSet(T, {S: {(A,): 1}, A: {(A, 0): 1}}), flat_rules({(0,): 1}, T)) is None
+
+
+def test_what_needs_a_forgotten_rule_is_forgotten_too():
+    rules = RuleSet(T, {S: {(A, 0): 1}, A: {(B, 1): 1}, B: {(2,): 1}})
+    for seed in range(20):
+        for number in (1, 2, 3):
+            left_over = forget(rules, number, state(seed)).rules
+            known = set(range(T)) | set(left_over)
+            assert all(known.issuperset(right) for rights in left_over.values() for right in rights)
+            # every rule needs the next: without any one of them no sentence is left
+            assert left_over[S] == {}
+
+
+@settings(max_examples=40, deadline=None)
+@given(donors(), st.booleans(), st.integers(0, 1000))
+def test_copies_derive_the_same_strings(donor, once, seed):
+    copied = part(donor, once, state(seed))
+    references = donor.references()
+    if copied is None:
+        assert references[A] < 2
+        assert references[B] < 2
+        return
+    assert strings_of(copied.rules, (S,)) == strings_of(donor.rules, (S,))
+    assert len(copied.rules) > len(donor.rules)
+
+
+def test_a_sample_keeps_the_laws_of_all():
+    flat = flat_rules({(0, 1): 2, (0, 2): 1, (1, 0): 1, (2, 0): 4}, T)
+    some = sample(flat, 2, state())
+    assert len(some.rules[S]) == 2
+    assert set(some.rules[S].items()) <= set(flat.rules[S].items())
+    assert some.constants == flat.constants == {0: 1}
+
+
+@settings(max_examples=20, deadline=None)
+@given(STRINGS, st.integers(0, 1000))
+def test_rules_taken_apart_derive_all_sentences(sentences, seed):
+    flat = flat_rules(sentences, T)
+    rules = compact(flat, effort=Effort(begun=3, repeated=2, tries=500))
+    found = perturb(rules, flat, 300, state(seed))
+    if found is not None:
+        assert found.lawful()
+        assert set(sentences) <= strings_of(found.rules, (S,))
+        check_nodes(found.rules, sum(sentences.values()))
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.dictionaries(STRING, st.integers(1, 3), min_size=4, max_size=9))
+def test_rules_of_samples_become_rules_of_all_sentences(sentences):
+    flat = flat_rules(sentences, T)
+    found = compact(flat, effort=Effort(2, 4, 500, samples=2, sampled=3))
+    assert found.bits() <= flat.bits()
+    assert found.lawful()
+    assert set(sentences) <= strings_of(found.rules, (S,))
+    check_nodes(found.rules, sum(sentences.values()))
+
+
+def test_many_sentences_are_searched_by_samples():
+    few = flat_rules({(0, 1): 2, (0, 2): 1}, T)
+    assert effort_for(few).samples == 0
+    many = flat_rules({(0, 1, 2) * 3 + (k % 3, k // 3): 1 for k in range(9)}, T)
+    assert effort_for(many).samples == 0
+    words = {tuple(int(c) for c in np.base_repr(k, 3).rjust(12, "0")): 1 for k in range(60)}
+    effort = effort_for(flat_rules(words, T))
+    assert effort.samples > 0
+    assert 2 <= effort.sampled < 60
+    two = flat_rules({(0, 1) * 200: 1, (1, 2) * 200: 1}, T)
+    assert effort_for(two).samples == 0
+    assert effort_for(two).begun > 0
+
+
+BOUTS = """
+S -> ready Bout Bout rest
+Bout -> Guard Blow | Blow
+Guard -> parry | duck
+Blow -> hook | jab hook | jab jab
+"""
+
+
+@pytest.mark.parametrize("n", [12, 36])
+def test_more_sentences_do_not_make_worse_rules(n):
+    truth = read_grammar(BOUTS)
+    rng = np.random.default_rng(3)
+    sentences = [derive(truth, rng).leaves() for _ in range(n)]
+    found = induce_with_bits(sentences)
+    match = match_languages(found.grammar, truth, np.random.default_rng(0))
+    assert found.bits.total <= description_length(truth, sentences).total + 1e-6
+    assert match.precision == match.recall == 1.0

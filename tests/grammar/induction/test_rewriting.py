@@ -1,0 +1,197 @@
+"""Changes of rules in arrays against the same changes of rules in dictionaries."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.grammar.induction.rewriting import (
+    edit_places,
+    occurrences,
+    replace,
+    unite,
+    write_out,
+    write_out_once,
+)
+from motiondb.grammar.induction.rule_arrays import bits_of, lawful, rules_of, table_of
+from motiondb.grammar.rules.rule_set import RuleSet
+
+# terminals 0, 1, 2; start 3; nonterminals 4 and 5, 4 may use 5
+T, S, A, B = 3, 3, 4, 5
+RIGHTS = {
+    S: st.sampled_from([0, 1, 2, A, B]),
+    A: st.sampled_from([0, 1, 2, B]),
+    B: st.sampled_from([0, 1, 2]),
+}
+
+
+@st.composite
+def rule_sets(draw):
+    rules = {}
+    for left, symbol in RIGHTS.items():
+        rights = st.lists(symbol, min_size=1, max_size=5).map(tuple)
+        counted = st.dictionaries(rights, st.integers(1, 4), min_size=1, max_size=4)
+        rules[left] = draw(counted)
+    return RuleSet(T, rules)
+
+
+class Arrays:
+    """A rule set in arrays, with room for one change."""
+
+    def __init__(self, rule_set):
+        self.like = rule_set
+        self.table, self.text, self.filled, self.end = table_of(rule_set, 64, 600)
+        self.goal = np.zeros_like(self.table)
+
+    def spell(self, part):
+        """A part, as a place in the text."""
+        place = self.end
+        self.text[place : place + len(part)] = part
+        self.end += len(part)
+        return place
+
+    def after(self, change, *arguments):
+        filled, _ = change(self.table, self.text, self.filled, self.end, self.goal, *arguments)
+        assert filled > 0
+        found = rules_of(self.goal, self.text, filled, T, self.like).rules
+        return {left: rights for left, rights in found.items() if rights}
+
+    def row(self, left, right):
+        for r in range(self.filled):
+            symbol, offset, length, *_ = self.table[r].tolist()
+            if symbol == left and tuple(self.text[offset : offset + length].tolist()) == right:
+                return r
+        raise AssertionError
+
+
+def collected(uses):
+    """Rules of (left, right, count), a left that is its own right left out."""
+    rules = {}
+    for left, right, count in uses:
+        if right != (left,):
+            rights = rules.setdefault(left, {})
+            rights[right] = rights.get(right, 0) + count
+    return rules
+
+
+def uses_of(rule_set):
+    return [(x, right, n) for x, rights in rule_set.rules.items() for right, n in rights.items()]
+
+
+def replaced(right, part, symbol):
+    """The right side with the symbol for a part, from the left, and how often."""
+    found, i, number = [], 0, 0
+    while i < len(right):
+        if right[i : i + len(part)] == part:
+            found.append(symbol)
+            i += len(part)
+            number += 1
+        else:
+            found.append(right[i])
+            i += 1
+    return tuple(found), number
+
+
+@settings(max_examples=40, deadline=None)
+@given(rule_sets(), st.lists(st.integers(0, 2), min_size=1, max_size=3).map(tuple))
+def test_a_part_is_replaced_wherever_it_stands(rule_set, part):
+    arrays = Arrays(rule_set)
+    place = arrays.spell(part)
+    expected, nodes = [], 0
+    for left, right, count in uses_of(rule_set):
+        changed, number = (right, 0) if left == B else replaced(right, part, B)
+        expected.append((left, changed, count))
+        nodes += number * count
+        row = arrays.row(left, right)
+        _, offset, length, *_ = arrays.table[row].tolist()
+        seen = replaced(right, part, B)[1]
+        assert occurrences(arrays.text, offset, length, place, len(part)) == seen
+    if nodes:
+        expected.append((B, part, nodes))
+    spared = np.array([False, False, True])
+    found = arrays.after(replace, place, len(part), B, spared, -1, T)
+    assert found == collected(expected)
+
+
+@settings(max_examples=40, deadline=None)
+@given(rule_sets())
+def test_two_nonterminals_become_one_as_if_renamed(rule_set):
+    twin = rule_set.copy()
+    twin.rename({B: A})
+    expected = collected(uses_of(twin))
+    assert Arrays(rule_set).after(unite, A, B) == expected
+
+
+@settings(max_examples=40, deadline=None)
+@given(rule_sets())
+def test_a_nonterminal_of_one_rule_is_written_out(rule_set):
+    spelled, count = next(iter(rule_set.rules[B].items()))
+    rule_set.rules[B] = {spelled: count}
+    expected = [
+        (left, tuple(s for old in right for s in (spelled if old == B else (old,))), count)
+        for left, right, count in uses_of(rule_set)
+        if left != B
+    ]
+    assert Arrays(rule_set).after(write_out, B) == collected(expected)
+
+
+@settings(max_examples=40, deadline=None)
+@given(rule_sets(), st.data())
+def test_alternatives_are_written_into_the_one_rule_that_uses_them(rule_set, data):
+    for left in (S, A):  # B stands nowhere but in a rule of its own
+        kept = {tuple(s for s in right if s != B): n for right, n in rule_set.rules[left].items()}
+        rule_set.rules[left] = {right: n for right, n in kept.items() if right} or {(0,): 1}
+    inner = data.draw(st.lists(st.integers(0, 2), max_size=3))
+    place = data.draw(st.integers(0, len(inner)))
+    right = (*inner[:place], B, *inner[place:])
+    count = sum(rule_set.rules[B].values())
+    rule_set.rules[A][right] = count
+    expected = [u for u in uses_of(rule_set) if u[0] != B and u[1] != right]
+    for part, number in rule_set.rules[B].items():
+        expected.append((A, (*inner[:place], *part, *inner[place:]), number))
+    assert Arrays(rule_set).after(write_out_once, B) == collected(expected)
+
+
+@pytest.mark.parametrize("one_row", [True, False])
+def test_parts_at_two_places_become_alternatives(one_row):
+    first, second = (0, 1, 2, 0), (2, 1, 1)
+    rule_set = RuleSet(T, {S: {first: 2, second: 3}})
+    arrays = Arrays(rule_set)
+    a, b = arrays.row(S, first), arrays.row(S, second)
+    if one_row:
+        found = arrays.after(edit_places, a, 0, 1, a, 2, 2, A)
+        assert found == {S: {(A, 1, A): 2, second: 3}, A: {(0,): 2, (2, 0): 2}}
+    else:
+        found = arrays.after(edit_places, a, 1, 2, b, 1, 0, A)
+        assert found == {S: {(0, A, 0): 2, (2, A, 1, 1): 3}, A: {(1, 2): 2, (): 3}}
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    rule_sets(),
+    st.dictionaries(st.integers(0, 2), st.integers(0, 2), max_size=2),
+    st.frozensets(st.integers(0, 2), max_size=2),
+    st.booleans(),
+)
+def test_bits_and_laws_are_those_of_the_rule_set(rule_set, constants, singles, empty):
+    if empty:
+        rule_set.rules[B][()] = 1
+    rule_set.constants, rule_set.singles = constants, singles
+    arrays = Arrays(rule_set)
+    alternatives, nodes = np.zeros(8, dtype=np.int64), np.zeros(8, dtype=np.int64)
+    logs = np.log2(np.maximum(np.arange(64), 1))
+    bits = bits_of(arrays.table, arrays.filled, T, nodes, alternatives, logs)
+    assert bits == pytest.approx(rule_set.bits())
+    weights, marks = np.zeros(T, dtype=np.int64), np.zeros(T, dtype=np.int64)
+    for terminal in constants:
+        weights[terminal] = 10_007 ** (terminal + 1)
+    for place, terminal in enumerate(sorted(singles)):
+        marks[terminal] = 1 << place
+    total = sum(int(weights[c]) * number for c, number in constants.items())
+    kept = lawful(
+        arrays.table, arrays.text, arrays.filled, T, alternatives, weights, marks, total,
+        rule_set.empties,
+    )  # fmt: skip
+    assert kept == rule_set.lawful()

@@ -1,0 +1,75 @@
+"""Bits of rules and sentences: the paper's worked numbers, economy, and codes that lead back."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from motiondb.grammar.cfg.context_free import GrammarError, derive_by, read_grammar
+from motiondb.grammar.rules.description_length import (
+    decode,
+    description_length,
+    encode,
+    grammar_bits,
+    most_economical_tree,
+    tree_bits,
+)
+
+WORKED = [
+    ("S -> a b A c d\nA -> x | y", ["abxcd", "abycd", "abxcd"], 41.0391),
+    ("S -> a b x c d | a b y c d", ["abxcd", "abycd", "abxcd"], 42.0),
+    ("S -> a b x c d a b y c d a b x c d", ["abxcdabycdabxcd"], 48.0),
+    ("S -> a b x c | d a b y c d a | b x c d", ["abxc", "dabycda", "bxcd"], 64.7549),
+]
+
+
+@pytest.mark.parametrize(("text", "sentences", "bits"), WORKED)
+def test_the_worked_example_of_the_paper(text, sentences, bits):
+    grammar = read_grammar(text)
+    found = description_length(grammar, [tuple(sentence) for sentence in sentences])
+    assert round(found.total, 4) == bits
+
+
+def test_the_rules_are_one_sequence_with_separators():
+    # S a b A c d @ A x @ A y: 12 symbols of 2 + 6 + 1 kinds
+    grammar = read_grammar("S -> a b A c d\nA -> x | y")
+    assert grammar_bits(grammar) == pytest.approx(12 * math.log2(9))
+
+
+def test_an_ambiguous_grammar_is_charged_for_its_most_economical_tree():
+    # x by A costs log2 3 for S and nothing more; by B log2 3 and log2 2
+    grammar = read_grammar("S -> B | A | y\nA -> x\nB -> x | z")
+    tree = most_economical_tree(grammar, ("x",))
+    assert tree.children[0].symbol == "A"
+    assert tree_bits(grammar, tree) == pytest.approx(math.log2(3))
+
+
+def test_learned_probabilities_do_not_change_the_bits():
+    grammar = read_grammar("S -> B [0.99] | A [0.005] | y [0.005]\nA -> x\nB -> x | z")
+    assert description_length(grammar, [("x",)]).sentences == pytest.approx(math.log2(3))
+
+
+@pytest.mark.parametrize(("text", "sentences", "bits"), WORKED)
+def test_codes_give_back_the_sentences(text, sentences, bits):
+    grammar = read_grammar(text)
+    said = [tuple(sentence) for sentence in sentences]
+    codes = encode(grammar, [most_economical_tree(grammar, sentence) for sentence in said])
+    assert list(decode(grammar, codes)) == said
+
+
+def test_the_code_numbers_alternatives_from_0():
+    grammar = read_grammar("S -> a b A c d\nA -> x | y")
+    assert encode(grammar, [derive_by(grammar, (0, 2))]) == ((0, 1),)
+
+
+@pytest.mark.parametrize("code", [(0, 2), (0, 1, 0), (0,)])
+def test_codes_of_another_grammar_are_refused(code):
+    grammar = read_grammar("S -> a b A c d\nA -> x | y")
+    with pytest.raises(GrammarError, match="expected"):
+        decode(grammar, [code])
+
+
+def test_a_sentence_outside_the_language_has_no_bits():
+    with pytest.raises(GrammarError):
+        description_length(read_grammar("S -> a"), [("b",)])

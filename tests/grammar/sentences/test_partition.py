@@ -1,0 +1,214 @@
+"""Sentences cut out of strings: what may be cut, what is counted, what the search finds."""
+
+from __future__ import annotations
+
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.sentences.borders import recurring_splits
+from motiondb.grammar.sentences.context_bits import context_bits, context_rules
+from motiondb.grammar.sentences.cutting import cutting_room, draw_best, draw_cuts, search_cuts
+from motiondb.grammar.sentences.partition import find_sentences, sentences_between
+from motiondb.grammar.sentences.recutting import cheapest_cuts, recut, shared_symbols
+
+PAPER = tuple("abxcdabycdabxcd")
+
+
+def markov_string(n, k, seed):
+    rng = np.random.default_rng(seed)
+    chances = rng.dirichlet(np.full(k, 0.15), k)
+    found = [0]
+    while len(found) < n:
+        found.append(int(rng.choice(k, p=chances[found[-1]])))
+    return tuple(f"t{symbol}" for symbol in found)
+
+
+def test_the_papers_string_is_cut_as_the_paper_cuts_it():
+    found = find_sentences([PAPER], np.random.default_rng(0), evaluations=200)
+    assert found.cuts == ((5, 10),)
+    assert round(found.bits.total, 4) == 41.0391
+
+
+@pytest.mark.parametrize(("cuts", "bits"), [((5, 10), 41.0391), ((), 47.5489)])
+def test_the_bits_of_a_partition_are_those_of_its_grammar(cuts, bits):
+    # uncut, abxcd is a rule of its own: S A abycd A @ A abxcd, 8 + 1 + 6 symbols of 9 kinds
+    assert round(cutting_room([PAPER]).bits(cuts), 4) == bits
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.sampled_from("abc"), min_size=2, max_size=40), st.integers(0, 99))
+def test_quick_bits_are_those_of_the_rules_they_stand_for(letters, seed):
+    string = tuple(letters)
+    if len(set(string)) < 2:
+        return
+    room = cutting_room([string], 1, 6)
+    spans = room.spans(draw_cuts(room, np.random.default_rng(seed)))
+    rules = context_rules(room.covered, *spans)
+    assert context_bits(room.covered, *spans) == pytest.approx(rules.bits())
+    assert rules.lawful()
+    sentences = [tuple(room.covered.symbols[a:b].tolist()) for a, b in zip(*spans, strict=True)]
+    assert language(rules, rules.start) == set(sentences)
+
+
+def language(rules, symbol):
+    if symbol not in rules.rules:
+        return {(symbol,)}
+    found = set()
+    for right in rules.rules[symbol]:
+        strings = {()}
+        for part in right:
+            ends = language(rules, part)
+            strings = {a + b for a in strings for b in ends}
+        found |= strings
+    return found
+
+
+def test_no_cut_divides_a_chosen_repeat_or_makes_too_short_a_sentence():
+    strings = [markov_string(90, 6, 1), markov_string(60, 6, 2)]
+    room = cutting_room(strings, 4, 15)
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        cuts = draw_cuts(room, rng)
+        starts, ends = room.spans(cuts)
+        assert not room.covered.inside[list(cuts)].any()
+        assert (ends - starts).min() >= 4
+        assert ends.tolist()[-1] == 151
+        assert 90 in ends.tolist()
+
+
+def test_the_search_finds_fewer_bits_than_as_many_random_candidates():
+    room = cutting_room([markov_string(150, 8, 3)], 3, 20)
+    searched = [search_cuts(room, np.random.default_rng(seed), 600)[1] for seed in range(4)]
+    drawn = [draw_best(room, np.random.default_rng(seed), 600)[1] for seed in range(4)]
+    assert np.mean(searched) < np.mean(drawn)
+    assert min(searched) < min(drawn)
+
+
+def test_the_search_is_never_worse_than_what_it_drew_at_first():
+    room = cutting_room([markov_string(200, 10, 6)])
+    for seed in range(4):
+        _, first = draw_best(room, np.random.default_rng(seed), 20)
+        assert search_cuts(room, np.random.default_rng(seed), 80)[1] <= first
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.sets(st.integers(1, 29), max_size=9), st.sets(st.integers(1, 29), max_size=2), st.data())
+def test_recuts_are_the_cheapest_of_all(free, pinned, data):
+    places = np.array(sorted({0, 30} | free | pinned))
+    fixed = np.isin(places, [0, 30, *pinned])
+    cost = st.floats(-5, 5).map(lambda x: round(x, 2))
+    costs = np.array(data.draw(st.lists(cost, min_size=len(places), max_size=len(places))))
+    found = cheapest_cuts(places, fixed, costs, 3, 12)
+    assert set(np.flatnonzero(fixed)) <= set(found.tolist())
+    best = min(path_cost(places, fixed, costs, path) for path in paths(fixed))
+    assert path_cost(places, fixed, costs, found.tolist()) == pytest.approx(best)
+
+
+def paths(fixed):
+    """All choices of places that hold the fixed ones."""
+    inner = np.flatnonzero(~fixed).tolist()
+    for chosen in product((False, True), repeat=len(inner)):
+        yield sorted([*np.flatnonzero(fixed).tolist(), *(i for i, c in zip(inner, chosen) if c)])
+
+
+def path_cost(places, fixed, costs, path):
+    """As the docstring says: too near is not allowed unless both are fixed, too long is dear."""
+    total = 0.0
+    for i, j in pairwise(path):
+        length = places[j] - places[i]
+        if length < 3 and not (fixed[i] and fixed[j]):
+            return np.inf
+        total += costs[j] + 1e3 * max(0, length - 12)
+    return total
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.integers(0, 2), min_size=2, max_size=14), st.data())
+def test_shared_symbols_are_those_before_and_after(symbols, data):
+    n = len(symbols)
+    cuts = data.draw(st.sets(st.integers(1, n - 1), max_size=3))
+    found = shared_symbols(np.array(symbols), np.arange(n + 1), np.array(sorted(cuts), dtype=int))
+    for place in range(n + 1):
+        others = [cut for cut in cuts if cut != place]
+        after = [common(symbols[place:], symbols[cut:]) for cut in others]
+        before = [common(symbols[:place][::-1], symbols[:cut][::-1]) for cut in others]
+        assert found[place] == max(after, default=0) + max(before, default=0)
+
+
+def common(one, other):
+    """Length of the common beginning, six at most."""
+    return next(
+        (i for i, (x, y) in enumerate(zip(one, other)) if x != y or i == 6),
+        min(len(one), len(other), 6),
+    )
+
+
+def test_a_recut_keeps_lengths_and_the_cover_and_the_ends_of_strings():
+    room = cutting_room([markov_string(90, 6, 1), markov_string(60, 6, 2)], 4, 15)
+    rng = np.random.default_rng(0)
+    cuts = draw_cuts(room, rng)
+    for _ in range(50):
+        cuts = recut(room.covered.symbols, room.allowed, room.bounds, (4, 15), cuts, rng)
+        starts, ends = room.spans(cuts)
+        assert set(cuts) <= set(room.allowed)
+        assert (ends - starts).min() >= 4
+        assert 90 in ends.tolist()
+
+
+def test_the_same_seed_finds_the_same_sentences_and_they_make_up_the_strings():
+    strings = [markov_string(14, 5, 4), markov_string(9, 5, 5)]
+    one = find_sentences(strings, np.random.default_rng(7), evaluations=60)
+    assert one == find_sentences(strings, np.random.default_rng(7), evaluations=60)
+    assert sum(one.sentences, ()) == strings[0] + strings[1]
+    assert len(one.sentences) == sum(len(cuts) + 1 for cuts in one.cuts)
+
+
+def test_a_border_that_always_recurs_may_be_cut_although_it_repeats():
+    # every sentence ends in z and begins with a: "za" repeats, and the cover forbids each border
+    string = tuple("abczadczabbzadbzabcz")
+    assert ((4, 8, 12, 16),) in recurring_splits([string], 3, 6)
+    found = find_sentences([string], np.random.default_rng(0), shortest=3, longest=6)
+    assert found.cuts == ((4, 8, 12, 16),)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_no_sentence_is_longer_than_was_wished(seed):
+    rng = np.random.default_rng(seed)
+    motif = tuple(
+        map(str, rng.integers(4, size=11))
+    )  # recurs, and is longer than a sentence may be
+    strings = [(*map(str, rng.integers(4, size=9)), *motif, *motif) for _ in range(2)]
+    found = find_sentences(strings, rng, shortest=3, longest=8)
+    assert {3 <= len(sentence) <= 8 for sentence in found.sentences} == {True}
+    assert sum(map(len, found.sentences)) == sum(map(len, strings))
+
+
+def test_sentences_may_be_given():
+    found = sentences_between([tuple("abxcd"), tuple("abycdabxcd")], [(), (5,)])
+    assert round(found.bits.total, 4) == 41.0391
+    assert len(found.sentences) == 3
+
+
+@pytest.mark.parametrize(
+    ("strings", "lengths", "message"),
+    [
+        ([], {}, "at least two different symbols, found 0"),
+        ([("a",) * 9], {}, "at least two different symbols, found 1"),
+        ([tuple("ab"), ()], {}, "string 2: expected at least one symbol"),
+        ([tuple("ab")], {"shortest": 5, "longest": 4}, "found 5 and 4"),
+    ],
+)
+def test_strings_that_cannot_be_cut_are_refused(strings, lengths, message):
+    with pytest.raises(GrammarError, match=message):
+        find_sentences(strings, np.random.default_rng(0), **lengths)
+
+
+@pytest.mark.parametrize("cuts", [(0,), (3,), (2, 1)])
+def test_cuts_outside_a_string_are_refused(cuts):
+    with pytest.raises(GrammarError, match="string 1: expected rising cuts between 1 and 2"):
+        sentences_between([tuple("abc")], [cuts])

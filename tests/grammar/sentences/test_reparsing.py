@@ -1,0 +1,178 @@
+"""Strings cut by rules: prices of sentences, cheapest cuts, against slow twins; cuts of a kind."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.grammar.cfg.context_free import read_grammar
+from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.induction.induction import induce_with_bits
+from motiondb.grammar.rules.rule_set import RuleSet
+from motiondb.grammar.sentences.borders import (
+    border_places,
+    change_alike,
+    recurring_splits,
+    spaced,
+    too_long,
+)
+from motiondb.grammar.sentences.partition import find_sentences
+from motiondb.grammar.sentences.reparsing import cut_by_rules, sentence_prices
+
+# terminals 0 1 2; S -> 0 A 2 | A; A -> 1 | 1 1 | empty
+RULES = RuleSet(3, {3: {(0, 4, 2): 2, (4,): 1}, 4: {(1,): 1, (1, 1): 1, (): 1}})
+
+
+def test_a_sentence_of_the_rules_costs_its_choices_and_another_a_new_rule():
+    prices = sentence_prices(np.array([0, 1, 2, 0, 0, 3]), RULES, 4)
+    assert prices[0, 3] == pytest.approx(1 + math.log2(3))  # S -> 0 A 2, one of 2; A of 3
+    assert prices[1, 1] == pytest.approx(1 + math.log2(3))  # S -> A
+    letter = math.log2(2 + 3 + 1)
+    new = 2 * letter + math.log2(3)  # left side, separator, one of 3 alternatives of S
+    assert prices[3, 2] == pytest.approx(new + 2 * letter)  # 0 0
+    # "0 1": two terminals are cheaper than the terminal and A with its choice
+    assert prices[0, 2] == pytest.approx(new + 2 * letter)
+    assert np.isinf(prices[3, 3])  # over the end of the string
+
+
+def bits_of(symbol, part, rules):
+    """Fewest bits of deriving a part, by trying everything."""
+    if symbol not in rules:
+        return 0.0 if part == (symbol,) else math.inf
+    chosen = math.log2(len(rules[symbol]))
+    return chosen + min(sequence_bits(right, part, rules) for right in rules[symbol])
+
+
+def sequence_bits(right, part, rules):
+    if not right:
+        return 0.0 if not part else math.inf
+    return min(
+        bits_of(right[0], part[:n], rules) + sequence_bits(right[1:], part[n:], rules)
+        for n in range(len(part) + 1)
+    )
+
+
+def new_rule_bits(part, rules, letter):
+    if not part:
+        return 0.0
+    return min(
+        letter
+        + min([0.0 if n == 1 else math.inf, *(bits_of(left, part[:n], rules) for left in rules)])
+        + new_rule_bits(part[n:], rules, letter)
+        for n in range(1, len(part) + 1)
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.integers(0, 2), min_size=1, max_size=7))
+def test_prices_are_those_of_trying_everything(symbols):
+    prices = sentence_prices(np.array([*symbols, 3]), RULES, 5)
+    letter = math.log2(6)
+    for i in range(len(symbols)):
+        for n in range(1, min(5, len(symbols) - i) + 1):
+            part = tuple(symbols[i : i + n])
+            new = new_rule_bits(part, RULES.rules, letter) + 2 * letter + math.log2(3)
+            assert prices[i, n] == pytest.approx(min(bits_of(3, part, RULES.rules), new), rel=1e-5)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.integers(0, 2), min_size=2, max_size=9), st.integers(1, 3))
+def test_cuts_by_rules_are_the_cheapest_of_all(symbols, shortest):
+    joined = np.array([*symbols, 3])
+    n, longest = len(symbols), 5
+    prices = sentence_prices(joined, RULES, longest)
+    (cuts,) = cut_by_rules(joined, np.array([0, n + 1]), RULES, (shortest, longest))
+
+    def price(places):
+        spans = list(pairwise((0, *places, n)))
+        if any(not shortest <= b - a <= longest for a, b in spans):
+            return math.inf
+        return sum(prices[a, b - a] for a, b in spans)
+
+    best = min(price(c) for k in range(n) for c in combinations(range(1, n), k))
+    if best < math.inf:
+        assert price(cuts) == pytest.approx(best)
+    else:
+        assert cuts == ()
+
+
+def test_strings_are_cut_each_for_itself():
+    joined, bounds = np.array([0, 1, 2, 0, 2, 3, 0, 2, 0, 1, 2, 4]), np.array([0, 6, 12])
+    assert cut_by_rules(joined, bounds, RULES, (2, 5)) == ((3,), (2,))
+
+
+def test_borders_are_of_three_kinds():
+    places = border_places(["ab", "cab"])
+    assert places["between", "a", "b"] == [(0, 1), (1, 2)]
+    assert places["before", "a"] == [(1, 1)]
+    assert places["after", "a"] == [(0, 1), (1, 2)]
+
+
+def test_splits_at_a_kind_of_border_keep_the_shortest_length():
+    splits = recurring_splits(["abcabcab"], 2, 8)
+    assert ((3, 6),) in splits  # before a, after c, between both: once
+    assert len(splits) == len(set(splits))
+    assert all(min(np.diff((0, *cuts, 8))) >= 2 for (cuts,) in splits)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.text("abc", min_size=4, max_size=20), min_size=1, max_size=3), st.integers(0, 99)
+)
+def test_changes_of_a_kind_stay_inside_and_keep_the_shortest_length(strings, seed):
+    rng = np.random.default_rng(seed)
+    cuts = spaced(strings, [list(range(1, len(s))) for s in strings], 2)
+    places = border_places(strings)
+    for _ in range(5):
+        cuts = change_alike(strings, places, cuts, 2, rng)
+        for string, inner in zip(strings, cuts, strict=True):
+            edges = (0, *inner, len(string))
+            assert all(b - a >= 2 for a, b in pairwise(edges))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 12), st.integers(1, 4), st.integers(0, 4), st.sets(st.integers(1, 11)))
+def test_sentences_are_too_long_only_where_shorter_ones_are_possible(n, shortest, more, places):
+    longest = shortest + more
+    cuts = tuple(sorted(place for place in places if place < n))
+    lengths = np.diff((0, *cuts, n))
+    allowed = any(
+        all(shortest <= b - a <= longest for a, b in pairwise((0, *chosen, n)))
+        for k in range(n)
+        for chosen in combinations(range(1, n), k)
+    )
+    found = too_long(["x" * n], (cuts,), (shortest, longest))
+    assert found == (allowed and max(lengths) > longest)
+
+
+def test_a_string_that_must_stay_whole_does_not_hold_the_others():
+    strings, cuts = ["abcde", "abcdefgh"], ((), (4,))
+    assert not too_long(strings, cuts, (3, 4))
+    assert too_long(strings, ((), ()), (3, 4))
+
+
+def test_a_longest_sentence_without_end_takes_no_more_room():
+    joined, bounds = np.array([0, 1, 2, 0, 2, 3, 0, 2, 0, 1, 2, 4]), np.array([0, 6, 12])
+    cuts = cut_by_rules(joined, bounds, RULES, (2, 5))
+    assert cut_by_rules(joined, bounds, RULES, (2, 10**12)) == cuts
+
+
+def test_rules_that_are_known_are_never_made_worse():
+    sentences = [tuple("abxcd"), tuple("abycd"), tuple("abxcd")]
+    # a b c d x y are 0 to 5: S -> a b A c d, A -> x | y
+    known = RuleSet(6, {6: {(0, 1, 7, 2, 3): 3}, 7: {(4,): 2, (5,): 1}})
+    assert induce_with_bits(sentences, known=[known]).bits.total <= known.bits() + 1e-9
+
+
+def test_the_true_sentences_of_a_grammar_are_found_in_long_strings():
+    truth = read_grammar("S -> r F F i\nF -> D A | A\nA -> p p | p k | k\nD -> y | u")
+    rng = np.random.default_rng(6)
+    sentences = [derive(truth, rng).leaves() for _ in range(10)]
+    strings = [sum(sentences[:5], ()), sum(sentences[5:], ())]
+    found = find_sentences(strings, np.random.default_rng(0), evaluations=400)
+    assert found.sentences == tuple(sentences)

@@ -1,0 +1,400 @@
+"""A scene's energy: by hand, beside a slow twin in NumPy, and incremental beside from nothing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.database.scenes import scene_files
+from motiondb.scene.clips import ground
+from motiondb.scene.energy import energy as energies
+from motiondb.scene.energy.binding import bind
+from motiondb.scene.energy.placement import clip_arrays
+from motiondb.scene.energy.rule_table import (
+    AT_END,
+    AT_START,
+    DIRECTION,
+    DISTANCE,
+    HEADING,
+    LINE,
+    ON_THE_WAY,
+    POSITION,
+    SYNCHRONISATION,
+    THROUGHOUT,
+    UNMET,
+)
+from motiondb.scene.energy.scene_arrays import MOST_DELAY, scene_state
+from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.language import semantic_rules
+from motiondb.scene.language.semantic_rules import Weights
+from motiondb.scene.services import services
+
+WEIGHTS = Weights(smooth=0.7, collision=0.1, effort=5.0)
+
+LONG = {
+    "give-and-go": {
+        "A1": "hold pass run run walk run catch layup",
+        "A2": "run run catch pivot_left dribble pass run walk",
+        "A3": "run run run idle walk screen run run",
+        "D1": "guard guard run guard block run guard guard",
+        "D3": "run walk run run guard guard guard run",
+    },
+    "figure-3": {
+        "A2": "walk run run catch dribble dribble shoot",
+        "A3": "run walk run screen idle walk",
+        "D2": "guard run guard push run guard",
+    },
+}
+
+
+@lru_cache
+def cast(name: str):
+    """A shipped diagram's table and trees, with longer strings than cast() finds."""
+    diagram = scene_files.read_tactics(name)
+    grammar = scene_files.grammar_of(diagram)
+    trees = services.cast(diagram, grammar)
+    for player, string in LONG.get(name, {}).items():
+        start = grammar.start_of(diagram.player[player].team)
+        found = services.validate(grammar, string.split(), start)
+        assert found.allowed, found.message
+        trees[player] = found.tree
+    table = bind(diagram, grammar, trees)
+    return diagram, grammar, table, [trees[name] for name in table.players]
+
+
+def random_scene(wandering, name: str, rng: np.random.Generator, spread: float = 1.0):
+    diagram, grammar, table, trees = cast(name)
+    library = wandering([t.name for t in grammar.terminals], seed=int(rng.integers(5)))
+    players = []
+    for player, tree in zip(diagram.players, trees, strict=True):
+        entries = [int(rng.choice(library.of(action))) for action in tree.leaves()]
+        x, z = spread * player.at.x, spread * player.at.z
+        origin = (x, z, float(rng.normal(0.0, 3.0)))
+        players.append(PlayerState(tree, np.array(entries), origin, int(rng.integers(0, 40))))
+    return SceneState(tuple(players)), library, table
+
+
+class Twin:
+    """The same energy, frame by frame, with the functions of semantic_rules.py."""
+
+    def __init__(self, state, library, table, weights, every: int) -> None:
+        self.library, self.table, self.every = library, table, every
+        self.begins, self.tracks, self.states = [], [], state.players
+        for player in state.players:
+            place, frames, begin = np.array(player.origin), [], [player.delay]
+            for entry in player.entries:
+                frames.append(ground.compose(place, library.path_of(entry)))
+                begin.append(begin[-1] + int(library.n_frames[entry]))
+                place = ground.compose(place, library.step[entry])
+            self.tracks.append(np.concatenate(frames))
+            self.begins.append(begin)
+        self.rules = [self.value(row) / row["weight"] for row in table.rows]
+        seams = [
+            library.seam[library.seam_class[a], library.seam_class[b]]
+            for player in state.players
+            for a, b in zip(player.entries[:-1], player.entries[1:], strict=True)
+        ]
+        self.smooth = float(sum(map(float, seams))) / weights.smooth
+        self.collision = float(self.touching()) / weights.collision
+        ways = [self.way(int(entry))[-1] for player in state.players for entry in player.entries]
+        self.effort = sum(ways) / weights.effort
+        self.total = sum(self.rules) + self.smooth + self.collision + self.effort
+
+    def at(self, player: int, frame: int) -> np.ndarray:
+        track = self.tracks[player]
+        return track[min(max(frame - self.begins[player][0], 0), len(track) - 1)]
+
+    def instant(self, player: int, k: int) -> int:
+        entry = self.states[player].entries[k]
+        event = int(self.library.event_frame[entry])
+        middle = (int(self.library.n_frames[entry]) - 1) // 2
+        return self.begins[player][k] + (event if event >= 0 else middle)
+
+    def way(self, entry: int) -> np.ndarray:
+        ends = np.vstack([self.library.path_of(entry)[:, :2], self.library.step[entry, :2]])
+        metres = np.linalg.norm(np.diff(ends, axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(metres)])
+
+    def moments(self, row) -> list[int]:
+        player, begin = row["player"], self.begins[row["player"]]
+        first, last = begin[row["first"]], begin[row["last"]]
+        if row["moment"] == AT_START:
+            return [first]
+        if row["moment"] == AT_END:
+            return [last - 1]
+        if row["moment"] == THROUGHOUT:
+            return [frame for frame in range(first, last) if frame % self.every == 0]
+        if row["moment"] == ON_THE_WAY:
+            metres = [0.0]
+            for k in range(row["first"], row["last"]):
+                way = self.way(int(self.states[player].entries[k]))
+                metres = [*metres[:-1], *(metres[-1] + way)]
+            wanted = row["fraction"] * metres[-1]
+            late = (i for i, m in enumerate(metres[:-1]) if m >= wanted - 1e-12)
+            return [first + next(late, len(metres) - 2)]
+        return [self.instant(player, row["first"])]
+
+    def spot(self, target: int, x: float, z: float, frame: int) -> np.ndarray:
+        return self.at(target, frame)[:2] if target >= 0 else np.array([x, z])
+
+    def value(self, row) -> float:
+        if row["kind"] == UNMET:
+            return 1.0
+        if row["kind"] == SYNCHRONISATION:
+            return self.synchronisation(row)
+        found = []
+        for frame in self.moments(row):
+            x, z, theta = self.at(row["player"], frame)
+            own = np.array([x, z])
+            target = self.spot(row["target"], row["x"], row["z"], frame)
+            if row["kind"] == POSITION:
+                found.append(semantic_rules.position_error(own, target))
+            elif row["kind"] == DIRECTION:
+                wanted = (
+                    row["x"] if row["target"] == HEADING else semantic_rules.bearing(own, target)
+                )
+                found.append(semantic_rules.direction_error(theta, wanted))
+            elif row["kind"] == DISTANCE:
+                found.append(semantic_rules.distance_error(own, target, row["near"], row["far"]))
+            else:
+                assert row["kind"] == LINE
+                other = self.spot(row["other"], row["other_x"], row["other_z"], frame)
+                found.append(semantic_rules.line_error(own, target, other))
+        return float(np.mean(found))
+
+    def synchronisation(self, row) -> float:
+        (frame,) = self.moments(row)
+        found = []
+        for k in self.table.partners[row["partner_first"] : row["partner_last"]]:
+            theirs = self.instant(row["partner"], k)
+            lag = row["lag"]
+            if math.isnan(lag):
+                thrown, caught = self.at(row["player"], frame), self.at(row["partner"], theirs)
+                lag = semantic_rules.flight_time(thrown[:2], caught[:2])
+            found.append(float(semantic_rules.synchronisation_error(frame / 30, theirs / 30, lag)))
+        return min(found)
+
+    def touching(self) -> bool:
+        last = max(begin[-1] for begin in self.begins) + self.every
+        for p in range(len(self.tracks)):
+            for q in range(p):
+                for frame in range(0, last, self.every):
+                    apart = np.linalg.norm(self.at(p, frame)[:2] - self.at(q, frame)[:2])
+                    if apart < (0.3 if self.in_contact(p, q, frame) else 0.5):
+                        return True
+        return False
+
+    def in_contact(self, p: int, q: int, frame: int) -> bool:
+        return any(
+            {one, other} == {p, q}
+            and min(abs(frame - self.instant(one, k)), abs(frame - self.instant(other, m))) <= 15
+            for one, k, other, m in self.table.contacts
+        )
+
+
+@pytest.mark.parametrize("every", [1, 3])
+@pytest.mark.parametrize("name", ["give-and-go", "figure-3", "pass-and-shoot", "carrying"])
+def test_energies_are_those_of_the_slow_twin(wandering, name: str, every: int) -> None:
+    rng = np.random.default_rng(3)
+    for spread in (1.0, 1.0, 0.2):
+        state, library, table = random_scene(wandering, name, rng, spread)
+        found = energies.energy(state, clip_arrays(library), table, WEIGHTS, every)
+        twin = Twin(state, library, table, WEIGHTS, every)
+        np.testing.assert_allclose(found.rules, twin.rules, rtol=0, atol=1e-9)
+        assert found.smooth == pytest.approx(twin.smooth, abs=1e-6)
+        assert found.collision == twin.collision
+        assert found.effort == pytest.approx(twin.effort, abs=1e-9)
+        assert found.total == pytest.approx(twin.total, abs=1e-6)
+        errors = np.concatenate(found.by_token)
+        assert errors.min() >= 1.0
+        assert errors.sum() == pytest.approx(len(errors) + found.total)
+
+
+def changed(scene, library, rng) -> tuple[float, Callable[[], None]]:
+    """One random change of a scene: the energy that comes out, and what takes the change back."""
+    player = int(rng.integers(len(scene.n_clips)))
+    x, z, theta = scene.placed[player, 0, :3].tolist()
+    dx, dz, turn = rng.normal(0.0, 0.5, 3)
+    delay = int(scene.begin[player, 0]) + int(rng.integers(-20, 21))
+    k = int(rng.integers(scene.n_clips[player]))
+    clip, old = library.clips[scene.entry[player, k]], int(scene.entry[player, k])
+    entry, way = int(rng.integers(clip["first"], clip["last"])), rng.random()
+
+    def back() -> None:
+        energies.undo(scene)
+
+    def back_all() -> None:
+        energies.unchange(scene, library, player, k, old)
+
+    if way < 0.6:
+        return energies.swap(scene, library, player, k, entry), back
+    if way < 0.7:
+        return energies.move(scene, library, player, x + dx, z + dz, theta + turn), back
+    if way < 0.8:
+        return energies.shift(scene, library, player, delay), back
+    origin = (x + dx, z + dz, theta + turn)
+    if way < 0.85:
+        origin, delay = (x, z, theta), int(scene.begin[player, 0])
+    return energies.change(scene, library, player, k, entry, origin, delay), back_all
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.integers(0, 2**32 - 1),
+    st.sampled_from(["give-and-go", "figure-3", "pass-and-shoot", "carrying"]),
+    st.sampled_from([1, 3]),
+)
+def test_incremental_energies_are_those_from_nothing(wandering, seed, name, every) -> None:
+    """Over hundreds of changes an example, about half of them taken back."""
+    rng = np.random.default_rng(seed)
+    state, library, table = random_scene(wandering, name, rng, spread=rng.uniform(0.1, 1.0))
+    arrays = clip_arrays(library)
+    scene = energies.scene_arrays(state, arrays, table, WEIGHTS, every)
+    for step in range(400):
+        before = scene.total.copy()
+        found, back = changed(scene, arrays, rng)
+        if math.isinf(found) or rng.random() < 0.5:
+            back()
+            np.testing.assert_array_equal(scene.total, before)
+        else:
+            assert found == scene.total[0]
+        if step % 20 == 19:
+            state = scene_state(scene, state.trees)
+            fresh = energies.energy(state, arrays, table, WEIGHTS, every)
+            assert abs(scene.total[0] - fresh.total) < 1e-9
+            np.testing.assert_allclose(scene.cost, fresh.rules, rtol=0, atol=1e-9)
+            np.testing.assert_array_equal(scene.overlaps, fresh.overlaps)
+    twin = Twin(state, library, table, WEIGHTS, every)
+    assert scene.total[0] == pytest.approx(twin.total, abs=1e-6)
+
+
+def test_what_is_taken_back_was_never_there(wandering) -> None:
+    """All arrays but the notes of what to take back are as before."""
+    rng = np.random.default_rng(8)
+    state, library, table = random_scene(wandering, "give-and-go", rng)
+    arrays = clip_arrays(library)
+    scene = energies.scene_arrays(state, arrays, table, WEIGHTS)
+    kept = [
+        name
+        for name in scene._fields
+        if not name.startswith("back") and name not in ("grid", "rows")
+    ]
+    for _ in range(200):
+        before = {name: getattr(scene, name).copy() for name in kept}
+        grids = [scene.grid[p, : n + 1].copy() for p, n in enumerate(scene.filled)]
+        changed(scene, arrays, rng)[1]()
+        for name in kept:
+            np.testing.assert_array_equal(getattr(scene, name), before[name], name)
+        for p, n in enumerate(scene.filled):
+            np.testing.assert_array_equal(scene.grid[p, : n + 1], grids[p])
+    energies.undo(scene)
+    np.testing.assert_array_equal(scene.total, before["total"])
+
+
+@pytest.mark.parametrize("name", ["give-and-go", "figure-3"])
+def test_no_touch_is_overlooked(wandering, name: str) -> None:
+    """Beside looking at every point of the grid; crowded, so that many touch."""
+    rng, some = np.random.default_rng(4), 0
+    for _ in range(5):
+        state, library, table = random_scene(wandering, name, rng, spread=0.3)
+        arrays = clip_arrays(library)
+        scene = energies.scene_arrays(
+            state, arrays, replace(table, contacts=table.contacts[:0]), WEIGHTS
+        )
+        for p in range(len(scene.n_clips)):
+            for q in range(p):
+                g = np.arange(max(scene.filled[p], scene.filled[q]) + 1)
+                one = scene.grid[p, np.minimum(g, scene.filled[p]), :2]
+                other = scene.grid[q, np.minimum(g, scene.filled[q]), :2]
+                apart = np.linalg.norm(one - other, axis=1)
+                assert scene.overlaps[p, q] == np.count_nonzero(apart < 0.5)
+                some += scene.overlaps[p, q]
+    assert some > 0
+
+
+def test_delays_are_bounded(wandering) -> None:
+    state, library, table = random_scene(wandering, "carrying", np.random.default_rng(0))
+    arrays = clip_arrays(library)
+    scene = energies.scene_arrays(state, arrays, table, WEIGHTS)
+    before = scene.total[0]
+    for delay in (-1, MOST_DELAY + 1):
+        assert energies.shift(scene, arrays, 0, delay) == math.inf
+        energies.undo(scene)
+        assert scene.total[0] == before
+    assert math.isfinite(energies.shift(scene, arrays, 0, MOST_DELAY))
+
+
+def row(table, **columns):
+    """A table with one row."""
+    rows = table.rows[:1].copy()
+    plain = {"target": -1, "other": -1, "first": 0, "last": 1, "moment": AT_START, "weight": 1.0}
+    for name, value in {**plain, **columns}.items():
+        rows[name] = value
+    return replace(table, rows=rows)
+
+
+@pytest.mark.parametrize(
+    ("columns", "value"),
+    [
+        ({"kind": POSITION, "x": 4.0, "z": 6.0, "weight": 0.5}, 5.0 / 0.5),
+        ({"kind": DIRECTION, "target": HEADING, "x": math.pi / 2}, math.pi / 2),
+        ({"kind": DIRECTION, "x": 1.0, "z": -3.0}, math.pi),
+        ({"kind": DIRECTION, "x": 3.0, "z": 4.0}, math.pi / 4),
+        ({"kind": DISTANCE, "x": 1.0, "z": 4.5, "near": 0.0, "far": 2.5, "weight": 0.1}, 0.0),
+        ({"kind": DISTANCE, "x": 1.0, "z": 4.6, "near": 0.0, "far": 2.5, "weight": 0.1}, 10.0),
+        ({"kind": LINE, "x": 3.0, "z": 0.0, "other_x": 3.0, "other_z": 9.0}, 2.0),
+        ({"kind": LINE, "x": 4.0, "z": 6.0, "other_x": 7.0, "other_z": 10.0}, 5.0),
+        ({"kind": UNMET, "weight": 0.1}, 10.0),
+    ],
+)
+def test_rules_by_hand(wandering, columns, value) -> None:
+    """Equations (1), (2), (4), (5) for somebody at (1, 2) who faces +z."""
+    state, library, table = random_scene(wandering, "carrying", np.random.default_rng(0))
+    player = replace(state.players[0], origin=(1.0, 2.0, 0.0))
+    found = energies.energy(
+        SceneState((player,)), clip_arrays(library), row(table, **columns), WEIGHTS
+    )
+    assert found.rules.tolist() == pytest.approx([value])
+
+
+def test_a_pass_by_hand(wandering) -> None:
+    """Equation (3): thrown at 10 / 30 s, caught 4 m away at 28 / 30 s; a flight of 0.5 s: 0.1 s."""
+    state, library, table = random_scene(wandering, "pass-and-shoot", np.random.default_rng(0))
+    library.event_frame[:], library.path[:, :2] = 2, 0.0
+    one, other = (replace(p, entries=p.entries[:1]) for p in state.players[:2])
+    one = replace(one, origin=(0.0, 0.0, 0.0), delay=8)
+    other = replace(other, origin=(0.0, 4.0, 0.0), delay=26)
+    columns = {"kind": SYNCHRONISATION, "player": 0, "moment": 2, "lag": math.nan, "partner": 1}
+    plain = row(table, **columns, partner_first=0, partner_last=1, weight=0.1)
+    plain = replace(
+        plain, partners=np.array([0]), players=("A1", "A2"), contacts=table.contacts[:0]
+    )
+    found = energies.energy(SceneState((one, other)), clip_arrays(library), plain, Weights())
+    assert found.rules.tolist() == pytest.approx([0.1 / 0.1])
+    assert [errors.tolist() for errors in found.by_token] == [[1.5], [1.5]]
+
+
+def test_terms_by_hand(wandering) -> None:
+    """Equation (7): 0.5 / 1 for a seam, 1 / 0.1 for two who touch, 6 m / 3 m for effort."""
+    state, library, table = random_scene(wandering, "pass-and-shoot", np.random.default_rng(0))
+    library.path[:], library.step[:], library.seam[:] = 0.0, [0.0, 2.0, 0.0], 0.5
+    one, other = (replace(p, entries=p.entries[:1], delay=0) for p in state.players[:2])
+    one = replace(one, entries=state.players[0].entries[:2], origin=(0.0, 0.0, 0.0))
+    other = replace(other, origin=(0.4, 2.0, 0.0))
+    nothing = replace(
+        row(table, kind=UNMET, weight=math.inf), players=("A1", "A2"), contacts=table.contacts[:0]
+    )
+    weights = Weights(smooth=1.0, collision=0.1, effort=3.0)
+    scene = SceneState((one, other))
+    found = energies.energy(scene, clip_arrays(library), nothing, weights)
+    assert (found.smooth, found.collision, found.effort) == (0.5, 10.0, 2.0)
+    assert found.total == 12.5
+    free = SceneState((one, replace(other, origin=(0.5, 2.0, 0.0))))
+    assert energies.energy(free, clip_arrays(library), nothing, weights).total == 2.5

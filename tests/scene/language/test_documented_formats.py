@@ -1,0 +1,69 @@
+"""docs/scenes.md is true: its files can be read, its numbers are those of the program."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+from motiondb.database.scenes import scene_files
+from motiondb.scene.language import semantic_rules, tactics
+from motiondb.scene.language.expressions import expressions
+from motiondb.scene.language.grammar_file import read_motion_grammar
+from motiondb.scene.language.tactics_file import read_diagram
+
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "scenes.md"
+TEXT = PAGE.read_text(encoding="utf-8")
+
+
+def block(language: str, number: int = 0) -> str:
+    return str(re.findall(rf"```{language}\n(.*?)```", TEXT, re.DOTALL)[number])
+
+
+def test_the_grammar_of_the_page_is_one() -> None:
+    grammar = read_motion_grammar(block("grammar"), "page")
+    assert grammar.grammar.nonterminals == ("S", "Walk", "Walk.1", "Carry", "Carry.1")
+    assert [rule.probability for rule in grammar.grammar.rules if rule.left == "Carry"] == [
+        0.9,
+        1 - 0.9,
+    ]
+    assert len(grammar.annotations) == 4
+
+
+def test_the_diagram_of_the_page_is_one() -> None:
+    diagram = read_diagram(block("tactics"), "page")
+    asked = ["".join(map(str, items)) for items in expressions(diagram).values()]
+    assert asked == ["(hold)(pass)(run)*(catch)(layup)", "(catch)(pass)", "(guard)*"]
+
+
+def test_the_diagram_with_real_captures_is_one() -> None:
+    diagram = read_diagram(block("tactics", 1), "page")
+    asked = ["".join(map(str, items)) for items in expressions(diagram).values()]
+    assert asked == ["(hold)(dribble)*(shoot)", "(run)*", "(run)*"]
+
+
+def test_the_weights_of_the_page_are_the_defaults() -> None:
+    assert "| 0.3 m | 20 deg | 0.1 s | 0.1 | 0.3 m | 0.1 | 1 | 0.1 | off |" in TEXT
+    found = [
+        semantic_rules.PositionRule.weight,
+        round(math.degrees(semantic_rules.DirectionRule.weight), 9),
+        semantic_rules.SynchronisationRule.weight,
+        semantic_rules.DistanceRule.weight,
+        semantic_rules.LineRule.weight,
+        semantic_rules.Weights.user,
+        semantic_rules.Weights.smooth,
+        semantic_rules.Weights.collision,
+        semantic_rules.Weights.effort,
+    ]
+    assert found == [0.3, 20.0, 0.1, 0.1, 0.3, 0.1, 1.0, 0.1, math.inf]
+    assert semantic_rules.PASS_SPEED == 8.0
+
+
+def test_every_element_and_shipped_file_stands_on_the_page() -> None:
+    for name in (*tactics.KINDS, *tactics.TEAMS):
+        assert re.search(rf"[`\n]{name}\b", TEXT) or f"{name} " in block("tactics"), name
+    for ending in (scene_files.GRAMMAR, scene_files.TACTICS):
+        for name in scene_files.shipped(ending):
+            assert f"`{name}`" in TEXT
+    for target in re.findall(r"\]\(([^)#:]+)\)", TEXT):
+        assert (PAGE.parent / target).exists(), target

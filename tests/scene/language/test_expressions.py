@@ -1,0 +1,155 @@
+"""Expressions of players, g_user, and the rules that follow from a diagram."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motiondb.database.scenes import scene_files
+from motiondb.scene.language.expressions import Item, auxiliary_rules, expressions, g_user, spans
+from motiondb.scene.language.semantic_rules import (
+    DirectionRule,
+    PositionRule,
+    Spot,
+    SynchronisationRule,
+)
+from motiondb.scene.language.tactics_file import read_diagram
+
+FIGURE_3 = [{"walk", "run"}, {"catch"}, {"dribble"}, {"shoot"}]
+
+
+def texts(diagram) -> dict[str, str]:
+    return {name: "".join(map(str, items)) for name, items in expressions(diagram).items()}
+
+
+@pytest.mark.parametrize(
+    ("string", "missing"),
+    [
+        ("walk run catch dribble dribble shoot", 0),
+        ("walk catch shoot", 1),
+        ("shoot dribble catch walk", 3),
+        ("idle", 4),
+        ("", 4),
+        ("run hold pass run catch pivot_left dribble idle shoot", 0),
+    ],
+)
+def test_missing_classes_are_counted(string: str, missing: int) -> None:
+    assert g_user(string.split(), FIGURE_3) == missing
+
+
+actions = st.lists(st.sampled_from("abc"), max_size=6)
+classes = st.lists(st.sets(st.sampled_from("abc"), min_size=1, max_size=2), max_size=4)
+
+
+@given(actions, classes)
+def test_no_longer_subsequence_is_common(string: list[str], expression: list[set[str]]) -> None:
+    """Beside all subsets of the expression, longest first."""
+    n = len(expression)
+    for size in range(n, -1, -1):
+        for chosen in combinations(range(n), size):
+            waiting = [expression[i] for i in chosen]
+            for action in string:
+                if waiting and action in waiting[0]:
+                    waiting.pop(0)
+            if not waiting:
+                assert g_user(string, expression) == n - size
+                return
+
+
+@given(actions, classes)
+def test_spans_are_disjoint_and_match(string: list[str], expression: list[set[str]]) -> None:
+    items = [Item(tuple(sorted(c)), repeated=i % 2 == 0) for i, c in enumerate(expression)]
+    found = spans(string, items)
+    assert (found is None) == (g_user(string, expression) > 0)
+    ends = 0
+    for item, (first, end) in zip(items, found or ()):
+        assert ends <= first < end
+        assert item.repeated or end == first + 1
+        assert set(string[first:end]) <= set(item.actions)
+        ends = end
+
+
+def test_figure_3_asks_what_the_paper_says() -> None:
+    diagram = scene_files.read_tactics("figure-3")
+    assert texts(diagram) == {
+        "A1": "(hold)(pass)",
+        "A2": "(run)*(catch)(dribble)*(shoot)",
+        "A3": "(walk|run)*(screen)",
+        "D1": "(guard)*",
+        "D2": "(guard)*(push)",
+    }
+
+
+def test_a_move_is_what_its_player_can_do() -> None:
+    diagram = read_diagram(
+        "attack A1 at 0 8\nattack A2 at 4 5\n1 move A1 to 1 7\n1 move A2 to 3 4\n2 pivot_left A1\n"
+        "2 fake A1\n3 pass A1 to A2\n4 move A2 to 2 2\n4 walk A1 to 0 5\n5 layup A2"
+    )
+    assert texts(diagram) == {
+        "A1": "(hold)(dribble)*(pivot_left)*(fake_shot)*(pass)(walk)*",
+        "A2": "(walk|run)*(catch)(dribble)*(layup)",
+    }
+
+
+def test_both_ends_of_a_link_know_one_another() -> None:
+    found = expressions(scene_files.read_tactics("give-and-go"))
+    passed, caught = found["A1"][1], found["A2"][0]
+    assert (passed.actions, passed.other, passed.other_item) == (("pass",), "A2", 0)
+    assert (caught.actions, caught.other, caught.other_item) == (("catch",), "A1", 1)
+    back = found["A2"][1]
+    assert (back.other, found["A1"][back.other_item].actions) == ("A1", ("catch",))
+    screen = expressions(scene_files.read_tactics("figure-3"))
+    assert screen["A3"][1].other_item == 1
+    assert screen["D2"][1].other == "A3"
+
+
+def test_the_rules_of_figure_3() -> None:
+    diagram = scene_files.read_tactics("figure-3")
+    rules = auxiliary_rules(diagram)
+    starts = {r.player: r.rule.target for r in rules if r.item == -1}
+    assert starts == {player.name: player.at for player in diagram.players}
+    run = [r.rule for r in rules if (r.player, r.item) == ("A2", 0)]
+    assert [(r.target, r.moment.name) for r in run] == [
+        (Spot(5.2, 6.6), "start"),
+        (Spot(3.6, 6.4), "path"),
+        (Spot(1.0, 4.6), "end"),
+    ]
+    assert 0.2 < run[1].moment.fraction < 0.5
+    place, direction, synchronisation = (r for r in rules if (r.player, r.item) == ("A1", 1))
+    assert (place.rule.target, place.rule.moment.name) == (Spot(-3.2, 7.6), "start")
+    assert isinstance(direction.rule, DirectionRule)
+    assert direction.rule.target == "A2"
+    assert isinstance(synchronisation.rule, SynchronisationRule)
+    assert (synchronisation.rule.partner, synchronisation.partner_item) == ("A2", 1)
+    assert synchronisation.rule.lag is None
+    place, shot = (r for r in rules if (r.player, r.item) == ("A2", 3))
+    assert (place.rule.target, place.rule.moment.name) == (Spot(0.5, 2.2), "start")
+    assert (shot.rule.target, shot.rule.moment.name) == ("rim", "release")
+    screens = [r for r in rules if (r.player, r.item) == ("A3", 1)]
+    assert [(type(r.rule), r.partner_item) for r in screens] == [
+        (PositionRule, -1),
+        (DirectionRule, -1),
+        (SynchronisationRule, 1),
+    ]
+    assert screens[0].rule.target == Spot(3.75, 5.2)
+    assert screens[2].rule.actions == ("push",)
+
+
+def test_what_the_grammar_says_already_is_said_once() -> None:
+    grammar = scene_files.read_grammar("basketball")
+    diagram = scene_files.read_tactics("give-and-go")
+    rest = auxiliary_rules(diagram, grammar)
+    assert {type(r.rule) for r in rest} == {PositionRule}
+    more = [r for r in auxiliary_rules(diagram) if r not in rest]
+    assert {type(r.rule) for r in more} == {DirectionRule, SynchronisationRule}
+
+
+def test_a_move_may_be_against_somebody_else() -> None:
+    found = expressions(scene_files.read_tactics("double-team"))
+    assert scene_files.read_tactics("double-team").opponent_of("D2") == "A2"
+    assert [str(item) for item in found["D2"]] == ["(run)*", "(guard)*"]
+    assert [item.other for item in found["D2"]] == ["A1", "A1"]
+    assert [item.other_item for item in found["D2"]] == [-1, -1]

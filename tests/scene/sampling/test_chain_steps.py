@@ -1,0 +1,109 @@
+"""Single steps of chains over scenes: what stays where it was, ways back, worked ratios."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from motiondb.errors import SceneError
+from motiondb.scene.energy.binding import bind
+from motiondb.scene.energy.energy import change, scene_arrays, token_errors, unchange
+from motiondb.scene.energy.placement import clip_arrays
+from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.sampling.clip_choice import clip_groups, smooth_entry
+from motiondb.scene.sampling.metropolis import origin_for_tail
+from motiondb.scene.sampling.scene_chain import Chain
+from motiondb.scene.sampling.tempering import SamplerSettings
+
+from .test_sampling import ALONE, EXCHANGES, TOY, toy_play, toy_state
+
+
+def test_what_stands_behind_stays_and_the_way_back_is_the_same(wandering) -> None:
+    _, play = toy_play(wandering)
+    state = toy_state(play, (0, 1, 4, 2), (0, 6, 2))
+    table = bind(ALONE, TOY, state.trees)
+    scene = scene_arrays(state, play.library, table, TOY.weights)
+    before, total = scene.placed.copy(), scene.total.copy()
+    seams = scene.seams.copy()
+    origin = origin_for_tail(scene, play.library, 0, 1, 7)
+    change(scene, play.library, 0, 1, 7, origin, 5)
+    turns = np.array([1.0, 1.0, 2 * np.pi])
+    gap = scene.placed[0, 2:4, :3] - before[0, 2:4, :3]
+    np.testing.assert_allclose(gap - turns * np.round(gap / turns) * [0, 0, 1], 0.0, atol=1e-9)
+    back = origin_for_tail(scene, play.library, 0, 1, 6)
+    np.testing.assert_allclose(back, before[0, 0, :3], atol=1e-9)
+    unchange(scene, play.library, 0, 1, 6)
+    np.testing.assert_array_equal(scene.placed, before)
+    np.testing.assert_array_equal(scene.total, total)
+    np.testing.assert_array_equal(scene.seams, seams)
+    assert scene.entry[0].tolist() == [0, 6, 2]
+    assert scene.begin[0, 0] == 0
+
+
+def test_jumps_that_let_stand_what_stands_behind_keep_it(wandering) -> None:
+    _, play = toy_play(wandering, tails=1.0)
+    rng = np.random.default_rng(0)
+    state = toy_state(play, (0, 1, 4, 2), (0, 6, 2))
+    state = SceneState((PlayerState(state.trees[0], state.players[0].entries, (0, 0, 0), 300),))
+    groups = clip_groups(play.library, 1.0, 1e9)
+    moved = 0
+    for _ in range(20):
+        chain = Chain(play, state, rng)
+        end, begin = chain.scene.placed[0, 3, :3].copy(), chain.scene.begin[0, 3]
+        if chain.jump(0, groups, 1e9, EXCHANGES, 0.0):
+            n = chain.scene.n_clips[0]
+            np.testing.assert_allclose(chain.scene.placed[0, n, :3], end, atol=1e-9)
+            assert chain.scene.begin[0, n] == begin
+            moved += 1
+    assert moved > 5
+
+
+def test_a_clip_by_its_seams_has_the_ratio_of_its_seams(wandering) -> None:
+    library = wandering(["a", "b"], each=6, seed=2)
+    arrays = clip_arrays(library)
+    groups = clip_groups(arrays, 0.5, 2.0)
+    before, after = int(library.seam_class[7]), int(library.seam_class[9])
+    new, ratio = smooth_entry(groups, 3, before, after, 0.4)
+
+    def cost(k: int) -> float:
+        own = library.seam_class[k]
+        return float(library.seam[before, own] + library.seam[own, after])
+
+    assert ratio == pytest.approx((cost(new) - cost(3)) / (0.5 * 2.0), rel=1e-5)
+    # every entry of the terminal in proportion to exp(-seams / (w T))
+    grid = (np.arange(20_000) + 0.5) / 20_000
+    seen = Counter(smooth_entry(groups, 3, before, after, u)[0] for u in grid)
+    wanted = np.exp([-cost(k) for k in range(6)])
+    got = np.array([seen[k] for k in range(6)]) / 20_000
+    np.testing.assert_allclose(got, wanted / wanted.sum(), atol=2e-3)
+
+
+def test_worked_ratio_of_a_jump(wandering) -> None:
+    """Nodes S(A(a) B(c)): E of A and B are square roots of their leaves', of S a cube root."""
+    _, play = toy_play(wandering)
+    chain = Chain(play, toy_state(play, (0, 1, 3), (0, 4)), np.random.default_rng(0))
+    errors = np.zeros(chain.scene.entry.shape)
+    token_errors(chain.scene, play.library, errors)
+    (found,) = chain._subtree_errors(chain.scene, chain.shapes)
+    a, c = errors[0]
+    wanted = [(math.sqrt(a) * math.sqrt(c)) ** (1 / 3), math.sqrt(a), math.sqrt(c)]
+    np.testing.assert_allclose(found, wanted, rtol=1e-12)
+    derivations = play.derivations[0]
+    old, new = derivations.log_probability([3]), derivations.log_probability([4, 2])
+    assert old - new == pytest.approx(math.log(0.6 / (0.4 * 0.3)))
+
+
+def test_settings_refuse_what_cannot_be() -> None:
+    with pytest.raises(SceneError, match=r"expected ascending numbers above 0, found 1\.0, 0\.5"):
+        SamplerSettings(temperatures=(1.0, 0.5))
+    with pytest.raises(SceneError, match="shares: expected 6 numbers"):
+        SamplerSettings(shares=(1.0,))
+    with pytest.raises(SceneError, match=r"growth, recasting: .* sum to at most 1, found 0\.9 and"):
+        SamplerSettings(growth=0.9, recasting=0.3)
+    with pytest.raises(SceneError, match="growth, recasting: expected shares"):
+        SamplerSettings(recasting=-0.1)
+    with pytest.raises(SceneError, match=r"rounds, warmth: .* found 70 and 0\. "):
+        SamplerSettings(warmth=0.0)

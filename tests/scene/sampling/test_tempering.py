@@ -1,0 +1,249 @@
+"""Exchanges between temperatures, the same seed on any threads, first scenes and warm starts."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from motiondb.database.scenes import scene_files
+from motiondb.records import IntArray
+from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.language.expressions import ONLY_ASKED, g_user
+from motiondb.scene.language.semantic_rules import Spot
+from motiondb.scene.sampling.bootstrap import bootstrap, first_derivation
+from motiondb.scene.sampling.play import Prices, make_play
+from motiondb.scene.sampling.random_subtrees import Derivation, Derivations
+from motiondb.scene.sampling.scene_chain import Chain
+from motiondb.scene.sampling.tempering import SamplerSettings, exchange, sample
+from motiondb.scene.sampling.tree_shapes import exchanged, tree_shape
+from motiondb.scene.sampling.warm_start import WARM, common_actions, warm_start
+
+SHORT = SamplerSettings(
+    temperatures=(0.5, 0.8, 1.3), rounds=4, jumps=3, inner=60, steps=60, cooling=400
+)
+
+
+def read(name: str):
+    diagram = scene_files.read_tactics(name)
+    return diagram, scene_files.grammar_of(diagram)
+
+
+def library_for(grammar, wandering, **options):
+    return wandering([terminal.name for terminal in grammar.terminals], **options)
+
+
+def bytes_of(state: SceneState) -> list[object]:
+    return [
+        (p.tree, np.asarray(p.entries).tobytes(), np.array(p.origin).tobytes(), p.delay)
+        for p in state.players
+    ]
+
+
+def test_exchanges_keep_detailed_balance_on_a_toy() -> None:
+    """Pairs of independent fair draws at three temperatures stay so under exchanges.
+
+    Chi-square over all 27 triples; p > 0.001, as a right exchange fails once in a thousand seeds.
+    """
+    from scipy.stats import chisquare
+
+    energies, temperatures = np.array([0.0, 1.0, 2.5]), (0.5, 1.0, 2.0)
+    fair = [np.exp(-energies / t) / np.exp(-energies / t).sum() for t in temperatures]
+    rng = np.random.default_rng(6)
+    n = 20_000
+    draws = np.stack([rng.choice(3, n, p=p) for p in fair], axis=1)
+    counts = np.zeros((2, 2), dtype=np.int64)
+    seen: Counter = Counter()
+    for triple in draws.tolist():
+        order = [0, 1, 2]
+        exchange(order, energies[triple].tolist(), temperatures, rng, counts)
+        seen[tuple(triple[k] for k in order)] += 1
+    keys = list(product(range(3), repeat=3))
+    wanted = [n * fair[0][a] * fair[1][b] * fair[2][c] for a, b, c in keys]
+    assert chisquare([seen[key] for key in keys], wanted).pvalue > 0.001
+    assert (counts[:, 0] == n).all()
+    assert (counts[:, 1] > 0).all()
+    assert (counts[:, 1] < n).all()
+
+
+def test_worked_exchange() -> None:
+    """The colder has the worse scene: always. Else exp((1 - 3) (1/1 - 1/2)) = exp(-1)."""
+    counts = np.zeros((1, 2), dtype=np.int64)
+    rng = np.random.default_rng(0)
+    order = [0, 1]
+    exchange(order, [3.0, 1.0], (1.0, 2.0), rng, counts)
+    assert order == [1, 0]
+    taken = 0
+    for _ in range(4000):
+        order = [0, 1]
+        exchange(order, [1.0, 3.0], (1.0, 2.0), rng, counts)
+        taken += order == [1, 0]
+    assert taken / 4000 == pytest.approx(np.exp(-1.0), abs=4 * np.sqrt(0.37 * 0.63 / 4000))
+
+
+@pytest.mark.parametrize("name", ["pass-and-shoot", "screen"])
+def test_the_same_seed_gives_the_same_bytes_on_any_threads(wandering, name: str) -> None:
+    diagram, grammar = read(name)
+    library = library_for(grammar, wandering)
+    found = [
+        sample(None, library, diagram, grammar, replace(SHORT, threads=n), np.random.default_rng(7))
+        for n in (1, 2)
+    ]
+    assert bytes_of(found[0][0]) == bytes_of(found[1][0])
+    np.testing.assert_array_equal(found[0][1].energies, found[1][1].energies)
+    other = sample(None, library, diagram, grammar, SHORT, np.random.default_rng(8))
+    assert bytes_of(other[0]) != bytes_of(found[0][0])
+
+
+def test_what_comes_out_fits_and_is_the_best_of_the_trace(wandering) -> None:
+    diagram, grammar = read("give-and-go")
+    library = library_for(grammar, wandering)
+    told: list[int] = []
+
+    def progress(done: int, best: float) -> bool:
+        told.append(done)
+        return done == 3
+
+    found, trace = sample(
+        None, library, diagram, grammar, SHORT, np.random.default_rng(1), progress
+    )
+    assert told == [1, 2, 3]
+    assert trace.energies.shape == (4, 3)
+    assert trace.best.shape == (4,)
+    assert (np.diff(trace.best) <= 0.0).all()
+    assert trace.final <= trace.cooled <= trace.best[-1] < trace.best[0]
+    play = make_play(diagram, grammar, library, prices=Prices(delay=SHORT.prices.delay))
+    assert Chain(play, found, np.random.default_rng(0)).energy == pytest.approx(trace.final)
+    for player, items in zip(found.players, play.binder.items, strict=True):
+        actions = player.tree.leaves()
+        assert g_user(actions, [item.actions for item in items]) == 0
+        for action, entry in zip(actions, player.entries, strict=True):
+            assert entry in library.of(action)
+
+
+@pytest.mark.parametrize("name", list(scene_files.shipped(".tactics")))
+def test_the_first_scene_does_what_is_asked(wandering, name: str) -> None:
+    diagram, grammar = read(name)
+    play = make_play(diagram, grammar, library_for(grammar, wandering, each=2))
+    state = bootstrap(play, np.random.default_rng(3))
+    for player, items in zip(state.players, play.binder.items, strict=True):
+        assert g_user(player.tree.leaves(), [item.actions for item in items]) == 0
+        assert 0 < len(player.entries) == len(player.tree.leaves()) <= play.most_actions
+    assert np.isfinite(Chain(play, state, np.random.default_rng(0)).energy)
+
+
+def wandering_bootstrap(
+    derivations: Derivations, rng: np.random.Generator, steps: int, weight: float
+) -> tuple[Derivation, IntArray]:
+    """The paper's bootstrapping: Metropolis-Hastings by P(X) until the string fits.
+
+    A node is drawn uniformly and derived anew by the rules' probabilities, whatever is asked. P(X)
+    is taken relative to these probabilities, or long strings would win by their number. What
+    :func:`bootstrap` is compared with; a scene begins with that.
+
+    Parameters
+    ----------
+    steps : at most so many. weight : w_1, -log P(X) = g_user / w_1.
+
+    Returns
+    -------
+    the last derivation, and array (at most steps + 1,), g_user before each step and at the end.
+    """
+    grammar = derivations.grammar
+    expression = [item.actions for item in derivations.items]
+    free = Derivations(grammar, ())
+    shape = tree_shape(grammar, _free(free, grammar.start, rng).rules)
+    missing = [g_user(shape.actions, expression)]
+    while len(missing) <= steps and (missing[-1] > 0 or not shape.actions):
+        node = int(rng.integers(len(shape.rules)))
+        new = _free(free, shape.symbols[node], rng)
+        after = exchanged(grammar, shape, node, new.rules)
+        lacks = g_user(after.actions, expression)
+        gain = (missing[-1] - lacks) / weight + math.log(len(shape.rules) / len(after.rules))
+        if gain >= 0.0 or rng.random() < math.exp(gain):
+            shape = after
+            missing.append(lacks)
+        else:
+            missing.append(missing[-1])
+    return Derivation(shape.rules, shape.actions), np.array(missing)
+
+
+def _free(free: Derivations, symbol: str, rng: np.random.Generator) -> Derivation:
+    found = free.draw(symbol, 0, [0], rng)
+    while found is None:
+        found = free.draw(symbol, 0, [0], rng)
+    return found
+
+
+def test_the_papers_bootstrapping_gets_there_too_but_not_at_once() -> None:
+    """C13: on the strings of Give and Go; the conditioned draw needs no step at all."""
+    diagram, grammar = read("give-and-go")
+    play_items = dict(
+        zip(
+            [p.name for p in diagram.players],
+            make_items(diagram),
+            strict=True,
+        )
+    )
+    start = grammar.started("S_A")
+    derivations = Derivations(start, play_items["A1"], ONLY_ASKED)
+    found, missing = wandering_bootstrap(derivations, np.random.default_rng(2), 20_000, 0.1)
+    assert missing[-1] == 0
+    assert len(missing) > 20
+    assert g_user(found.actions, [item.actions for item in play_items["A1"]]) == 0
+    first = first_derivation(derivations, np.random.default_rng(2), 40)
+    assert derivations.fits(first.actions)
+
+
+def make_items(diagram):
+    from motiondb.scene.language.expressions import expressions
+
+    found = expressions(diagram)
+    return [found[player.name] for player in diagram.players]
+
+
+def test_a_warm_start_keeps_who_does_the_same_and_moves_whom_the_diagram_moves(wandering) -> None:
+    diagram, grammar = read("pass-and-shoot")
+    library = library_for(grammar, wandering)
+    rng = np.random.default_rng(5)
+    state, _ = sample(None, library, diagram, grammar, SHORT, rng)
+    moved = list(diagram.players)
+    at = moved[1].at
+    moved[1] = replace(moved[1], at=Spot(at.x + 0.5, at.z - 0.25))
+    shot = replace(diagram.elements[4], kind="layup")
+    assert diagram.elements[4].kind == "shoot"
+    changed = replace(
+        diagram,
+        players=tuple(moved),
+        elements=(*diagram.elements[:4], shot, *diagram.elements[5:]),
+    )
+    play = make_play(changed, grammar, library)
+    warm = warm_start(state, diagram, play, rng)
+    for k in (0, 2, 3):  # A1, D1, D2
+        assert bytes_of(SceneState((warm.players[k],))) == bytes_of(SceneState((state.players[k],)))
+    actions, before = warm.players[1].tree.leaves(), state.players[1].tree.leaves()
+    assert actions[-1] == "layup"
+    assert before[-1] == "shoot"
+    for k, m in common_actions(actions, before):
+        assert warm.players[1].entries[k] == state.players[1].entries[m]
+    again, trace = sample(warm, library, changed, grammar, WARM, np.random.default_rng(0))
+    assert trace.final <= trace.best[0]
+    assert again.players[1].tree.leaves()[-1] == "layup"
+
+
+def test_a_moved_circle_carries_its_player_along(wandering) -> None:
+    diagram, grammar = read("pass-and-shoot")
+    library = library_for(grammar, wandering)
+    rng = np.random.default_rng(5)
+    state = bootstrap(make_play(diagram, grammar, library), rng)
+    at = diagram.players[0].at
+    players = (replace(diagram.players[0], at=Spot(at.x + 1.0, at.z)), *diagram.players[1:])
+    play = make_play(replace(diagram, players=players), grammar, library)
+    warm = warm_start(state, diagram, play, rng)
+    x, z, theta = state.players[0].origin
+    assert warm.players[0].origin == pytest.approx((x + 1.0, z, theta))
+    assert bytes_of(SceneState(warm.players[1:])) == bytes_of(SceneState(state.players[1:]))

@@ -1,0 +1,126 @@
+"""LR(1), LALR(1) and LL(1): textbook grammars, and what freedom from conflicts must mean."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.errors import SceneError
+from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, read_grammar
+from motiondb.grammar.cfg.parse import count_trees
+from motiondb.scene.services.lr import (
+    END_MARK,
+    first_sets,
+    follow_sets,
+    ll1_conflicts,
+    lr1_automaton,
+)
+
+EXPRESSIONS = read_grammar(
+    """
+    E -> T R
+    R -> plus T R | empty
+    T -> F U
+    U -> times F U | empty
+    F -> open E close | id
+    """
+)
+
+
+def test_first_and_follow_of_the_textbook() -> None:
+    first, follow = first_sets(EXPRESSIONS), follow_sets(EXPRESSIONS)
+    assert first["E"] == first["T"] == first["F"] == {"open", "id"}
+    assert first["R"] == {"plus"}
+    assert first["U"] == {"times"}
+    assert follow["E"] == follow["R"] == {"close", END_MARK}
+    assert follow["T"] == follow["U"] == {"plus", "close", END_MARK}
+    assert follow["F"] == {"plus", "times", "close", END_MARK}
+    assert ll1_conflicts(EXPRESSIONS) == ()
+
+
+def test_ten_states_of_which_lalr_leaves_seven() -> None:
+    automaton = lr1_automaton(read_grammar("S -> C C\nC -> c C | d"))
+    assert (automaton.n_states, automaton.lalr_states) == (10, 7)
+    assert automaton.conflicts == automaton.lalr_conflicts == ()
+
+
+def test_lr1_that_is_not_lalr1() -> None:
+    grammar = read_grammar("S -> a A d | b B d | a B e | b A e\nA -> c\nB -> c")
+    automaton = lr1_automaton(grammar)
+    assert automaton.conflicts == ()
+    (conflict,) = automaton.lalr_conflicts
+    assert conflict.kind == "reduce-reduce"
+    assert set(conflict.lookaheads) == {"d", "e"}
+    assert [str(grammar.rules[number]) for number in conflict.rules] == ["A -> c", "B -> c"]
+
+
+def test_a_conflict_names_its_rules_and_the_way_to_it() -> None:
+    grammar = read_grammar("S -> if S | if S else S | do")
+    (conflict,) = lr1_automaton(grammar).conflicts
+    assert conflict.describe(grammar) == (
+        "shift-reduce: after 'if if S', before else, between 'S -> if S' and 'S -> if S else S'"
+    )
+
+
+def test_a_conflict_with_the_end_says_so() -> None:
+    grammar = read_grammar("S -> T\nT -> S | a")
+    (conflict,) = lr1_automaton(grammar).conflicts
+    assert conflict.describe(grammar) == (
+        "reduce-reduce: after 'S', before the end, between 'T -> S' and accepting the string"
+    )
+
+
+def test_ll1_looks_only_at_what_can_be_reached() -> None:
+    grammar = read_grammar("S -> a\nLost -> b | b Lost")
+    assert ll1_conflicts(grammar) == ()
+    (conflict,) = ll1_conflicts(Grammar("Lost", grammar.rules))
+    assert conflict.describe(grammar) == (
+        "predict: before b, between 'Lost -> b' and 'Lost -> b Lost'"
+    )
+
+
+def test_too_many_states_are_refused() -> None:
+    with pytest.raises(SceneError) as caught:
+        lr1_automaton(EXPRESSIONS, max_states=5)
+    assert "at most 5 states to test whether it is LR(1), found more" in str(caught.value)
+
+
+symbols = st.sampled_from(["S", "A", "a", "b"])
+rights = st.lists(symbols, max_size=3).map(tuple)
+small_grammars = st.tuples(
+    st.lists(rights, min_size=1, max_size=3, unique=True),
+    st.lists(rights, min_size=1, max_size=3, unique=True),
+).map(
+    lambda pair: Grammar(
+        "S", tuple(Rule(left, r, 1 / len(rows)) for left, rows in zip("SA", pair) for r in rows)
+    )
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(small_grammars)
+def test_without_conflicts_no_string_has_two_trees(grammar: Grammar) -> None:
+    if lr1_automaton(grammar).conflicts:
+        return
+    for n in range(4):
+        for string in product("ab", repeat=n):
+            try:
+                trees = count_trees(grammar, string)
+            except GrammarError:  # it derives nothing
+                return
+            assert trees <= 1, (str(grammar), string)
+
+
+@settings(max_examples=60, deadline=None)
+@given(small_grammars)
+def test_ll1_is_lr1(grammar: Grammar) -> None:
+    """Of grammars without useless symbols; others may have conflicts that no string meets."""
+    from motiondb.grammar.cfg.context_free import productive_symbols, reachable_symbols
+
+    useful = productive_symbols(grammar) & reachable_symbols(grammar)
+    if not {"S", "A"} <= useful or ll1_conflicts(grammar):
+        return
+    assert lr1_automaton(grammar).conflicts == ()

@@ -1,0 +1,200 @@
+"""Checking, validating, suggesting and casting, on the shipped grammar and by brute force."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+
+from motiondb.database.scenes import scene_files
+from motiondb.errors import SceneError
+from motiondb.scene.language.expressions import expressions, g_user
+from motiondb.scene.language.grammar_file import read_motion_grammar
+from motiondb.scene.language.tactics_file import read_diagram
+from motiondb.scene.services import services
+
+SMALL = """
+grammar small
+start S for attack
+start D for defence
+S -> a S | b [0.5]
+D -> a | empty
+a := "a"
+b := "b"
+"""
+
+
+@pytest.fixture(scope="module")
+def basketball():
+    return scene_files.read_grammar("basketball")
+
+
+def test_basketball_is_lr1_and_not_ll1(basketball) -> None:
+    report = services.check(basketball)
+    assert (len(report.nonterminals), len(report.terminals)) == (19, 17)
+    assert report.useless == ()
+    for start in report.starts:
+        assert start.conflicts == ()
+        assert start.ll1_conflicts != ()
+    attack, defence = report.starts
+    assert attack.empty
+    assert not defence.empty
+    assert set(report.nullable) == {"S_A", "Attacks", "Runs", "Pivot", "Fake", "Dribble"}
+
+
+def test_useless_symbols_and_conflicts_are_reported() -> None:
+    text = 'start S\nS -> S S | a\nT -> b\na := "a"\nb := "b"'
+    report = services.check(read_motion_grammar(text, "x.grammar"))
+    assert report.useless == ("T", "b")
+    (start,) = report.starts
+    assert [conflict.kind for conflict in start.conflicts] == ["shift-reduce"]
+
+
+def test_a_sentence_has_a_tree(basketball) -> None:
+    found = services.validate(basketball, ["hold", "dribble", "shoot"])
+    assert found.allowed
+    assert found.start == "S_A"
+    assert found.tree is not None
+    assert found.tree.leaves() == ("hold", "dribble", "shoot")
+    assert services.validate(basketball, ["guard", "run"]).start == "S_D"
+
+
+def test_no_dribble_after_a_pivot_that_ended_one(basketball) -> None:
+    found = services.validate(basketball, ["hold", "dribble", "pivot_left", "dribble"])
+    assert not found.allowed
+    assert found.position == 3
+    assert set(found.expected) == {"pivot_left", "pass", "shoot", "layup", "fake_shot"}
+    assert found.message == (
+        "action 4 after 'hold dribble pivot_left', from S_A: expected one of pivot_left, pass,"
+        " shoot, layup, fake_shot, found 'dribble'. Put one of them there, or add a rule for it."
+    )
+
+
+def test_nobody_on_court_does_nothing(basketball) -> None:
+    found = services.validate(basketball, [], "S_A")
+    assert (found.allowed, found.position) == (False, 0)
+    assert found.message == (
+        "action 1, from S_A: expected one of run, walk, idle, screen, hold, catch, feint, found"
+        " the end. Whoever is on court does something."
+    )
+    together = services.validate(basketball, [])
+    assert together.start == "S_A or S_D"
+    assert {"hold", "guard"} <= set(together.expected)
+
+
+def test_the_end_is_named_where_more_must_follow(basketball) -> None:
+    found = services.validate(basketball, ["hold"])
+    assert found.position == 1
+    assert "found the end. Go on with one of them." in found.message
+    assert "Did you mean walk?" in services.validate(basketball, ["wlak"]).message
+
+
+def test_suggestions_are_all_that_may_follow(basketball) -> None:
+    """Beside brute force: an action may follow exactly where some string goes on with it."""
+    names = [terminal.name for terminal in basketball.terminals]
+    for prefix in (["hold", "dribble"], ["run"], ["hold", "pass", "run", "feint"], ["push"]):
+        found = services.suggest(basketball, prefix)
+        may = set()
+        for name in names:
+            fault = services.validate(basketball, [*prefix, name])
+            if fault.allowed or fault.position > len(prefix):
+                may.add(name)
+        assert {name for name, _ in found.actions} == may
+        assert (found.end > 0) == services.validate(basketball, prefix).allowed
+        assert sum(p for _, p in found.actions) + found.end == pytest.approx(1.0)
+
+
+def test_start_symbols_count_by_how_probable_the_string_is() -> None:
+    grammar = read_motion_grammar(SMALL, "x.grammar")
+    # P(a ...) is 0.5 from S and from D; behind it, S goes on with a or b alike, D ends
+    found = services.suggest(grammar, ["a"])
+    assert dict(found.actions) == pytest.approx({"a": 0.25, "b": 0.25})
+    assert found.end == pytest.approx(0.5)
+    # nobody begins by ending: from D only a can come, so a has 0.5 + 0.5 and b 0.5
+    assert dict(services.suggest(grammar, []).actions) == pytest.approx({"a": 2 / 3, "b": 1 / 3})
+    assert services.suggest(grammar, ["a"], "S").end == 0.0
+
+
+def test_suggestions_for_what_cannot_begin(basketball) -> None:
+    with pytest.raises(SceneError) as caught:
+        services.suggest(basketball, ["shoot"])
+    assert str(caught.value).startswith(
+        "basketball: action 1, from S_A or S_D: expected one of run, walk"
+    )
+
+
+def test_every_plan_begins_as_asked_and_is_allowed(basketball) -> None:
+    for goals in product(["pass", "dribble", "shoot"], repeat=2):
+        wanted = [{goal} for goal in goals]
+        try:
+            tree = services.plan(basketball, ["hold"], wanted)
+        except SceneError:
+            assert goals[0] == "shoot"  # nothing comes behind a shot
+            continue
+        assert tree.leaves()[0] == "hold"
+        assert g_user(tree.leaves()[1:], wanted) == 0
+        assert services.validate(basketball, tree.leaves(), "S_A").allowed
+    with pytest.raises(SceneError) as caught:
+        services.plan(basketball, [], [{"sing"}])
+    assert "expected an action, found 'sing'" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", scene_files.shipped(scene_files.TACTICS))
+def test_every_player_of_the_shipped_diagrams_can_be_cast(name: str) -> None:
+    diagram = scene_files.read_tactics(name)
+    grammar = scene_files.grammar_of(diagram)
+    strings = services.cast(diagram, grammar)
+    assert set(strings) == set(diagram.player)
+    for player, tree in strings.items():
+        start = grammar.start_of(diagram.player[player].team)
+        assert services.validate(grammar, tree.leaves(), start).allowed
+        items = expressions(diagram)[player]
+        assert g_user(tree.leaves(), [item.actions for item in items]) == 0
+
+
+def test_what_the_grammar_does_not_allow_is_named(basketball) -> None:
+    diagram = read_diagram("attack A1 at 0 5\ndefence D1 at 0 4\n1 guard A1 on D1", "x.tactics")
+    with pytest.raises(SceneError) as caught:
+        services.cast(diagram, basketball)
+    assert str(caught.value).startswith(
+        "x.tactics:3: expected of A1 what the grammar basketball allows, found (guard)*."
+    )
+
+
+def test_rules_about_who_is_not_there_are_refused(basketball) -> None:
+    diagram = read_diagram(
+        "attack A1 at 0 5\nattack A2 at 3 5\n1 feint A2\n2 pass A1 to A2\n3 shoot A2", "x.tactics"
+    )
+    with pytest.raises(SceneError) as caught:
+        services.cast(diagram, basketball)
+    assert str(caught.value) == (
+        "x.tactics:3: 'feint A2': expected an opponent of A2, whom the rule distance of feint is"
+        " about, found none. Add a player of the other team, or take the element out."
+    )
+    with pytest.raises(SceneError) as caught:
+        services.cast(diagram, scene_files.read_grammar("carrying"))
+    assert "expected the place 'origin', which rules of the grammar carrying are" in str(
+        caught.value
+    )
+
+
+def test_what_nobody_can_do_is_told_with_file_and_line(basketball) -> None:
+    def told(text: str) -> str:
+        diagram = read_diagram(f'diagram "Title"\nattack A1 at 0 5\n{text}', "x.tactics")
+        with pytest.raises(SceneError) as caught:
+            services.cast(diagram, basketball, "x.tactics")
+        return str(caught.value)
+
+    assert told(
+        "defence D1 at 3 3\n1 screen A1 on D1\n2 guard D1 on A1\n3 block A1 on D1"
+    ).startswith(
+        "x.tactics:6: expected of A1 what the grammar basketball allows, found (screen)(block)."
+    )
+    assert told("player C1 at 3 3\n1 shoot A1").startswith(
+        "x.tactics:3: 'player C1': basketball: expected a start symbol for the team 'player'"
+    )
+    runs = "\n".join(f"{step} run A1 to {step % 5} 3" for step in range(1, 42))
+    assert told(runs) == (
+        "x.tactics:2: 'A1': expected at most 40 things to do, found 41. Make a scene of each part"
+        " of the play."
+    )

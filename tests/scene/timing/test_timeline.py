@@ -1,0 +1,138 @@
+"""Rules measured frame by frame: beside the compiled values, and worked by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.database.scenes import scene_files
+from motiondb.grammar.cfg.context_free import Tree
+from motiondb.scene.energy.binding import bind
+from motiondb.scene.energy.energy import energy
+from motiondb.scene.energy.placement import clip_arrays
+from motiondb.scene.energy.rule_table import (
+    AT_START,
+    DIRECTION,
+    DISTANCE,
+    LINE,
+    POINT,
+    POSITION,
+    ROW,
+    THROUGHOUT,
+    RuleTable,
+)
+from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.language.semantic_rules import Weights
+from motiondb.scene.polish.separation import overlaps
+from motiondb.scene.services import services
+from motiondb.scene.timing.timeline import (
+    Timeline,
+    frame_values,
+    measure,
+    own_places,
+    sampled_timeline,
+    tolerance,
+)
+
+
+def a_row(**values: object) -> np.void:
+    row = np.zeros(1, ROW)
+    row["target"], row["other"], row["far"], row["weight"] = POINT, POINT, math.inf, 1.0
+    for name, value in values.items():
+        row[name] = value
+    return row[0]
+
+
+def still(*places: tuple[float, float, float], frames: int = 4) -> Timeline:
+    """Everybody stands still; one clip of all frames each."""
+    everybody = np.repeat(np.array(places, dtype=float)[:, None], frames, axis=1)
+    begins = tuple(np.array([0, frames]) for _ in places)
+    return Timeline(everybody, begins, tuple(np.array([frames // 2]) for _ in places))
+
+
+def a_table(*rows: np.void, players: int = 2, contacts: tuple = ()) -> RuleTable:
+    return RuleTable(
+        tuple(f"P{n}" for n in range(players)),
+        tuple(("go",) for _ in range(players)),
+        np.array(list(rows), dtype=ROW),
+        np.array([0]),
+        np.array(contacts, dtype=np.int64).reshape(-1, 4),
+        tuple(None for _ in rows),
+        np.full(len(rows), -1),
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "wanted"),
+    [
+        (POSITION, {"x": 3.0, "z": 4.0}, 5.0),
+        (DIRECTION, {"x": 1.0, "z": 0.0}, math.pi / 2),
+        (DISTANCE, {"x": 3.0, "z": 4.0, "far": 5.0}, 0.0),
+        (DISTANCE, {"x": 3.0, "z": 4.0, "far": 4.9}, 1.0),
+        (LINE, {"x": -1.0, "z": 2.0, "other_x": 1.0, "other_z": 2.0}, 2.0),
+    ],
+)
+def test_values_worked_by_hand(kind: int, values: dict[str, float], wanted: float) -> None:
+    row = a_row(kind=kind, last=1, moment=AT_START, **values)
+    timeline = still((0.0, 0.0, 0.0))
+    assert frame_values(row, timeline, np.array([1]))[0] == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("name", ["give-and-go", "screen", "pass-and-shoot"])
+def test_compiled_rules_measure_the_same(name: str, wandering) -> None:
+    diagram = scene_files.read_tactics(name)
+    grammar = scene_files.grammar_of(diagram)
+    library = wandering([terminal.name for terminal in grammar.terminals], seed=4)
+    trees = services.cast(diagram, grammar)
+    table = bind(diagram, grammar, trees)
+    rng = np.random.default_rng(8)
+    players = []
+    for number, player in enumerate(diagram.players):
+        entries = [rng.choice(list(library.of(action))) for action in table.actions[number]]
+        origin = (player.at.x, player.at.z, float(rng.uniform(-3.0, 3.0)))
+        tree = trees[player.name]
+        players.append(PlayerState(tree, np.array(entries), origin, int(rng.integers(0, 50))))
+    state = SceneState(tuple(players))
+    timeline = sampled_timeline(state, library)
+    found = energy(state, clip_arrays(library), table, Weights())
+    ours = [measure(table, n, timeline).value / row["weight"] for n, row in enumerate(table.rows)]
+    on_the_way = table.rows["moment"] == 4  # their shares of a way differ by a frame
+    np.testing.assert_allclose(np.array(ours)[~on_the_way], found.rules[~on_the_way], atol=1e-9)
+    pairs = {(o.first, o.second) for o in overlaps(table, timeline)}
+    assert pairs == {(a, b) for a, b in zip(*np.nonzero(found.overlaps), strict=True) if a < b}
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-4, 4))
+def test_own_places_follow_on(wandering, x: float, z: float, theta: float) -> None:
+    library = wandering(["a"], each=3, seed=2)
+    one = own_places(PlayerState(Tree("a"), np.array([0, 1, 2]), (x, z, theta)), library)
+    assert len(one) == int(library.n_frames.sum())
+    np.testing.assert_allclose(one[0], [x, z, theta])
+    apart = np.linalg.norm(np.diff(one[:, :2], axis=0), axis=1)
+    assert apart.max() < 0.2  # no leap at a seam
+
+
+def test_who_stands_in_whom_is_told_with_depth() -> None:
+    timeline = still((0.0, 0.0, 0.0), (0.3, 0.4, 0.0), (0.0, 0.45, 0.0))
+    found = overlaps(a_table(players=3), timeline)
+    assert [(o.first, o.second) for o in found] == [(0, 2), (1, 2)]
+    assert found[0].depth == pytest.approx(0.05)
+    assert (found[0].start, found[0].end) == (0, 4)
+
+
+def test_who_is_to_touch_may_come_nearer() -> None:
+    timeline = still((0.0, 0.0, 0.0), (0.35, 0.0, 0.0), frames=60)
+    found = overlaps(a_table(contacts=((0, 0, 1, 0),)), timeline)
+    assert [(o.start, o.end) for o in found] == [(0, 15), (46, 60)]  # 30 -+ 15 left out
+
+
+def test_tolerances() -> None:
+    row = a_row(kind=POSITION, last=1, moment=THROUGHOUT, weight=0.3)
+    assert tolerance(row) == 0.3
+    assert tolerance(a_row(kind=DISTANCE)) == 0.0
+    assert tolerance(a_row(kind=2)) == pytest.approx(2.0 / 30.0)
