@@ -3,7 +3,7 @@
     python benchmarks/nearby_quality.py --wordnet /usr/share/wordnet --vectors vectors.npz \\
         --data DIR        # DIR holds cmu/ and cmu-captions.tsv
 
-Inputs as for ``benchmarks/nearby_build.py``. Without --data the part on captures is left out.
+Inputs as for ``benchmarks/nearby_table.py``. Without --data the part on captures is left out.
 """
 
 from __future__ import annotations
@@ -14,9 +14,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from nearby_build import OUTPUT, read_similarity
-from nearby_judge import MEASURES, Answer, ask_all, interval, reliability
-from nearby_methods import (
+from nearby_table import OUTPUT, read_similarity
+
+from motiondb.words.nearby.table import NearbyTable, read_table
+from motiondb.words.nearby.taking import SUGGESTED, TAKEN
+from nearby_words.judge import MEASURES, Answer, ask_all, interval, reliability
+from nearby_words.key import read_key, read_pairs, read_vocabulary
+from nearby_words.methods import (
     Method,
     by_model,
     by_score,
@@ -25,14 +29,10 @@ from nearby_methods import (
     path_similarity,
     spelling,
 )
-from nearby_opposites import vetoes
-from nearby_pairs import base, make_lexicon
-from nearby_retrieval import Hidden, hide_words, load_shown
-from nearby_words_key import read_key, read_pairs, read_vocabulary
-from nearby_wordnet import read_wordnet
-
-from motiondb.words.nearby.table import NearbyTable, read_table
-from motiondb.words.nearby.taking import SUGGESTED, TAKEN
+from nearby_words.opposites import vetoes
+from nearby_words.pairs import base, make_lexicon
+from nearby_words.retrieval import Hidden, hide_words, load_shown
+from nearby_words.wordnet import read_wordnet
 
 PAGE = Path(__file__).parents[1] / "docs" / "nearby-words.md"
 LISTS = {
@@ -119,7 +119,7 @@ def opposites_part(table: NearbyTable, by_rules: frozenset[tuple[str, str]]) -> 
     return [
         "## Opposites", "",
         f"{len(pairs)} pairs that may never be taken for one another: {told}, at any probability. "
-        f"WordNet's antonyms, spread as in `benchmarks/nearby_opposites.py`, forbid {ruled} of them; "
+        f"WordNet's antonyms, spread as in `benchmarks/nearby_words/opposites.py`, forbid {ruled} of them; "
         "the others are forbidden by a list (`benchmarks/nearby_words/never.tsv`) that was written "
         "with these pairs in view, or have no evidence.", "",
     ]  # fmt: skip
@@ -179,7 +179,7 @@ def opening(table: NearbyTable, data: bytes) -> list[str]:
         "# Nearby words", "",
         "What a word may be taken as where no caption holds it "
         "(`motiondb/words/nearby/`). The table is built from WordNet 3.0 and sentence vectors by "
-        "`python benchmarks/nearby_build.py`, this page by `python benchmarks/nearby_quality.py`.",
+        "`python benchmarks/nearby_table.py`, this page by `python benchmarks/nearby_quality.py`.",
         "",
         f"{held:,} words with {len(table.targets):,} words that they may be taken as; "
         f"{len(table.silent):,} further English words of which it only knows that they are "

@@ -13,11 +13,11 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from nearby_choice import answers, by_use
-from nearby_words_key import read_key, read_vocabulary
-from nearby_wordnet import read_wordnet
 
 from motiondb.records import FloatArray
+from nearby_words.choice import answers, by_use
+from nearby_words.key import read_key, read_vocabulary
+from nearby_words.wordnet import read_wordnet
 
 SENTENCES = ("{}", "a person is doing: {}", "to {}")
 

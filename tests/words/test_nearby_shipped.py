@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from nearby_words_key import read_key, read_pairs, read_vocabulary
 
 import motiondb
 from motiondb.words.lemmas import lemma
 from motiondb.words.nearby.table import NearbyTable, read_table
 from motiondb.words.nearby.taking import SUGGESTED, TAKEN, take_word
+from nearby_words.key import read_key, read_pairs, read_vocabulary
 
 FOLDER = Path(motiondb.__file__).parent / "words" / "nearby"
 OPPOSITES = read_pairs("opposites")

@@ -14,9 +14,7 @@ from motiondb.words.nearby.table import NearbyTable, read_table, write_table
 LETTERS = st.text("abcdefghijklmnopqrstuvwxyz", min_size=1, max_size=8)
 
 
-def table(
-    pairs: dict[str, list[tuple[str, float]]], silent: tuple[str, ...] = ()
-) -> NearbyTable:
+def table(pairs: dict[str, list[tuple[str, float]]], silent: tuple[str, ...] = ()) -> NearbyTable:
     words = {**pairs, **{t: pairs.get(t, []) for taken in pairs.values() for t, _ in taken}}
     units = {w: [(t, round(200 * p)) for t, p in taken] for w, taken in words.items()}
     return read_table(write_table(units, sorted(zlib.crc32(w.encode()) for w in silent)))

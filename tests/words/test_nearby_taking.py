@@ -33,9 +33,7 @@ def test_a_word_is_taken_as_all_that_is_likely_enough() -> None:
     assert taking.is_taken
     assert taking.probability == 0.9
     assert taking.shares == pytest.approx((9 / 13, 4 / 13))
-    assert taking.sentence() == (
-        "'stroll' is not in the captions; taken as walk (0.9) or go (0.4)"
-    )
+    assert taking.sentence() == ("'stroll' is not in the captions; taken as walk (0.9) or go (0.4)")
 
 
 def test_an_unlikely_word_is_suggested_and_not_taken() -> None:

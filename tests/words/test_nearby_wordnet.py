@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nearby_opposites import vetoes
-from nearby_pairs import CHANNELS, evidence, make_lexicon
-from nearby_wordnet import WordNet, gloss_words, read_wordnet
+
+from nearby_words.opposites import vetoes
+from nearby_words.pairs import CHANNELS, evidence, make_lexicon
+from nearby_words.wordnet import WordNet, gloss_words, read_wordnet
 
 DATA = {
     "verb": [

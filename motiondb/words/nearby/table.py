@@ -1,6 +1,6 @@
 """The table of nearby words: English words, and what each may be taken as.
 
-The file is made by ``benchmarks/nearby_build.py`` from WordNet 3.0 (its licence and notice lie
+The file is made by ``benchmarks/nearby_table.py`` from WordNet 3.0 (its licence and notice lie
 beside it). It holds a line of text,
 
     motiondb nearby words 1 W P S
@@ -72,9 +72,7 @@ class NearbyTable:
         return place if place < len(self.words) and self.words[place] == word else None
 
 
-def write_table(
-    pairs: Mapping[str, Sequence[tuple[str, int]]], silent: Sequence[int]
-) -> bytes:
+def write_table(pairs: Mapping[str, Sequence[tuple[str, int]]], silent: Sequence[int]) -> bytes:
     """The bytes of a table.
 
     Parameters

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from nearby_pairs import base, opposites
-from nearby_wordnet import WordNet, is_plain
+from nearby_words.pairs import base, opposites
+from nearby_words.wordnet import WordNet, is_plain
 
 LEAST = 0.15
 """A word stands for a synset if it is meant this often where the word is used."""

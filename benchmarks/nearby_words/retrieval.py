@@ -1,6 +1,6 @@
 """Words hidden from the captions, asked for all the same: does what they are taken as find them?
 
-Folds, captures and word map are those of ``quality_words``: five folds by performer, symbols learned
+Folds, captures and word map are those of ``quality_tasks/words.py``: five folds by performer, symbols learned
 once from all motion without words. A word of the gallery's captions is hidden from the training
 captions; it is asked by the table, with all the other words known, and the gallery is ranked by the
 virtual word. Words that the table does not take are not asked. Ranks are by whole captures.
@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from quality_captures import Capture, load_cmu, performer_folds, without_copies
-from quality_learning import recognise
 
 from motiondb.records import FloatArray
 from motiondb.words import vocabulary
 from motiondb.words.nearby.table import NearbyTable
 from motiondb.words.nearby.taking import Taking, mixture, take_word, with_virtual_words
 from motiondb.words.word_map import WordMap, fit_word_map
+from quality_protocol.captures import Capture, load_cmu, performer_folds, without_copies
+from quality_protocol.recognition import recognise
 
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
 
@@ -84,7 +84,9 @@ def hide_words(shown: Shown, table: NearbyTable, seed: int) -> list[Hidden]:
             if taking.is_taken and not told[:, number].all():
                 takings[int(number)] = taking
         every = [
-            t for w in table.words if (t := take_word(w, {shown.names[n] for n in known}, table)).is_taken
+            t
+            for w in table.words
+            if (t := take_word(w, {shown.names[n] for n in known}, table)).is_taken
         ]  # entries of any English word: what a shuffled table answers
         for number, taking in takings.items():
             right = told[:, number]

@@ -11,15 +11,16 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from nearby_wordnet import WordNet, is_plain
-
 from motiondb.words.lemmas import FIXED, VERBS, lemma
 from motiondb.words.vocabulary import STOP_WORDS
+from nearby_words.wordnet import WordNet, is_plain
 
 N_WORDS = 20_000
 N_ANSWERS = 30_000
 FIELDS = {
-    **dict.fromkeys((29, 33, 34, 35, 38), 4.0),  # verbs of body, sport, consumption, contact, motion
+    **dict.fromkeys(
+        (29, 33, 34, 35, 38), 4.0
+    ),  # verbs of body, sport, consumption, contact, motion
     **dict.fromkeys((4, 5, 8, 0, 2), 2.0),  # acts, animals, the body; adjectives, adverbs
     **dict.fromkeys((6, 44), 1.0),  # artifacts, participles
 }
@@ -54,8 +55,7 @@ def _weight(word: str, wordnet: WordNet, named: Counter[str]) -> float:
     """How usual a word is in captions: the log of its count in texts and in glosses, and of its
     senses, with what its fields gain."""
     gain = sum(
-        chance * FIELDS.get(wordnet.synsets[key].field, 0.0)
-        for key, chance in wordnet.senses[word]
+        chance * FIELDS.get(wordnet.synsets[key].field, 0.0) for key, chance in wordnet.senses[word]
     )
     usual = math.log1p(wordnet.counts.get(word, 0) + named[word])
     return usual + 0.5 * math.log(len(wordnet.senses[word])) + gain

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from nearby_methods import Method
-from nearby_pairs import base
 
 from motiondb.words.nearby.taking import SUGGESTED, TAKEN
+from nearby_words.methods import Method
+from nearby_words.pairs import base
 
 DRAWS = 2000
 

@@ -17,11 +17,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from nearby_wordnet import Synset, WordNet, gloss_words, is_plain
 
 from motiondb.records import FloatArray
 from motiondb.words.lemmas import lemma
 from motiondb.words.vocabulary import STOP_WORDS
+from nearby_words.wordnet import Synset, WordNet, gloss_words, is_plain
 
 CHANNELS = (
     "same", "above", "above 2", "above 3", "below", "below 2", "beside", "similar", "similar 2",
@@ -63,9 +63,7 @@ def make_lexicon(wordnet: WordNet) -> Lexicon:
     for key, synset in wordnet.synsets.items():
         heads, others = gloss_words(synset.definition, synset.part)
         head = tuple(dict.fromkeys(base(w) for w in heads if is_plain(w)))
-        other = tuple(
-            dict.fromkeys(base(w) for w in others if is_plain(w) and w not in STOP_WORDS)
-        )
+        other = tuple(dict.fromkeys(base(w) for w in others if is_plain(w) and w not in STOP_WORDS))
         glosses[key] = head, other
         numbers.update({*head, *other})
         for w in head:

@@ -1,7 +1,7 @@
 """The probability that a word may be taken as another, from WordNet's evidence and vectors.
 
 Logistic regression over, for a word s and a target t: the root of every channel's evidence
-(``nearby_pairs``), the log of their sum and of their largest, how many there are; three cosines of
+(``nearby_words.pairs``), the log of their sum and of their largest, how many there are; three cosines of
 sentence vectors; and how general and how frequent the target is, how frequent and how ambiguous s
 is, and how much of either is motion. It is fitted on the tuning list: every pair of one of its
 words and a word of the vocabulary with any evidence, right or wrong by the list.
@@ -13,9 +13,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from nearby_pairs import CHANNELS, Lexicon, evidence
 
 from motiondb.records import FloatArray
+from nearby_words.pairs import CHANNELS, Lexicon, evidence
 
 PENALTY = 0.5
 """C of scikit-learn; 0.2, 0.5 and 1 were alike on the tuning list, cross-validated."""

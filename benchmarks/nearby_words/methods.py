@@ -10,11 +10,11 @@ from collections.abc import Callable, Mapping
 from difflib import SequenceMatcher
 
 import numpy as np
-from nearby_model import Model, Similarity, fit, pair_features, target_facts, training_pairs
-from nearby_pairs import Lexicon, base, evidence
-from nearby_wordnet import WordNet
 
 from motiondb.words.nearby.table import NearbyTable
+from nearby_words.model import Model, Similarity, fit, pair_features, target_facts, training_pairs
+from nearby_words.pairs import Lexicon, base, evidence
+from nearby_words.wordnet import WordNet
 
 Method = Callable[[str, frozenset[str]], list[tuple[str, float]]]
 """From a word and the known lemmas to known lemmas with probabilities, likeliest first."""

@@ -1,6 +1,6 @@
 """Build the table of nearby words that motiondb ships.
 
-    python benchmarks/nearby_build.py --wordnet /usr/share/wordnet --vectors vectors.npz
+    python benchmarks/nearby_table.py --wordnet /usr/share/wordnet --vectors vectors.npz
 
 WordNet 3.0: Debian's package wordnet-base (``apt-get install wordnet-base``, or its data.*,
 index.* and cntlist.rev from anywhere else). vectors.npz: ``benchmarks/nearby_vectors.py``. The same
@@ -16,8 +16,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
-from nearby_choice import N_WORDS, answers, by_use
-from nearby_model import (
+
+from motiondb.words.nearby.table import UNIT, write_table
+from nearby_words.choice import N_WORDS, answers, by_use
+from nearby_words.key import read_key, read_pairs, read_vocabulary
+from nearby_words.model import (
     Model,
     Similarity,
     fit,
@@ -25,12 +28,9 @@ from nearby_model import (
     target_facts,
     training_pairs,
 )
-from nearby_opposites import vetoes
-from nearby_pairs import Lexicon, base, evidence, make_lexicon
-from nearby_words_key import read_key, read_pairs, read_vocabulary
-from nearby_wordnet import read_wordnet
-
-from motiondb.words.nearby.table import UNIT, write_table
+from nearby_words.opposites import vetoes
+from nearby_words.pairs import Lexicon, base, evidence, make_lexicon
+from nearby_words.wordnet import read_wordnet
 
 OUTPUT = Path(__file__).parents[1] / "motiondb" / "words" / "nearby" / "words.table"
 N_TAKEN = 12
@@ -83,6 +83,7 @@ def shortened(
     that usual words come before rare ones of the same meaning (chosen by hand). Of two words that
     are opposites the likelier is kept: a word is never taken as both.
     """
+
     def worth(pair: tuple[str, float]) -> float:
         return pair[1] - 0.1 * float(np.log10(1 + places.get(pair[0], 60_000)))
 
@@ -119,9 +120,7 @@ def main() -> None:
             held[word] = shortened(kept, places, never)
     named = sorted({*held, *(t for kept in held.values() for t, _ in kept)})
     silent = sorted(zlib.crc32(w.encode()) for w in ordered if w not in set(named))
-    pairs = {
-        w: [(t, max(1, round(p / UNIT))) for t, p in held.get(w, [])] for w in named
-    }
+    pairs = {w: [(t, max(1, round(p / UNIT))) for t, p in held.get(w, [])] for w in named}
     asked.output.write_bytes(write_table(pairs, silent))
     print(f"{len(held)} words, {sum(map(len, pairs.values()))} pairs, {len(silent)} silent words, "
           f"{asked.output.stat().st_size} bytes")  # fmt: skip

@@ -31,10 +31,9 @@ RANK_SHARE = 0.6
 
 _TOKEN = re.compile(r"[a-z]+(?:'[a-z]+)?|[(),;:]")
 _PHRASE_END = frozenset(
-    "of in on at by for from to with without that which who whom whose as used when where while "
-    "into through during after before over than or and ( ) , ; :".split()
+    ["of", "in", "on", "at", "by", "for", "from", "to", "with", "without", "that", "which", "who", "whom", "whose", "as", "used", "when", "where", "while", "into", "through", "during", "after", "before", "over", "than", "or", "and", "(", ")", ",", ";", ":"]
 )
-_ARTICLES = frozenset("a an the any some one's his her its be".split())
+_ARTICLES = frozenset(["a", "an", "the", "any", "some", "one's", "his", "her", "its", "be"])
 
 
 @dataclass(frozen=True)
@@ -154,9 +153,7 @@ def _synset(line: str, part: str) -> tuple[str, Synset, tuple[str, ...]]:
     pointers = []
     for p in range(n_pointers):
         symbol, offset, letter, ends = fields[start + 1 + 4 * p : start + 5 + 4 * p]
-        pointers.append(
-            (symbol, LETTERS[letter] + offset, int(ends[:2], 16), int(ends[2:], 16))
-        )
+        pointers.append((symbol, LETTERS[letter] + offset, int(ends[:2], 16), int(ends[2:], 16)))
     definition = re.split(r';\s*"|^"', gloss.strip())[0].strip()
     synset = Synset(part, int(fields[1]), words, tuple(pointers), definition, gloss)
     return part + fields[0], synset, written

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from motiondb.words.lemmas import lemma
 
-FOLDER = Path(__file__).parent / "nearby_words"
+FOLDER = Path(__file__).parent
 
 
 def read_key(name: str) -> dict[str, frozenset[str]]:
