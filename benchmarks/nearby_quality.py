@@ -89,7 +89,7 @@ def reliability_table(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> 
 
 def misses(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> list[str]:
     """Every wrong first answer that is said."""
-    lines = ["## Known misses", "", "Words of the key that are taken wrongly, or wrongly suggested:",
+    lines = ["## Known misses", "", "Words of the key that are taken or suggested wrongly:",
              ""]  # fmt: skip
     for name, methods in answers.items():
         wrong = [a for a in next(iter(methods.values())) if not a.right and a.chance >= SUGGESTED]
@@ -119,9 +119,9 @@ def opposites_part(table: NearbyTable, by_rules: frozenset[tuple[str, str]]) -> 
     return [
         "## Opposites", "",
         f"{len(pairs)} pairs that may never be taken for one another: {told}, at any probability. "
-        f"WordNet's antonyms, spread as in `benchmarks/nearby_words/opposites.py`, forbid {ruled} of them; "
-        "the others are forbidden by a list (`benchmarks/nearby_words/never.tsv`) that was written "
-        "with these pairs in view, or have no evidence.", "",
+        f"WordNet's antonyms, spread as in `benchmarks/nearby_words/opposites.py`, forbid {ruled} "
+        "of them; the others are forbidden by a list (`benchmarks/nearby_words/never.tsv`) that was "
+        "written with these pairs in view, or have no evidence.", "",
     ]  # fmt: skip
 
 
@@ -152,8 +152,8 @@ def retrieval_part(hidden: Sequence[Hidden], seed: int) -> list[str]:
         f"is better by {mean[0] - mean[1]:+.3f} ({low[3]:+.3f} to {high[3]:+.3f})",
         f"- by chance: {mean[2]:.3f}; the table is better by {mean[0] - mean[2]:+.3f} "
         f"({low[4]:+.3f} to {high[4]:+.3f})",
-        f"- had the word itself been known ({len(known)} questions): {np.mean(known):.3f}; taken by "
-        f"the table on the same: {values[there, 0].mean():.3f}", "",
+        f"- had the word itself been known ({len(known)} questions): {np.mean(known):.3f}; taken "
+        f"by the table on the same: {values[there, 0].mean():.3f}", "",
         "| word | taken as | fold's gallery | taken | shuffled | chance | itself |",
         "|---|---|---|---|---|---|---|",
     ]  # fmt: skip

@@ -1,10 +1,10 @@
 """The probability that a word may be taken as another, from WordNet's evidence and vectors.
 
 Logistic regression over, for a word s and a target t: the root of every channel's evidence
-(``nearby_words.pairs``), the log of their sum and of their largest, how many there are; three cosines of
-sentence vectors; and how general and how frequent the target is, how frequent and how ambiguous s
-is, and how much of either is motion. It is fitted on the tuning list: every pair of one of its
-words and a word of the vocabulary with any evidence, right or wrong by the list.
+(``nearby_words.pairs``), the log of their sum and of their largest, how many there are; three
+cosines of sentence vectors; and how general and how frequent the target is, how frequent and how
+ambiguous s is, and how much of either is motion. It is fitted on the tuning list: every pair of one
+of its words and a word of the vocabulary with any evidence, right or wrong by the list.
 """
 
 from __future__ import annotations

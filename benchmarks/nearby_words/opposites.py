@@ -1,8 +1,8 @@
 """Pairs of words that are never taken for one another.
 
 WordNet's antonyms hold between words; here they hold between the words of their synsets, of
-adjectives like them, and of the verbs one step below, where these are usual senses of the words. What WordNet lacks stands in
-``nearby_words/never.tsv``: body parts of another place, and a few movements.
+adjectives like them, and of the verbs one step below, where these are usual senses of the words.
+What WordNet lacks stands in ``never.tsv``: body parts of another place, and a few movements.
 """
 
 from __future__ import annotations

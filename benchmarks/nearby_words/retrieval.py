@@ -1,9 +1,10 @@
 """Words hidden from the captions, asked for all the same: does what they are taken as find them?
 
-Folds, captures and word map are those of ``quality_tasks/words.py``: five folds by performer, symbols learned
-once from all motion without words. A word of the gallery's captions is hidden from the training
-captions; it is asked by the table, with all the other words known, and the gallery is ranked by the
-virtual word. Words that the table does not take are not asked. Ranks are by whole captures.
+Folds, captures and word map are those of ``quality_tasks/words.py``: five folds by performer,
+symbols learned once from all motion without words. A word of the gallery's captions is hidden from
+the training captions; it is asked by the table, with all the other words known, and the gallery is
+ranked by the virtual word. Words that the table does not take are not asked. Ranks are of whole
+captures.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ def hide_words(shown: Shown, table: NearbyTable, seed: int) -> list[Hidden]:
         fit = fit_word_map(shown.vectors[~test], shown.presence[~test], shown.groups[~test])
         trained = shown.presence[~test].sum(axis=0)
         told = shown.presence[test]
-        known = [n for n in np.flatnonzero(trained >= LEAST_TRAINED)]
+        known = np.flatnonzero(trained >= LEAST_TRAINED).tolist()
         takings = {}
         for number in np.flatnonzero(told.sum(axis=0) >= LEAST_SHOWN):
             others = {shown.names[n] for n in known if n != number}

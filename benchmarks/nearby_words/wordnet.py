@@ -30,9 +30,11 @@ RANK_SHARE = 0.6
 """What the half count of an uncounted sense is multiplied by at every rank. Chosen by hand."""
 
 _TOKEN = re.compile(r"[a-z]+(?:'[a-z]+)?|[(),;:]")
-_PHRASE_END = frozenset(
-    ["of", "in", "on", "at", "by", "for", "from", "to", "with", "without", "that", "which", "who", "whom", "whose", "as", "used", "when", "where", "while", "into", "through", "during", "after", "before", "over", "than", "or", "and", "(", ")", ",", ";", ":"]
-)
+_ENDS_PHRASE = """
+of in on at by for from to with without that which who whom whose as used when where while
+into through during after before over than or and ( ) , ; :
+"""
+_PHRASE_END = frozenset(_ENDS_PHRASE.split())
 _ARTICLES = frozenset(["a", "an", "the", "any", "some", "one's", "his", "her", "its", "be"])
 
 

@@ -46,7 +46,7 @@ def test_what_is_written_is_read(drawn: dict[str, list[tuple[str, int]]]) -> Non
 
 
 def test_what_is_no_table_is_refused() -> None:
-    with pytest.raises(SheetError, match="expected a table of nearby words .*Install motiondb"):
+    with pytest.raises(SheetError, match=r"expected a table of nearby words .*Install motiondb"):
         read_table(b"word\tother\n", "here.table")
 
 
