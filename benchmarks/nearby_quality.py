@@ -120,8 +120,8 @@ def opposites_part(table: NearbyTable, by_rules: frozenset[tuple[str, str]]) -> 
         "## Opposites", "",
         f"{len(pairs)} pairs that may never be taken for one another: {told}, at any probability. "
         f"WordNet's antonyms, spread as in `benchmarks/nearby_words/opposites.py`, forbid {ruled} "
-        "of them; the others are forbidden by a list (`benchmarks/nearby_words/never.tsv`) that was "
-        "written with these pairs in view, or have no evidence.", "",
+        "of them; the others are forbidden by a list (`benchmarks/nearby_words/never.tsv`) that "
+        "was written with these pairs in view, or have no evidence.", "",
     ]  # fmt: skip
 
 

@@ -16,6 +16,7 @@ import typer
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
     from motiondb.learning.drift import Drift
+    from motiondb.words.nearby.taking import Taking
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -25,6 +26,10 @@ Db = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Answer in JSON, for programs.")]
 Where = Annotated[
     str, typer.Option("--where", help="Only captures like this, such as 'performer=14 and fps>60'.")
+]
+Exact = Annotated[
+    bool,
+    typer.Option("--exact", help="Leave words out that no caption holds; take none as others."),
 ]
 Limit = Annotated[int, typer.Option("--limit", min=1, help="How many answers at most.")]
 GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]
@@ -145,6 +150,29 @@ def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:
     for word, near in unknown.items():
         hint = f"; the nearest known: {', '.join(near)}" if near else ""
         typer.echo(f"unknown word {word!r} left out{hint}", err=True)
+
+
+def note_taken(
+    taken: Mapping[str, Taking],
+    suggested: Mapping[str, Taking],
+    unknown: Mapping[str, Sequence[str]],
+) -> None:
+    """Say on standard error what was made of the words of a question that no caption holds."""
+    for taking in taken.values():
+        typer.echo(taking.sentence(), err=True)
+    for word, taking in suggested.items():
+        if word in unknown and taking.words:
+            typer.echo(f"{taking.sentence()}; left out", err=True)
+    told = {word for word, taking in suggested.items() if taking.words}
+    note_unknown({word: near for word, near in unknown.items() if word not in told})
+
+
+def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:
+    """What words were taken as, for programs."""
+    return {
+        word: [{"word": known, "probability": p} for known, p in taking.words]
+        for word, taking in taken.items()
+    }
 
 
 def print_json(value: Any) -> None:
