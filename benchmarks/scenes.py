@@ -37,6 +37,7 @@ import numpy as np
 import motiondb
 from motiondb.database.scenes.scene_library import scene_clips
 from motiondb.database.scenes.scene_making import SceneSettings, SceneText, make, read_scene_text
+from motiondb.scene.sampling.play import make_play
 from motiondb.scene.sampling.tempering import SamplerSettings, sample
 from scene_tasks import page, paper_baseline
 
@@ -179,6 +180,9 @@ def timed(
 
     The error is what is sought, with the prices of time and of actions.
     """
+    play = make_play(
+        text.diagram, text.grammar, clips.library, settings.most_actions, settings.prices
+    )
     began, curve, best = time.perf_counter(), [], np.inf
     for rng in np.random.default_rng(seed).spawn(1000):
 
@@ -188,7 +192,7 @@ def timed(
             curve.append((time.perf_counter() - began, best))
             return time.perf_counter() - began > seconds
 
-        _, trace = sample(None, clips.library, text.diagram, text.grammar, settings, rng, heard)
+        _, trace = sample(play, settings, rng, progress=heard)
         best = min(best, trace.cooled)
         curve.append((time.perf_counter() - began, best))
         if time.perf_counter() - began > seconds:

@@ -18,6 +18,7 @@ from motiondb.cli.options import (
     To,
     Where,
     database,
+    finite,
     note_drift,
     print_json,
     print_table,
@@ -48,19 +49,54 @@ def add(
         Path | None, typer.Option("--events", help="A sheet of instants (TSV or CSV).")
     ] = None,
     unit: Unit = None,
-    fps: Annotated[float | None, typer.Option("--fps", help="Frame rate, over the files'.")] = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(
+            "--fps",
+            min=1.0,
+            max=10_000.0,
+            callback=finite,
+            help="Frame rate, in place of the files'.",
+        ),
+    ] = None,
     joint_map: Annotated[
         Path | None, typer.Option("--joint-map", help="Lines `role = joint` for other skeletons.")
     ] = None,
     skip_bad_frames: Annotated[
         bool, typer.Option("--skip-bad-frames", help="Leave bad frames out, keep the file.")
     ] = False,
+    keep_implausible: Annotated[
+        bool, typer.Option("--keep-implausible", help="Keep motion faster than people can move.")
+    ] = False,
+    outside_skeletons: Annotated[
+        bool, typer.Option("--outside-skeletons", help="Let a sheet name ASF files elsewhere.")
+    ] = False,
+    time_limit: Annotated[
+        float,
+        typer.Option(
+            "--time-limit",
+            min=0.1,
+            max=1e6,
+            callback=finite,
+            help="Seconds to read a file of up to 10 MB; larger files get more in proportion.",
+        ),
+    ] = 60.0,
+    memory_limit: Annotated[
+        float,
+        typer.Option(
+            "--memory-limit",
+            min=0.01,
+            max=1e4,
+            callback=finite,
+            help="Gigabytes that the clip of a file may fill in memory.",
+        ),
+    ] = 0.4,
     jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that read files.")] = 2,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """Add captures, with words and events of sheets; broken files are left out (exit 1)."""
-    from motiondb.capture import unit_from_name
+    from motiondb.capture import ReadLimits, unit_from_name
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 
     settings = AddSettings(
@@ -69,6 +105,9 @@ def add(
         skip_bad_frames=skip_bad_frames,
         joint_map=read_joint_map(joint_map) if joint_map else {},
         jobs=jobs,
+        limits=ReadLimits(seconds=time_limit, memory=int(memory_limit * 1e9)),
+        keep_implausible=keep_implausible,
+        outside_skeletons=outside_skeletons,
     )
     with database(db, writing=True, create=True) as base, progress(not json) as tell:
         report = base.add(folder, words, settings, tell, events)
@@ -252,12 +291,15 @@ def fetch_cmu(
     yes: Annotated[bool, typer.Option("--yes", help="Accept the terms unasked.")] = False,
     only_fetch: Annotated[bool, typer.Option("--only-fetch", help="Do not add them.")] = False,
     base_url: Annotated[str | None, typer.Option("--base-url", help="Another site.")] = None,
+    deadline: Annotated[
+        float, typer.Option("--deadline", min=1.0, max=1e6, help="Seconds for the whole download.")
+    ] = 21_600.0,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """Download captures and words of the CMU Graphics Lab database, and add them."""
-    from motiondb.fetch.cmu import CMU_TERMS, CMU_URL
-    from motiondb.fetch.cmu import fetch_cmu as fetch
+    from motiondb.fetch import CMU_TERMS, CMU_URL, FetchSettings, Limits
+    from motiondb.fetch import fetch_cmu as fetch
 
     typer.echo(CMU_TERMS, err=True)
     if not yes and not typer.confirm("Do you accept these terms?", err=True):
@@ -265,7 +307,8 @@ def fetch_cmu(
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]
     with progress(not json) as tell:
         report = fetch(
-            wanted, folder, base_url=base_url or CMU_URL, accept_terms=True,
+            wanted, folder, FetchSettings(base_url or CMU_URL, limits=Limits(seconds=deadline)),
+            accept_terms=True,
             on_progress=lambda p: tell("fetching", p.number, p.n_files),
         )  # fmt: skip
     if json:

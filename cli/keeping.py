@@ -89,9 +89,9 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
 
 def compact(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Rewrite the database file without the space that removed rows left."""
-    from motiondb import store
+    import motiondb
 
-    before, after = store.compact(db)
+    before, after = motiondb.compact(db)
     if json:
         print_json({"before": before, "after": after})
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as jsonlib
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -35,6 +36,13 @@ Limit = Annotated[int, typer.Option("--limit", min=1, help="How many answers at 
 GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="A grammar's name.")]
 From = Annotated[float | None, typer.Option("--from", min=0.0, help="Start, seconds.")]
 To = Annotated[float | None, typer.Option("--to", min=0.0, help="End, seconds.")]
+
+
+def finite(value: float | None) -> float | None:
+    """Refuse nan and infinity, which compare with no range (typer.BadParameter)."""
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter(f"expected a finite number, found {value}.")
+    return value
 
 
 def picture_name(path: Path | None) -> Path | None:

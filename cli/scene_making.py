@@ -16,13 +16,19 @@ from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database, prin
 if TYPE_CHECKING:
     from motiondb.database.motion_db import MotionDB
     from motiondb.database.scenes.scene_verbs import Scene
+    from motiondb.store import StoredScene
 
 DiagramFile = Annotated[
     str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
 ]
 Folder = Annotated[Path, typer.Option("--out", "-o", help="The folder that the scene becomes.")]
+Rounds = Annotated[
+    int,
+    typer.Option("--rounds", help="Rounds of sampling, at most; the seed then fixes the scene."),
+]
 Minutes = Annotated[
-    float, typer.Option("--minutes", help="Sample for no longer than this; scenes take seconds.")
+    float | None,
+    typer.Option("--minutes", help="Cut sampling short after this time, and say so; else never."),
 ]
 Chains = Annotated[
     int, typer.Option("--chains", help="Markov chains at different temperatures; 1 is a single.")
@@ -51,7 +57,8 @@ def make(
     file: DiagramFile,
     out: Folder,
     seed: Seed = 0,
-    minutes: Minutes = 1.0,
+    rounds: Rounds = 70,
+    minutes: Minutes = None,
     chains: Chains = 4,
     name: Name = "",
     gaze: Gaze = True,
@@ -63,7 +70,7 @@ def make(
     from motiondb.database.scenes.scene_files import read_tactics
     from motiondb.database.scenes.scene_verbs import SceneSettings, check_folder
 
-    settings = SceneSettings(seed=seed, chains=chains, minutes=minutes, gaze=gaze)
+    settings = SceneSettings(seed=seed, chains=chains, rounds=rounds, minutes=minutes, gaze=gaze)
     check_folder(out)
     began = time.monotonic()
     with database(db, writing=bool(name)) as base, scene_progress(not json) as tell:
@@ -72,6 +79,7 @@ def make(
         scene = base.scenes.make(file, settings, tell, name)
         _finish(base, scene, out, bool(name), drawn, tell)
     _print(scene, out, time.monotonic() - began, json)
+    _refuse_impossible(scene.record)
 
 
 def update(
@@ -80,7 +88,7 @@ def update(
     seed: Annotated[
         int | None, typer.Option("--seed", min=0, help="Another seed than the scene's.")
     ] = None,
-    minutes: Minutes = 1.0,
+    minutes: Minutes = None,
     name: Name = "",
     drawn: Drawn = True,
     db: Db = DEFAULT_DB,
@@ -104,6 +112,7 @@ def update(
         scene = base.scenes.update(earlier, file, settings, tell)
         _finish(base, scene, folder, bool(name), drawn, tell)
     _print(scene, folder, time.monotonic() - began, json)
+    _refuse_impossible(scene.record)
 
 
 def _finish(
@@ -119,7 +128,11 @@ def _finish(
 
 
 def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
-    from motiondb.database.scenes.scene_reports import cut_short_lines, report_facts
+    from motiondb.database.scenes.scene_reports import (
+        cut_short_lines,
+        impossible_lines,
+        report_facts,
+    )
 
     facts = report_facts(scene.record)
     work = {what: round(took, 3) for what, took in scene.made.seconds.items()}
@@ -139,6 +152,8 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
         f"rules kept: {facts['rules'] - facts['broken']} of {facts['rules']};"
         f" collisions: {touching or 'none'}"
     )
+    for line in impossible_lines(scene.record.report):
+        typer.echo(line)
     if facts["too_fast"]:
         typer.echo(f"  faster than people go: {', '.join(facts['too_fast'])}")
     for rule in scene.broken:
@@ -147,6 +162,12 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
             f" (about {rule.about}), {rule.after:.2f} {rule.unit} where {rule.threshold:.2f} is"
             " allowed"
         )
+
+
+def _refuse_impossible(record: StoredScene) -> None:
+    """Exit with 1 if a scene has motion that people cannot do; its frames are in the output."""
+    if record.report.get("impossible"):
+        raise typer.Exit(1)
 
 
 def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
@@ -169,6 +190,7 @@ def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = Fals
         print_json(report_facts(record) | ({"picture": str(png)} if png else {}))
     else:
         typer.echo(report_text(record))
+    _refuse_impossible(record)
 
 
 def list_scenes(db: Db = DEFAULT_DB, json: Json = False) -> None:

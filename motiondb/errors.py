@@ -35,6 +35,10 @@ class SkeletonError(MotionDBError):
     """A skeleton whose joints cannot be matched with the canonical body."""
 
 
+class ImplausibleError(MotionDBError):
+    """A capture whose motion no person can do."""
+
+
 class SheetError(MotionDBError):
     """A sheet of words that cannot be read."""
 
@@ -63,5 +67,5 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     >>> suggestion("xyz", ["walk", "run"])
     ''
     """
-    near = get_close_matches(name, list(known), n=3, cutoff=0.6)
+    near = get_close_matches(name[:100], list(known), n=3, cutoff=0.6)
     return f" Did you mean {' or '.join(near)}?" if near else ""

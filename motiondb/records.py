@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Float32Array = NDArray[np.float32]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 MOTION_FPS = 30.0
 """Frames per second of every canonical :class:`Motion`."""
@@ -84,13 +85,19 @@ class Clip:
 class Motion:
     """A motion on the canonical body (``motiondb.pose.body``) at 30 frames a second.
 
+    World frame: right-handed, y up, the ground at y = 0.
+
     Attributes
     ----------
-    local_rotations : array (frames, joints of the body, 4), float32, w, x, y, z.
-    root_positions : array (frames, 3), float32, metres on the standard body (the performer's
-        positions scaled by standard leg length / performer's leg length), feet on y = 0.
-    leg_length : the performer's leg length, hip to ankle, metres.
-    notes : sentences about what was mended on the way.
+    local_rotations : array (frames, 21, 4), float32
+        Unit quaternions w, x, y, z, relative to the parent joint.
+    root_positions : array (frames, 3), float32
+        World positions of the pelvis, metres on the standard body: the performer's positions
+        scaled by standard leg length / performer's leg length.
+    leg_length : float
+        The performer's leg length, hip to ankle, metres.
+    notes : tuple of str
+        Sentences about what was repaired when the capture was read.
     """
 
     local_rotations: Float32Array
@@ -102,6 +109,28 @@ class Motion:
     def n_frames(self) -> int:
         """Number of frames."""
         return len(self.root_positions)
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds; every frame lasts 1 / 30 s."""
+        return self.n_frames / MOTION_FPS
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the 21 joints, in the order of all arrays; parents come before children."""
+        from motiondb.pose.body import JOINTS
+
+        return tuple(JOINTS)
+
+    def joint_positions(self) -> FloatArray:
+        """World positions of all joints: array (frames, 21, 3), metres on the standard body.
+
+        Right-handed, y up. Multiply by ``leg_length / motiondb.pose.body.LEG_LENGTH`` for the
+        performer's size.
+        """
+        from motiondb.pose.retarget import motion_positions
+
+        return motion_positions(self)[0]
 
 
 @dataclass(frozen=True, order=True)

@@ -16,7 +16,7 @@ import typer
 
 ROOT = Path(__file__).resolve().parents[1]
 MODULES = sorted([*ROOT.glob("motiondb/**/*.py"), *ROOT.glob("cli/*.py")])
-PURE = ("pose", "symbols", "words", "search", "generate", "grammar", "scene")
+PURE = ("pose", "symbols", "words", "search", "generate", "learning", "grammar", "scene")
 PURE_MODULES = [p for p in MODULES if p.relative_to(ROOT).parts[1] in PURE]
 CLOCKS = {"time", "datetime", "random", "sys", "pathlib", "io", "subprocess", "duckdb"}
 
@@ -69,6 +69,119 @@ def test_pure_stages_touch_nothing(path: Path) -> None:
             assert not re.fullmatch(r"(np|numpy)\.random\..*", called), called
 
 
+MUTATING = {
+    "add", "append", "appendleft", "clear", "discard", "extend", "insert", "move_to_end", "pop",
+    "popitem", "popleft", "remove", "reverse", "setdefault", "sort", "update",
+}  # fmt: skip
+EMPTY = {"dict", "list", "set", "defaultdict", "Counter", "OrderedDict", "deque", "bytearray"} | {
+    "WeakKeyDictionary", "WeakValueDictionary", "WeakSet", "local", "count",
+}  # fmt: skip
+
+
+def module_names(tree: ast.Module) -> set[str]:
+    """Names that are assigned at the top of a module."""
+    targets = [
+        target
+        for node in tree.body
+        if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign)
+        for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+    ]
+    return {n.id for t in targets for n in ast.walk(t) if isinstance(n, ast.Name)}
+
+
+def local_names(function: ast.AST) -> set[str]:
+    """Parameters and names that are assigned inside a function."""
+    return {n.arg for n in ast.walk(function) if isinstance(n, ast.arg)} | {
+        n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+    }
+
+
+def state_of_a_module(text: str) -> list[str]:
+    """What makes a module remember: state that is made to be filled, or is changed anywhere."""
+    tree, faults = ast.parse(text), []
+    names = module_names(tree)
+    for node in tree.body:
+        value = getattr(node, "value", None)
+        if isinstance(node, ast.Assign | ast.AnnAssign) and (
+            (isinstance(value, ast.Dict) and not value.keys)
+            or (isinstance(value, ast.List) and not value.elts)
+            or (isinstance(value, ast.Call) and not value.args
+                and ast.unparse(value.func).split("[")[0].split(".")[-1] in EMPTY)
+        ):  # fmt: skip
+            faults.append(f"{ast.unparse(node)}: made to be filled")
+    for function in ast.walk(tree):
+        if not isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            continue
+        shared = names - local_names(function)
+        for node in ast.walk(function):
+            if isinstance(node, ast.Global):
+                faults.append(f"global {', '.join(node.names)}")
+            if (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+                    and node.func.attr in MUTATING
+                    and ast.unparse(node.func.value) in shared):  # fmt: skip
+                faults.append(ast.unparse(node))
+            if isinstance(node, ast.Subscript | ast.Attribute) and not isinstance(
+                node.ctx, ast.Load
+            ):
+                root: ast.AST = node
+                while isinstance(root, ast.Subscript | ast.Attribute):
+                    root = root.value
+                if isinstance(root, ast.Name) and root.id in shared:
+                    faults.append(f"{ast.unparse(node)} is set")
+    return faults
+
+
+@pytest.mark.parametrize(
+    ("text", "n_faults"),
+    [
+        ("_seen: dict[str, int] = {}", 1),
+        ("_seen = []\ndef f(x):\n    _seen.append(x)", 2),
+        ("_made = WeakKeyDictionary()", 1),
+        ("_made = dict[str, int]()", 1),
+        ("TABLE = {'a': 1}\ndef f():\n    return TABLE['a']", 0),
+        ("TABLE = {'a': 1}\ndef f():\n    TABLE['b'] = 2", 1),
+        ("TABLE = {'a': 1}\ndef f(TABLE):\n    TABLE['b'] = 2", 0),
+        ("A = np.zeros(3)\ndef f():\n    A[0] += 1.0", 1),
+        ("A = 1\ndef f():\n    global A\n    A = 2", 1),
+        ("def f():\n    seen = []\n    seen.append(1)\n    return seen", 0),
+    ],
+)
+def test_state_of_a_module_is_seen(text: str, n_faults: int) -> None:
+    assert len(state_of_a_module(text)) == n_faults
+
+
+@pytest.mark.parametrize("path", PURE_MODULES, ids=short)
+def test_pure_stages_remember_nothing(path: Path) -> None:
+    """What one database taught never changes another's answers in the same process.
+
+    Memos of functions (``functools.cache``) are no such state: they change no result. Which may be
+    kept, and why, is listed in ``MEMOS``.
+    """
+    assert state_of_a_module(path.read_text()) == []
+
+
+MEMOS = {
+    "motiondb/grammar/cfg/compiled.py": "the compiled form of a grammar, a frozen record",
+    "motiondb/grammar/cfg/lengths.py": "string lengths of a grammar, a frozen record",
+    "motiondb/grammar/derivation/derive.py": "plans of derivation of a grammar, a frozen record",
+    "motiondb/scene/sampling/play.py": "derivations of a grammar, a frozen record",
+    "motiondb/symbols/hmm_jobs.py": "the thread pools of this process, which never change",
+    "motiondb/words/lemmas.py": "lemmas of words, by tables and by an installed dictionary",
+}
+"""Modules of the pure folders with memos: what is remembered, from which arguments alone."""
+
+
+def test_memos_are_of_functions_without_a_database() -> None:
+    found = {
+        short(path)
+        for path in PURE_MODULES
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Name) and node.id in ("cache", "lru_cache")
+        and isinstance(node.ctx, ast.Load)
+    }  # fmt: skip
+    assert found <= MEMOS.keys()
+
+
 @pytest.mark.parametrize("path", MODULES, ids=short)
 def test_only_the_command_line_prints(path: Path) -> None:
     calls = [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Call)]
@@ -119,3 +232,20 @@ def test_every_command_of_the_readme_exists() -> None:
         known = {o for p in COMMANDS[name].params for o in p.opts} | {"--help"}
         asked = {w.split("=")[0] for w in re.findall(r"(?<!\S)--[a-z][a-z-]*", line)}
         assert asked <= known, line
+
+
+def test_public_names_are_shown_and_there() -> None:
+    import motiondb
+
+    assert set(motiondb.__all__) <= set(dir(motiondb))
+    for name in motiondb.__all__:
+        assert getattr(motiondb, name) is not None
+    assert not {"Path", "TYPE_CHECKING"} & set(dir(motiondb))
+    with pytest.raises(AttributeError, match="no attribute 'opne'"):
+        motiondb.opne  # noqa: B018
+
+
+def test_types_are_shipped() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    assert "py.typed" in project["tool"]["setuptools"]["package-data"]["motiondb"]
+    assert (ROOT / "motiondb" / "py.typed").is_file()

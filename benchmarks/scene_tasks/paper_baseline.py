@@ -31,10 +31,11 @@ from motiondb.scene.energy.placement import ClipArrays, put_origin
 from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays
 from motiondb.scene.sampling.bootstrap import bootstrap
 from motiondb.scene.sampling.clip_choice import clip_groups, uniform_entry
-from motiondb.scene.sampling.metropolis import FRAMES, PUSH, TURN, chosen_by, gaussian
+from motiondb.scene.sampling.metropolis import FRAMES, PUSH, TURN, chosen_by
 from motiondb.scene.sampling.play import make_play
 from motiondb.scene.sampling.random_subtrees import Derivation, Derivations
 from motiondb.scene.sampling.scene_chain import Chain
+from motiondb.scene.sampling.step_geometry import gaussian
 
 INNER = 400
 """M. The paper does not print it; ours has the same number after a jump."""

@@ -5,27 +5,42 @@
 ('.bvh', '.amc', '.txt', '.json', '.npz', '.c3d')
 """
 
+from motiondb.capture.amc import AsfFile
 from motiondb.capture.bvh_writer import write_bvh
-from motiondb.capture.formats import (
+from motiondb.capture.folder import (
     CAPTURE_ENDINGS,
-    capture_format,
     find_captures,
-    read_capture,
-    read_capture_bytes,
+    is_text,
+    named_skeleton,
+    not_read,
+    printable,
     skeleton_path,
 )
+from motiondb.capture.formats import capture_format, read_capture, read_capture_bytes, read_file
 from motiondb.capture.gltf import write_gltf
 from motiondb.capture.gltf_scene import Character, write_gltf_scene
+from motiondb.capture.limits import NO_LIMITS, ReadLimits, ReadOptions, cap_memory, guarded
 from motiondb.capture.units import UNITS, unit_from_name
 
 __all__ = [
     "CAPTURE_ENDINGS",
+    "NO_LIMITS",
     "UNITS",
+    "AsfFile",
     "Character",
+    "ReadLimits",
+    "ReadOptions",
+    "cap_memory",
     "capture_format",
     "find_captures",
+    "guarded",
+    "is_text",
+    "named_skeleton",
+    "not_read",
+    "printable",
     "read_capture",
     "read_capture_bytes",
+    "read_file",
     "skeleton_path",
     "unit_from_name",
     "write_bvh",

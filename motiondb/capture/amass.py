@@ -1,10 +1,13 @@
-"""AMASS and other SMPL-style npz: axis-angle poses of the SMPL body.
+"""Reader of AMASS and other SMPL-style npz files: axis-angle poses of the SMPL body.
 
 Arrays: ``poses`` (frames, 66 or more), three numbers a joint, radians; or ``root_orient``
 (frames, 3) and ``pose_body`` (frames, 63); ``trans`` (frames, 3), metres; a frame rate. Only the 22
-joints of the body are read: fingers, jaw and eyes, ``betas`` and ``gender`` are passed over, and
-every performer gets the mean body below. The world of AMASS has z up and is turned so that y is;
-a file whose bodies stand along y already is left as it is.
+joints of the body are read: fingers, jaw and eyes, ``betas`` and ``gender`` are skipped, and
+every performer gets the mean body below. The world of AMASS has z up; it is turned so that y is
+up. A file whose bodies stand along y already is left as it is.
+
+Sizes and types of the arrays are checked before any array is unpacked, because a few kilobytes of
+compressed zeros can unpack to gigabytes.
 
 Source: Loper et al., "SMPL", ACM Transactions on Graphics 34(6), 2015 (the joints and their order);
 Mahmood et al., "AMASS", ICCV 2019 (the arrays). The rest positions are rounded to a centimetre and
@@ -14,12 +17,17 @@ made symmetric: proportions of an average adult, not data of the model.
 from __future__ import annotations
 
 import io
+import math
 import struct
+import tokenize
 import zipfile
 import zlib
 
 import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
 
+from motiondb.capture.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
 from motiondb.errors import CaptureError
 from motiondb.pose import rotation
 from motiondb.records import Clip, FloatArray, Skeleton
@@ -60,15 +68,23 @@ N_JOINTS = len(_TABLE)
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate")
 _UNREADABLE = (
     ValueError, OSError, EOFError, KeyError, AttributeError, RuntimeError, NotImplementedError,
-    struct.error, zipfile.BadZipFile, zlib.error,
+    IndexError, TypeError, OverflowError, SyntaxError, MemoryError, struct.error,
+    zipfile.BadZipFile, zlib.error, tokenize.TokenError,
 )  # fmt: skip
-"""What NumPy and zipfile raise for files that are none."""
+"""What NumPy and zipfile raise for files that are no npz files."""
+_UNPACKED, _RATIO = 256_000_000, 20
+"""Bytes to which the arrays of a file may unpack, or this multiple of the file's size if that is
+more. An hour of poses at 60 frames a second takes 270 MB, and compressed motion has at least a
+third of its size; compressed zeros have a thousandth."""
+_UPRIGHT = 0.7
+"""Median cosine between the body's axis and the world's y above which the world has y up: the body
+stands within 45 degrees of y for most of the time."""
 _Y_UP = rotation.from_axis_angle((1.0, 0.0, 0.0), -np.pi / 2)
 """Turns a world with z up into one with y up."""
 
 
 def skeleton(unit: float = 1.0) -> Skeleton:
-    """The mean body, scaled by metres per unit."""
+    """Return the mean body, scaled by metres per unit."""
     names = tuple(row[0] for row in _TABLE)
     parents = np.array([row[1] for row in _TABLE])
     rest = np.array([row[2] for row in _TABLE]) * unit
@@ -85,39 +101,42 @@ def skeleton(unit: float = 1.0) -> Skeleton:
     )
 
 
-def read_amass(
-    data: bytes,
-    path: object,
-    *,
-    fps: float | None = None,
-    unit: float | None = None,
-    skip_bad_frames: bool = False,
-) -> Clip:
-    """The clip in the bytes of an npz file.
+def read_amass(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
+    """Read the clip in the bytes of an npz file.
 
     Parameters
     ----------
-    data : the file's bytes.
-    path : the file as messages shall name it.
-    fps : frames per second, in place of what the file says.
-    unit : metres per length unit of ``trans``; None: 1. The body is scaled alike.
-    skip_bad_frames : leave out frames that are not finite instead of refusing the file.
+    data : bytes
+        Content of the file.
+    path : object
+        Name of the file in messages.
+    options : ReadOptions or None
+        How to read it. ``unit`` None: 1; the body is scaled alike.
+
+    Returns
+    -------
+    Clip
+        Metres, y up.
 
     Raises
     ------
     CaptureError
-        for files that are no npz, lack an array, or hold arrays of wrong shapes.
+        For files that are no npz, lack an array, or hold arrays of wrong types or shapes.
     """
+    options = options or ReadOptions()
     arrays = _load(data, path)
     poses, trans = _poses(arrays, path), _array(arrays, "trans", path)
-    if poses.shape[0] != trans.shape[0] or trans.ndim != 2 or trans.shape[1] != 3:
+    if trans.shape != (len(poses), 3):
         raise CaptureError(
             path,
             f"expected trans of shape ({poses.shape[0]}, 3) as poses has {poses.shape[0]} frames, "
             f"found {trans.shape}. Export the file again.",
         )
-    poses, trans, notes = _good_frames(poses, trans, path, skip_bad_frames)
-    unit = 1.0 if unit is None else unit
+    check_clip_size(len(poses), N_JOINTS, len(data), path, options.limits)
+    poses, trans, notes = _good_frames(
+        poses.astype(float), trans.astype(float), path, options.skip_bad_frames
+    )
+    unit = 1.0 if options.unit is None else options.unit
     rotations = rotation.exp(poses.reshape(len(poses), N_JOINTS, 3))
     roots = (trans + np.array(_TABLE[0][2])) * unit
     if _is_z_up(rotations[:, 0]):
@@ -129,7 +148,7 @@ def read_amass(
         notes += ("The bodies stand along y: the world is taken to have y up.",)
     return Clip(
         skeleton=skeleton(unit),
-        fps=_frame_rate(arrays, path) if fps is None else fps,
+        fps=options.fps or _frame_rate(arrays, path),
         local_rotations=rotation.normalize(rotations),
         root_positions=roots,
         format="amass",
@@ -138,35 +157,62 @@ def read_amass(
     )
 
 
-def _load(data: bytes, path: object) -> dict[str, np.ndarray]:
-    """The arrays that can be read without running code from the file."""
-    arrays = {}
+def _load(data: bytes, path: object) -> dict[str, NDArray[np.generic]]:
+    """Return the arrays that can be read without running code from the file."""
+    wanted = {f"{name}.npy": name for name in ("poses", "trans", "root_orient", "pose_body")}
+    wanted |= {f"{name}.npy": name for name in _RATES}
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            for name in file.files:
-                if name in ("poses", "trans", "root_orient", "pose_body", *_RATES):
-                    arrays[name] = file[name]
+        with zipfile.ZipFile(io.BytesIO(data)) as file:
+            members = [info for info in file.infolist() if info.filename in wanted]
+            unpacked = sum(info.file_size for info in members)
+            if unpacked > max(_UNPACKED, _RATIO * len(data)):
+                raise CaptureError(
+                    path,
+                    f"expected arrays of at most {max(_UNPACKED, _RATIO * len(data)) / 1e6:.4g} "
+                    f"MB, found {unpacked / 1e6:.4g} MB packed into {len(data) / 1e6:.4g} MB. "
+                    "Save the motion again, without other data.",
+                )
+            return {wanted[info.filename]: _read_array(file.read(info)) for info in members}
     except _UNREADABLE as error:
         raise CaptureError(
             path, "expected an npz file of plain arrays, found something else. Save it again."
         ) from error
-    return arrays
 
 
-def _array(arrays: dict[str, np.ndarray], name: str, path: object) -> FloatArray:
+def _read_array(content: bytes) -> NDArray[np.generic]:
+    """Return the array of a member; its header must fit what the member holds.
+
+    Raises
+    ------
+    ValueError
+        If it does not, or the array holds Python objects.
+    """
+    file = io.BytesIO(content)
+    version = npy.read_magic(file)
+    read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, _, dtype = read_header(file)
+    if dtype.hasobject or any(length < 0 for length in shape):
+        raise ValueError("objects, or a negative length")
+    if math.prod(shape) * dtype.itemsize > len(content) or math.prod(shape) > len(content):
+        raise ValueError("less data than the header says")
+    file.seek(0)
+    return np.asarray(npy.read_array(file, allow_pickle=False))
+
+
+def _array(arrays: dict[str, NDArray[np.generic]], name: str, path: object) -> NDArray[np.generic]:
+    """Return an array of real numbers by its name."""
     if name not in arrays:
-        found = ", ".join(sorted(arrays)) or "none of the known"
+        present = ", ".join(sorted(arrays)) or "none of the known"
         raise CaptureError(
-            path, f"expected an array {name!r}, found {found}. Is this a motion of AMASS?"
+            path, f"expected an array {name!r}, found {present}. Is this a motion of AMASS?"
         )
-    try:
-        return np.asarray(arrays[name], dtype=float)
-    except (ValueError, TypeError) as error:
-        raise CaptureError(path, f"expected numbers in {name!r}, found other values.") from error
+    if arrays[name].dtype.kind not in "iuf":
+        raise CaptureError(path, f"expected numbers in {name!r}, found other values.")
+    return arrays[name]
 
 
-def _poses(arrays: dict[str, np.ndarray], path: object) -> FloatArray:
-    """Axis-angle (frames, 66) of the body."""
+def _poses(arrays: dict[str, NDArray[np.generic]], path: object) -> NDArray[np.generic]:
+    """Return the axis-angle poses (frames, 66) of the body, radians, in the file's type."""
     if "poses" not in arrays and {"root_orient", "pose_body"} <= set(arrays):
         parts = [_array(arrays, name, path) for name in ("root_orient", "pose_body")]
         if all(part.ndim == 2 for part in parts) and len(parts[0]) == len(parts[1]):
@@ -186,7 +232,7 @@ def _poses(arrays: dict[str, np.ndarray], path: object) -> FloatArray:
 def _good_frames(
     poses: FloatArray, trans: FloatArray, path: object, skip_bad: bool
 ) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """Poses and translations of the finite frames, and a note where some are left out."""
+    """Return poses and translations of the finite frames, and a note where some are left out."""
     if len(poses) == 0:
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
     good = np.isfinite(poses).all(axis=1) & np.isfinite(trans).all(axis=1)
@@ -202,15 +248,23 @@ def _good_frames(
     return poses[good], trans[good], (f"Left out {count} bad frames; the first is {first}.",)
 
 
-def _frame_rate(arrays: dict[str, np.ndarray], path: object) -> float:
+def _frame_rate(arrays: dict[str, NDArray[np.generic]], path: object) -> float:
+    """Return the frame rate under any of its usual names."""
     for name in _RATES:
         if name in arrays:
-            rate = float(np.asarray(arrays[name]).reshape(-1)[0])
-            if 1.0 <= rate <= 2000.0:
+            values = _array(arrays, name, path)
+            if values.size != 1:
+                raise CaptureError(
+                    path,
+                    f"expected one number in {name}, found {values.size}. "
+                    "Give the right frame rate with --fps.",
+                )
+            rate = float(values.reshape(-1).astype(float)[0])
+            if MIN_FPS <= rate <= MAX_FPS:
                 return rate
             raise CaptureError(
                 path,
-                f"expected {name} from 1 to 2000, found {rate:g}. "
+                f"expected {name} from {MIN_FPS:g} to {MAX_FPS:g}, found {rate:g}. "
                 "Give the right frame rate with --fps.",
             )
     raise CaptureError(
@@ -219,9 +273,9 @@ def _frame_rate(arrays: dict[str, np.ndarray], path: object) -> float:
 
 
 def _is_z_up(root_rotations: FloatArray) -> bool:
-    """Whether the bodies' own up lies less along the world's y than along its z."""
+    """Say whether the bodies' own up axis lies less along the world's y than along its z."""
     up = rotation.rotate(
         root_rotations, np.broadcast_to([0.0, 1.0, 0.0], root_rotations[:, 1:].shape)
     )
     y, z = np.median(up[:, 1]), np.median(up[:, 2])
-    return not (y > 0.7 and y > z)
+    return not (y > _UPRIGHT and y > z)

@@ -7,17 +7,21 @@ Keywords are read in any case and layout; a name is the rest of its line and may
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 
-from motiondb.capture.text import Faults, number
+from motiondb.capture.text import Faults, number, quoted, whole_number
 from motiondb.records import Skeleton
 
-CHANNELS = {
-    f"{axis}{kind}".lower(): f"{axis}{kind}" for kind in ("position", "rotation") for axis in "XYZ"
-}
+CHANNELS = MappingProxyType(
+    {f"{a}{kind}".lower(): f"{a}{kind}" for kind in ("position", "rotation") for a in "XYZ"}
+)
 """Lower-case spelling -> BVH spelling of the six channels."""
-_KEYWORDS = {"hierarchy", "root", "joint", "end", "offset", "channels", "{", "}"}
+_KEYWORDS = frozenset({"hierarchy", "root", "joint", "end", "offset", "channels", "{", "}"})
+
+Tokens = list[tuple[int, str]]
+"""(line number, word) in the order of the text."""
 
 
 @dataclass
@@ -34,16 +38,44 @@ class _Node:
 
 @dataclass
 class _State:
-    """Nodes so far, the open ones (innermost last), and the faults."""
+    """What was read so far.
+
+    Attributes
+    ----------
+    nodes : list of _Node
+        Joints and end sites in the order of the text.
+    stack : list of int
+        Nodes whose braces are open, innermost last.
+    announced : int or None
+        A node whose opening brace has not come yet.
+    has_root : bool
+        Whether a joint without parent was read.
+    faults : list of (int or None, str)
+        Structural faults with their lines.
+    """
 
     nodes: list[_Node] = field(default_factory=list)
     stack: list[int] = field(default_factory=list)
     announced: int | None = None
+    has_root: bool = False
     faults: Faults = field(default_factory=list)
 
 
 def read_header(text: str) -> tuple[Skeleton | None, Faults]:
-    """The skeleton of a HIERARCHY text, offsets in the file's unit; None where there is none."""
+    """Read the skeleton of a HIERARCHY text.
+
+    Parameters
+    ----------
+    text : str
+        The file up to its line MOTION.
+
+    Returns
+    -------
+    skeleton : Skeleton or None
+        Offsets in the file's unit; None where a fault leaves no skeleton.
+    faults : list of (int or None, str)
+        All structural faults with their lines.
+    """
     state = _State()
     tokens = [
         (line, token)
@@ -57,13 +89,16 @@ def read_header(text: str) -> tuple[Skeleton | None, Faults]:
     for node in state.stack[::-1]:
         opened = state.nodes[node]
         state.faults.append(
-            (last, f"expected '}}' for {opened.name!r} of line {opened.line}, found the end.")
+            (
+                last,
+                f"expected '}}' for {quoted(opened.name)} of line {opened.line}, found the end.",
+            )
         )
     return _skeleton(state), state.faults
 
 
-def _read_token(state: _State, tokens: list[tuple[int, str]], place: int) -> int:
-    """Take one keyword with what belongs to it; return the next place."""
+def _read_token(state: _State, tokens: Tokens, place: int) -> int:
+    """Read one keyword with what belongs to it; return the next place."""
     line, token = tokens[place]
     keyword = token.lower()
     if keyword == "hierarchy":
@@ -74,18 +109,8 @@ def _read_token(state: _State, tokens: list[tuple[int, str]], place: int) -> int
         return _read_offset(state, tokens, place)
     if keyword == "channels":
         return _read_channels(state, tokens, place)
-    if keyword == "{":
-        if state.announced is None:
-            state.faults.append((line, "expected ROOT, JOINT or End Site before '{', found none."))
-        else:
-            state.stack.append(state.announced)
-            state.announced = None
-        return place + 1
-    if keyword == "}":
-        if state.stack:
-            state.stack.pop()
-        else:
-            state.faults.append((line, "expected as many '{' as '}', found one '}' too many."))
+    if keyword in ("{", "}"):
+        _read_brace(state, line, keyword)
         return place + 1
     state.faults.append(
         (line, f"expected a keyword such as JOINT or OFFSET, found {token[:30]!r}.")
@@ -95,7 +120,21 @@ def _read_token(state: _State, tokens: list[tuple[int, str]], place: int) -> int
     return place
 
 
-def _read_node(state: _State, tokens: list[tuple[int, str]], place: int) -> int:
+def _read_brace(state: _State, line: int, brace: str) -> None:
+    """Open the announced node, or close the innermost open one."""
+    if brace == "}" and state.stack:
+        state.stack.pop()
+    elif brace == "}":
+        state.faults.append((line, "expected as many '{' as '}', found one '}' too many."))
+    elif state.announced is None:
+        state.faults.append((line, "expected ROOT, JOINT or End Site before '{', found none."))
+    else:
+        state.stack.append(state.announced)
+        state.announced = None
+
+
+def _read_node(state: _State, tokens: Tokens, place: int) -> int:
+    """Read ROOT, JOINT or End with the name that follows; return the next place."""
     line, token = tokens[place]
     words, place = [], place + 1
     while place < len(tokens) and tokens[place][0] == line and tokens[place][1] != "{":
@@ -105,17 +144,18 @@ def _read_node(state: _State, tokens: list[tuple[int, str]], place: int) -> int:
     if not name:
         state.faults.append((line, f"expected a name after {token}, found none."))
     parent = state.stack[-1] if state.stack else -1
-    if parent < 0 and any(not node.is_end and node.parent < 0 for node in state.nodes):
+    if parent < 0 and state.has_root:
         first = state.nodes[0]
         state.faults.append(
             (
                 line,
-                f"expected one ROOT, found a second, {name!r}, after {first.name!r} of line "
-                f"{first.line}. Export one performer a file.",
+                f"expected one ROOT, found a second, {quoted(name)}, after {quoted(first.name)} "
+                f"of line {first.line}. Export one performer a file.",
             )
         )
     if parent >= 0 and state.nodes[parent].is_end:
-        state.faults.append((line, f"expected no joint inside an End Site, found {name!r}."))
+        state.faults.append((line, f"expected no joint inside an End Site, found {quoted(name)}."))
+    state.has_root |= parent < 0 and not is_end
     state.nodes.append(_Node(name, parent, line, is_end))
     if state.announced is not None:
         state.faults.append((line, "expected '{' before the next joint, found none."))
@@ -123,14 +163,16 @@ def _read_node(state: _State, tokens: list[tuple[int, str]], place: int) -> int:
     return place
 
 
-def _read_offset(state: _State, tokens: list[tuple[int, str]], place: int) -> int:
+def _read_offset(state: _State, tokens: Tokens, place: int) -> int:
+    """Read OFFSET with its three numbers; return the next place."""
     line = tokens[place][0]
     texts = [token for _, token in tokens[place + 1 : place + 4]]
     values = [number(text) for text in texts]
     x, y, z = (*values, None, None, None)[:3]
     if x is None or y is None or z is None:
-        found = " ".join(text for at, text in tokens[place + 1 : place + 4] if at == line)
-        state.faults.append((line, f"expected 3 numbers after OFFSET, found {found or 'none'!r}."))
+        on_line = " ".join(text for at, text in tokens[place + 1 : place + 4] if at == line)
+        shown = quoted(on_line or "none")
+        state.faults.append((line, f"expected 3 numbers after OFFSET, found {shown}."))
         return _next_keyword(tokens, place + 1)
     if not state.stack:
         state.faults.append((line, "expected OFFSET inside a joint, found it outside."))
@@ -139,21 +181,23 @@ def _read_offset(state: _State, tokens: list[tuple[int, str]], place: int) -> in
     return place + 4
 
 
-def _read_channels(state: _State, tokens: list[tuple[int, str]], place: int) -> int:
+def _read_channels(state: _State, tokens: Tokens, place: int) -> int:
+    """Read CHANNELS with their number and names; return the next place."""
     line = tokens[place][0]
     end = _next_keyword(tokens, place + 1)
     words = [token for _, token in tokens[place + 1 : end]]
-    count = int(words[0]) if words and words[0].isdigit() else -1
+    given = whole_number(words[0]) if words else None
+    count = -1 if given is None else given
     known = [CHANNELS[word.lower()] for word in words[1:] if word.lower() in CHANNELS]
     unknown = [word for word in words[1:] if word.lower() not in CHANNELS]
     if unknown:
         state.faults.append(
-            (line, f"expected channels such as Xposition or Zrotation, found {unknown[0]!r}.")
+            (line, f"expected channels such as Xposition or Zrotation, found {quoted(unknown[0])}.")
         )
     elif count != len(known):
-        found = f"{len(known)} names" if count >= 0 else f"{words[:1]}"
+        present = f"{len(known)} names" if count >= 0 else f"[{', '.join(map(quoted, words[:1]))}]"
         said = f"{count} channel names" if count >= 0 else "a number of channels"
-        state.faults.append((line, f"expected {said}, found {found}."))
+        state.faults.append((line, f"expected {said}, found {present}."))
     if not state.stack or state.nodes[state.stack[-1]].is_end:
         state.faults.append((line, "expected CHANNELS inside a joint, found it outside."))
     else:
@@ -162,20 +206,21 @@ def _read_channels(state: _State, tokens: list[tuple[int, str]], place: int) -> 
     return end
 
 
-def _next_keyword(tokens: list[tuple[int, str]], place: int) -> int:
+def _next_keyword(tokens: Tokens, place: int) -> int:
+    """Return the place of the next keyword, or the end."""
     while place < len(tokens) and tokens[place][1].lower() not in _KEYWORDS:
         place += 1
     return place
 
 
 def _skeleton(state: _State) -> Skeleton | None:
-    """The joints in file order; adds the faults that only the whole shows."""
+    """Return the joints in file order; add the faults that only the whole text shows."""
     joints = [number for number, node in enumerate(state.nodes) if not node.is_end]
     new_number = {old: new for new, old in enumerate(joints)}
     for node in state.nodes:
         if node.offset is None:
             state.faults.append(
-                (node.line, f"expected an OFFSET for {node.name!r}, found none; write one.")
+                (node.line, f"expected an OFFSET for {quoted(node.name)}, found none; write one.")
             )
     if not joints:
         state.faults.append((1, "expected a ROOT joint, found none. Is this a BVH file?"))

@@ -1,10 +1,10 @@
-"""BVH out: a clip on its own skeleton, with its own channels and unit.
+"""Writer of BVH: a clip on its own skeleton, with its own channels and unit.
 
-Joints come out depth first. A joint keeps the channels of ``Skeleton.channels`` where these can
-say its motion; otherwise it gets position channels or the rotations Z, Y, X as it needs. A leaf
-without an end site gets one at distance 0, as the format asks. Of the ways to say a rotation the
-one nearest to the frame before is written, so that programs that interpolate do not spin.
-Resolution: 1e-6 degrees and 1e-8 m.
+Joints are written depth first. A joint keeps the channels of ``Skeleton.channels`` where these can
+represent its motion; otherwise it gets position channels or the rotations Z, Y, X as needed. A leaf
+without an end site gets one at distance 0, as the format requires. Of the angles that represent a
+rotation, those nearest to the frame before are written, so that programs that interpolate do not
+spin. Resolution: 1e-6 degrees and 1e-8 m.
 """
 
 from __future__ import annotations
@@ -22,21 +22,43 @@ from motiondb.records import Clip, FloatArray, Skeleton
 
 DEFAULT_ORDER = "ZYX"
 _CLOSE = 1e-7
+"""Metres below which a joint counts as not moved, and the sine of half the angle below which two
+rotations count as equal: both below the resolution that is written."""
 
 
 def write_bvh(clip: Clip, path: Path | str) -> None:
-    """Write a clip as BVH; the file appears whole or not at all.
+    """Write a clip as BVH; the file is written whole or not at all.
+
+    Parameters
+    ----------
+    clip : Clip
+        Metres; written in the clip's unit.
+    path : Path or str
+        The file to write.
 
     Raises
     ------
     CaptureError
-        when the clip has no frames or numbers that are not finite, or the file cannot be written.
+        When the clip has no frames or numbers that are not finite, or the file cannot be written.
     """
     write_atomically(Path(path), to_bvh(clip, path).encode())
 
 
 def to_bvh(clip: Clip, path: object = "clip") -> str:
-    """The text of a BVH file, lengths in the clip's unit."""
+    """Return the text of a BVH file.
+
+    Parameters
+    ----------
+    clip : Clip
+        Metres; written in the clip's unit.
+    path : object
+        Name of the file in messages.
+
+    Raises
+    ------
+    CaptureError
+        When the clip has no frames or numbers that are not finite.
+    """
     if clip.n_frames == 0:
         raise CaptureError(path, "expected at least 1 frame to write, found 0.")
     translations = _translations(clip)
@@ -57,7 +79,13 @@ def to_bvh(clip: Clip, path: object = "clip") -> str:
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write beside the file under another name, then rename, so that no half file is ever seen."""
+    """Write beside the file under another name, then rename, so that no half file is ever seen.
+
+    Raises
+    ------
+    CaptureError
+        When the file cannot be written.
+    """
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     except OSError as error:
@@ -77,7 +105,7 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 
 def _translations(clip: Clip) -> FloatArray:
-    """Every joint's place in its parent's frame: array (frames, joints, 3), metres."""
+    """Return every joint's position in its parent's frame: array (frames, joints, 3), metres."""
     shape = (clip.n_frames, len(clip.skeleton.names), 3)
     source = clip.skeleton.offsets if clip.joint_positions is None else clip.joint_positions
     translations = np.broadcast_to(source, shape).copy()
@@ -86,7 +114,7 @@ def _translations(clip: Clip) -> FloatArray:
 
 
 def _depth_first(skeleton: Skeleton) -> list[tuple[int, int]]:
-    """(joint, depth) in the order in which BVH writes them."""
+    """Return (joint, depth) in the order in which BVH lists them."""
     children: dict[int, list[int]] = {}
     for joint, parent in enumerate(skeleton.parents.tolist()):
         children.setdefault(parent, []).append(joint)
@@ -101,20 +129,17 @@ def _depth_first(skeleton: Skeleton) -> list[tuple[int, int]]:
 def _channels(
     clip: Clip, translations: FloatArray, joint: int
 ) -> tuple[tuple[str, ...], FloatArray]:
-    """Channel names of a joint and their values (frames, channels), file unit and degrees."""
+    """Return the channel names of a joint and their values (frames, channels).
+
+    Positions are in the file's unit, rotations in degrees.
+    """
     default = tuple(f"{axis}rotation" for axis in DEFAULT_ORDER)
-    if joint == 0:
-        default = ("Xposition", "Yposition", "Zposition", *default)
-    declared = clip.skeleton.channels[joint] if clip.skeleton.channels else default
-    axes = "".join(name[0] for name in declared if name.endswith("position"))
-    moved = np.abs(translations[:, joint] - clip.skeleton.offsets[joint]).max(axis=0) > _CLOSE
-    if any(moved["XYZ".index(axis)] and axis not in axes for axis in "XYZ"):
-        declared = ("Xposition", "Yposition", "Zposition", *_rotation_names(declared))
+    declared = _declared_channels(clip, translations, joint)
     order = "".join(name[0] for name in _rotation_names(declared))
     angles = _angles(clip.local_rotations[:, joint], order)
     if angles is None:
         positions = tuple(name for name in declared if name.endswith("position"))
-        declared = (*positions, *default[-3:])
+        declared = (*positions, *default)
         angles = rotation.to_euler(clip.local_rotations[:, joint], DEFAULT_ORDER)
     angles = _smooth(angles)
     columns, turn = [], 0
@@ -127,12 +152,25 @@ def _channels(
     return declared, np.array(columns).reshape(len(columns), clip.n_frames).T
 
 
-def _smooth(angles: FloatArray) -> FloatArray:
-    """The same rotations by angles (frames, n), degrees, that change least from frame to frame.
+def _declared_channels(clip: Clip, translations: FloatArray, joint: int) -> tuple[str, ...]:
+    """Return the channels of a joint, with all positions where it moves along other axes."""
+    default = tuple(f"{axis}rotation" for axis in DEFAULT_ORDER)
+    if joint == 0:
+        default = ("Xposition", "Yposition", "Zposition", *default)
+    declared = clip.skeleton.channels[joint] if clip.skeleton.channels else default
+    axes = "".join(name[0] for name in declared if name.endswith("position"))
+    moved = np.abs(translations[:, joint] - clip.skeleton.offsets[joint]).max(axis=0) > _CLOSE
+    if any(moved["XYZ".index(axis)] and axis not in axes for axis in "XYZ"):
+        declared = ("Xposition", "Yposition", "Zposition", *_rotation_names(declared))
+    return declared
 
-    (a, b, c) and (a + 180, 180 - b, c + 180) are one rotation. That change of form preserves
-    distances, so a frame takes the other form than its predecessor exactly where the pair of
-    computed angles is farther apart than with one of them changed.
+
+def _smooth(angles: FloatArray) -> FloatArray:
+    """Return angles (frames, n), degrees, of the same rotations that change least between frames.
+
+    (a, b, c) and (a + 180, 180 - b, c + 180) are one rotation. Exchanging one form for the other
+    preserves distances, so a frame takes another form than its predecessor exactly where the
+    computed angles of the two are farther apart than with one of them exchanged.
     """
     if angles.shape[1] == 3:
         other = angles * [1.0, -1.0, 1.0] + 180.0
@@ -144,23 +182,27 @@ def _smooth(angles: FloatArray) -> FloatArray:
 
 
 def _half_turn(degrees: FloatArray) -> FloatArray:
-    """The same angles from -180 to 180 degrees."""
+    """Return the same angles from -180 to 180 degrees."""
     return (degrees + 180.0) % 360.0 - 180.0
 
 
 def _rotation_names(channels: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the rotation channels."""
     return tuple(name for name in channels if name.endswith("rotation"))
 
 
 def _angles(rotations: FloatArray, order: str) -> FloatArray | None:
-    """Angles (frames, n), degrees, about the axes of ``order``; None where they cannot say it."""
+    """Return angles (frames, n), degrees, about the axes of ``order``, n of them.
+
+    None where these axes cannot represent the rotations.
+    """
     if len(set(order)) != len(order):
         return None
     full = order + "".join(axis for axis in DEFAULT_ORDER if axis not in order)
     angles = rotation.to_euler(rotations, full)[..., : len(order)]
-    said = rotation.from_euler(angles, order) if order else rotation.IDENTITY
-    alike = np.abs(np.sum(said * rotations, axis=-1))
-    return angles if np.all(alike > 1.0 - _CLOSE**2) else None
+    represented = rotation.from_euler(angles, order) if order else rotation.IDENTITY
+    cosine = np.abs(np.sum(represented * rotations, axis=-1))
+    return angles if np.all(cosine > 1.0 - _CLOSE**2) else None
 
 
 def _hierarchy(
@@ -169,7 +211,19 @@ def _hierarchy(
     chosen: dict[int, tuple[tuple[str, ...], FloatArray]],
     decimals: int,
 ) -> list[str]:
-    """The lines of the HIERARCHY part after its first."""
+    """Return the lines of the HIERARCHY part after its first.
+
+    Parameters
+    ----------
+    clip : Clip
+        The clip.
+    order : list of (int, int)
+        Joints with their depths, depth first.
+    chosen : dict of int to (tuple of str, array)
+        Joint -> its channels and their values.
+    decimals : int
+        Decimals of lengths.
+    """
     ends: dict[int, list[tuple[float, float, float]]] = {}
     for joint, offset in clip.skeleton.end_sites:
         ends.setdefault(joint, []).append(offset)
@@ -189,6 +243,7 @@ def _hierarchy(
 
 
 def _numbers(vector: FloatArray, unit: float, decimals: int) -> str:
+    """Write a vector in metres in the file's unit; no negative zeros."""
     return " ".join(
         f"{round(value / unit, decimals) + 0.0:.{decimals}f}" for value in vector.tolist()
     )

@@ -1,17 +1,22 @@
-"""C3D: marker positions, read through ezc3d (the extra ``c3d``), as a clip on the canonical joints.
+"""Reader of C3D: marker positions, read by ezc3d (the extra ``c3d``), as a clip of joints.
 
-What is kept: the frame rate, the places of the joints that :mod:`motiondb.capture.markers` finds,
-the bone lengths (medians). What is lost: markers themselves, analog channels, forces, and the
-rolling of bones about their own axis. Gaps of up to half a second are filled along a straight
-line; longer ones are refused by name. The up axis is the one along which the body stands.
+What is kept: the frame rate, the positions of the joints that :mod:`motiondb.capture.markers`
+computes, the bone lengths (medians). What is lost: the markers themselves, analog channels, forces,
+and the rotation of bones about their own axis. Gaps of up to half a second are filled along a
+straight line; a file with longer ones is refused, naming the markers. The up axis is the one along
+which the body stands.
 """
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 import numpy as np
 
 from motiondb.capture.c3d_points import read_points
+from motiondb.capture.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
 from motiondb.capture.markers import ALIASES, REQUIRED, USED, joint_centres, missing_markers
+from motiondb.capture.text import quoted
 from motiondb.capture.units import UNITS
 from motiondb.errors import CaptureError
 from motiondb.pose import body
@@ -19,52 +24,59 @@ from motiondb.pose.retarget import solve_rotations
 from motiondb.records import Clip, FloatArray, Skeleton
 
 LONGEST_GAP = 0.5
-"""Longest gap of a marker that is filled, seconds."""
+"""Longest gap of a marker that is filled, seconds. Over half a second a limb can swing out and
+back, which a straight line would hide. Chosen by hand; not tuned."""
+_UNIT_NAMES = MappingProxyType(
+    {"millimeters": "mm", "meters": "m", "centimeters": "cm", "inches": "inch", "in": "inch"}
+)
 
 
-def read_c3d(
-    data: bytes,
-    path: object,
-    *,
-    fps: float | None = None,
-    unit: float | None = None,
-    skip_bad_frames: bool = False,
-) -> Clip:
-    """The clip in the bytes of a C3D file.
+def read_c3d(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
+    """Read the clip in the bytes of a C3D file.
 
     Parameters
     ----------
-    data : the file's bytes.
-    path : the file as messages shall name it.
-    fps : frames per second, in place of what the file says.
-    unit : metres per length unit; None: as the file says.
-    skip_bad_frames : leave out frames in which a needed marker is lost for long.
+    data : bytes
+        Content of the file.
+    path : object
+        Name of the file in messages.
+    options : ReadOptions or None
+        How to read it. ``skip_bad_frames`` leaves out frames in which a needed marker is lost for
+        longer than a gap that is filled.
+
+    Returns
+    -------
+    Clip
+        Metres, y up, on the canonical joints.
 
     Raises
     ------
     CaptureError
-        without the package ezc3d; for a file that it cannot read; for markers that are missing.
+        Without the package ezc3d; for a file that it cannot read; for markers that are missing.
     """
-    recording = read_points(data, path)
+    options = options or ReadOptions()
+    recording = read_points(data, path, options.limits)
     tracks = _named(recording.labels, recording.points, path)
-    rate = recording.fps if fps is None else fps
-    if not 1.0 <= rate <= 2000.0:
+    rate = recording.fps if options.fps is None else options.fps
+    if options.fps is None and not MIN_FPS <= rate <= MAX_FPS:
         raise CaptureError(
             path,
-            f"expected a frame rate from 1 to 2000, found {rate:g}. "
+            f"expected a frame rate from {MIN_FPS:g} to {MAX_FPS:g}, found {rate:g}. "
             "Give the right frame rate with --fps.",
         )
-    scale = _unit(recording.unit, path) if unit is None else unit
+    scale = _unit(recording.unit, path) if options.unit is None else options.unit
     missing = missing_markers(set(tracks))
     if missing:
-        found = ", ".join(sorted(tracks)) or "none of the set"
+        present = ", ".join(sorted(tracks)) or "none of the set"
         raise CaptureError(
             path,
             f"expected the markers of Plug-in Gait, found none named {'; '.join(missing)} "
-            f"(of the set there are: {found}). Rename the markers, or export the solved skeleton "
+            f"(of the set there are: {present}). Rename the markers, or export the solved skeleton "
             "as BVH.",
         )
-    markers, notes = _fill(tracks, rate, path, skip_bad_frames)
+    n_frames = recording.points.shape[1]
+    check_clip_size(n_frames, len(body.JOINTS), len(data), path, options.limits)
+    markers, notes = _fill(tracks, rate, path, options.skip_bad_frames)
     points = joint_centres(_y_up({name: track * scale for name, track in markers.items()}))
     return Clip(
         skeleton=_skeleton(points),
@@ -78,7 +90,10 @@ def read_c3d(
 
 
 def _named(labels: tuple[str, ...], points: FloatArray, path: object) -> dict[str, FloatArray]:
-    """Tracks of the used markers without their subject's prefix; points (markers, frames, 3)."""
+    """Return the tracks (frames, 3) of the used markers by name, without their subject's prefix.
+
+    Where labels name several subjects, the subject with most of the used markers is taken.
+    """
     subjects: dict[str, dict[str, FloatArray]] = {}
     for label, track in zip(labels, points):
         subject, _, name = label.strip().rpartition(":")
@@ -99,7 +114,10 @@ def _named(labels: tuple[str, ...], points: FloatArray, path: object) -> dict[st
 def _fill(
     markers: dict[str, FloatArray], fps: float, path: object, skip_bad: bool
 ) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
-    """Tracks without gaps; markers that can be spared are dropped where they are lost for long."""
+    """Return tracks without gaps, and notes.
+
+    Markers that are not needed are dropped where they are lost for long.
+    """
     filled, notes, lost = {}, [], {}
     for name, track in markers.items():
         mended, longest = _interpolate(track, LONGEST_GAP * fps)
@@ -127,7 +145,21 @@ def _fill(
 
 
 def _interpolate(track: FloatArray, longest: float) -> tuple[FloatArray, int]:
-    """Fill gaps of up to ``longest`` frames, and say how many frames the longest gap has.
+    """Fill the gaps of a track along straight lines.
+
+    Parameters
+    ----------
+    track : array (frames, 3)
+        Positions, NaN in gaps.
+    longest : float
+        Frames of the longest gap that is filled.
+
+    Returns
+    -------
+    filled : array (frames, 3)
+        The track; longer gaps stay NaN.
+    frames : int
+        Length of the longest gap.
 
     >>> track = np.array([[0.0, 0, 0], [np.nan] * 3, [2.0, 0, 0]])
     >>> _interpolate(track, 1)[0][1], _interpolate(track, 0.5)[1]
@@ -147,11 +179,11 @@ def _interpolate(track: FloatArray, longest: float) -> tuple[FloatArray, int]:
 
 
 def _unit(name: str, path: object) -> float:
-    key = {"millimeters": "mm", "meters": "m", "centimeters": "cm", "inches": "inch", "in": "inch"}
-    known = key.get(name.strip().lower(), name.strip().lower()) or "mm"
+    """Return the metres per unit of a C3D unit name."""
+    known = _UNIT_NAMES.get(name.strip().lower(), name.strip().lower()) or "mm"
     if known not in UNITS:
         raise CaptureError(
-            path, f"expected POINT:UNITS mm, cm, m or inch, found {name!r}. Give --unit."
+            path, f"expected POINT:UNITS mm, cm, m or inch, found {quoted(name)}. Give --unit."
         )
     return UNITS[known]
 
@@ -170,7 +202,7 @@ def _y_up(markers: dict[str, FloatArray]) -> dict[str, FloatArray]:
 
 
 def _skeleton(points: FloatArray) -> Skeleton:
-    """The canonical skeleton with this body's bone lengths (medians over the frames)."""
+    """Return the canonical skeleton with this body's bone lengths (medians over the frames)."""
     standard = body.standard_skeleton()
     parents = body.PARENTS.clip(0)
     lengths = np.median(np.linalg.norm(points - points[:, parents], axis=-1), axis=0)

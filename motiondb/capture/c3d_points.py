@@ -1,7 +1,8 @@
-"""Marker tracks out of a C3D file, by ezc3d in a process of its own.
+"""Marker tracks of a C3D file, read by ezc3d in a process of its own.
 
-A damaged file can make ezc3d loop for ever or end its process; a child process with a time limit
-turns both into a message, and lets the other captures of a folder be read.
+A damaged file can make ezc3d loop for ever, fill the memory or end its process. A child process
+with limits on time and memory turns all of these into a message, and lets the other captures of a
+folder be read.
 """
 
 from __future__ import annotations
@@ -15,23 +16,29 @@ from pathlib import Path
 
 import numpy as np
 
+from motiondb.capture.limits import ReadLimits, cap_memory
 from motiondb.errors import CaptureError
 from motiondb.records import FloatArray
 
-TIME_LIMIT = 60.0
-"""Seconds that reading one file may take."""
+CPU_SECONDS = 5.0
+"""Processor time of the child for a file of 10 MB, in proportion for larger ones. ezc3d reads 10 MB
+in 0.2 s; a damaged file that makes it loop takes all of the time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What a file holds.
+    """Marker tracks as a file has them.
 
     Attributes
     ----------
-    labels : one a marker, as written.
-    points : array (markers, frames, 3), file units, NaN where a marker was not seen.
-    fps : frames per second.
-    unit : name of the length unit, such as "mm".
+    labels : tuple of str
+        Name of each marker, as written.
+    points : array (markers, frames, 3)
+        File axes and units; NaN where a marker was not seen.
+    fps : float
+        Frames per second.
+    unit : str
+        Name of the length unit, such as "mm".
     """
 
     labels: tuple[str, ...]
@@ -40,13 +47,27 @@ class Recording:
     unit: str
 
 
-def read_points(data: bytes, path: object) -> Recording:
-    """The markers in the bytes of a C3D file.
+def read_points(data: bytes, path: object, limits: ReadLimits | None = None) -> Recording:
+    """Read the markers in the bytes of a C3D file.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+    path : object
+        Name of the file in messages.
+    limits : ReadLimits or None
+        What reading may cost; None: the defaults.
+
+    Returns
+    -------
+    Recording
+        All markers.
 
     Raises
     ------
     CaptureError
-        without the package ezc3d, and for a file that it cannot read.
+        Without the package ezc3d, and for a file that it cannot read.
     """
     if importlib.util.find_spec("ezc3d") is None:
         raise CaptureError(
@@ -54,12 +75,16 @@ def read_points(data: bytes, path: object) -> Recording:
             "expected the package ezc3d to read C3D, found none. pip install motiondb[c3d]",
         )
     _check_size(data, path)
+    limits = limits or ReadLimits()
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "copy.c3d"), Path(folder, "points.npz")
         source.write_bytes(data)
-        command = [sys.executable, "-m", "motiondb.capture.c3d_points", str(source), str(target)]
+        costs = [str(CPU_SECONDS * max(1.0, len(data) / 1e7)), str(2.0 * limits.memory)]
+        command = [sys.executable, "-m", "motiondb.capture.c3d_points", *costs]
+        command += [str(source), str(target)]
         try:
-            subprocess.run(command, capture_output=True, timeout=TIME_LIMIT, check=True)
+            seconds = min(limits.seconds_for(len(data)), 1e6)
+            subprocess.run(command, capture_output=True, timeout=seconds, check=True)
             with np.load(target) as file:
                 recording = Recording(
                     labels=tuple(file["labels"].tolist()),
@@ -71,7 +96,7 @@ def read_points(data: bytes, path: object) -> Recording:
             raise CaptureError(
                 path, "expected a whole C3D file, found a damaged one. Export it again."
             ) from error
-    if recording.points.shape[1] == 0:
+    if recording.points.ndim != 3 or recording.points.shape[1] == 0:
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
     return recording
 
@@ -79,9 +104,10 @@ def read_points(data: bytes, path: object) -> Recording:
 def _check_size(data: bytes, path: object) -> None:
     """Refuse what is no C3D file, or is shorter than its header says.
 
-    The header holds 16-bit words: 2 the points, 3 the analog values a frame, 4 and 5 the first and
-    the last frame, 9 the block (of 512 bytes) where the data begin; words 7 and 8 are the scale,
-    negative when the data are floats. Byte 4 of the parameters names the byte order.
+    The header holds 16-bit words: word 2 is the number of points, word 3 the number of analog
+    values in a frame, words 4 and 5 the first and the last frame, word 9 the block (of 512 bytes)
+    where the data begin. Words 7 and 8 are the scale, which is negative when the data are floats.
+    Byte 4 of the parameters names the byte order.
     """
     if data[1:2] != b"\x50" or len(data) < 512:
         raise CaptureError(path, "expected a C3D file, found something else. Export it again.")
@@ -100,7 +126,7 @@ def _check_size(data: bytes, path: object) -> None:
 
 
 def convert(source: str, target: str) -> None:
-    """Read a C3D file with ezc3d and write its markers as npz; the work of the child process."""
+    """Read a C3D file with ezc3d and write its markers as npz: the work of the child process."""
     import ezc3d
 
     content = ezc3d.c3d(source)
@@ -116,5 +142,17 @@ def convert(source: str, target: str) -> None:
     )
 
 
+def limit_process(cpu_seconds: float, memory: float) -> None:
+    """Limit the processor time and the memory of this process, where the system can."""
+    cap_memory(memory)
+    try:
+        import resource
+    except ImportError:
+        return
+    seconds = min(int(cpu_seconds) + 1, 10**6)
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+
+
 if __name__ == "__main__":
-    convert(sys.argv[1], sys.argv[2])
+    limit_process(float(sys.argv[1]), float(sys.argv[2]))
+    convert(sys.argv[3], sys.argv[4])

@@ -1,9 +1,10 @@
-"""Sheets of events: TSV or CSV with a header, a row an instant.
+"""Sheets of events: TSV or CSV with a header, one row for each instant.
 
 Columns: ``file`` (path below the added folder, with or without its ending), ``event`` (what
-happens: foot_strike, catch, release, contact, ...), ``frame`` (of the canonical motion, 30 a
+happens: foot_strike, catch, release, contact, ...), ``frame`` (of the canonical motion, 30 per
 second) or ``time`` (seconds), and, where it is known, ``joint`` (of the canonical body, such as
-r_wrist) and ``other`` (what it has to do with, such as ball). Further columns are left out.
+r_wrist) and ``other`` (what takes part beside the joint, such as ball). Further columns are
+ignored.
 """
 
 from __future__ import annotations
@@ -11,20 +12,36 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
-from motiondb.capture.sheet import capture_name, read_rows
+from motiondb.capture.sheet import Rows, all_faults, capture_name, read_rows, shown_row
+from motiondb.capture.text import MAX_FAULTS, number, quoted
 from motiondb.errors import SheetError, suggestion
 from motiondb.pose import body
 from motiondb.records import MOTION_FPS, Event
 
 COLUMNS = ("file", "event", "frame", "time", "joint", "other")
-_SYNONYMS = {"filename": "file", "name": "event", "seconds": "time", "time_s": "time"}
+_SYNONYMS = MappingProxyType(
+    {"filename": "file", "name": "event", "seconds": "time", "time_s": "time"}
+)
+MAX_VALUE = 1e9
+"""Frames and seconds beyond are faults: a year at 30 frames a second."""
 _KNOWN = f"Columns: {', '.join(COLUMNS)}; frame counts 30 a second, time seconds."
 
 
 @dataclass(frozen=True)
 class EventSheet:
-    """Events by capture name (path without ending), each with its line, and what was odd."""
+    """A sheet of events that was read.
+
+    Attributes
+    ----------
+    path : str
+        The file.
+    entries : dict of str to tuple of (int, Event)
+        Events with their lines, by capture name (path without ending).
+    notes : tuple of str
+        Sentences about what was odd but used.
+    """
 
     path: str
     entries: dict[str, tuple[tuple[int, Event], ...]]
@@ -32,21 +49,32 @@ class EventSheet:
 
     @property
     def n_events(self) -> int:
-        """How many events the sheet has."""
+        """Number of events in the sheet."""
         return sum(map(len, self.entries.values()))
 
     def unknown(self, names: Iterable[str]) -> list[str]:
-        """A sentence for every file that is not among the captures."""
+        """Return a sentence for every file that is not among the captures."""
         known = set(names)
+        unknown = [(name, rows) for name, rows in self.entries.items() if name not in known]
         return [
             f"{self.path}:{rows[0][0]}: expected a capture that is there, found "
-            f"{name!r}.{suggestion(name, known)} Correct the file column."
-            for name, rows in self.entries.items()
-            if name not in known
+            f"{quoted(name, 200)}.{suggestion(name, known) if place < MAX_FAULTS else ''} "
+            "Correct the file column."
+            for place, (name, rows) in enumerate(unknown)
         ]
 
     def within(self, name: str, n_frames: int, problems: list[str]) -> tuple[Event, ...]:
-        """The events of a capture of ``n_frames`` at 30 a second; problems for those outside."""
+        """Return the events of a capture that lie within it.
+
+        Parameters
+        ----------
+        name : str
+            Name of the capture.
+        n_frames : int
+            Its length at 30 frames a second.
+        problems : list of str
+            A sentence is appended for every event after the end.
+        """
         kept = []
         for line, event in self.entries.get(name, ()):
             if event.frame >= n_frames:
@@ -63,10 +91,15 @@ class EventSheet:
 def read_event_sheet(path: Path | str) -> EventSheet:
     """Read a sheet of events.
 
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+
     Raises
     ------
     SheetError
-        with all faults at once: no header, a column that is missing, numbers that are none, a
+        With all faults at once: no header, a column that is missing, numbers that are none, a
         joint that the canonical body does not have.
     """
     path = Path(path)
@@ -78,12 +111,13 @@ def read_event_sheet(path: Path | str) -> EventSheet:
     if missing:
         raise SheetError(
             f"{path}:{line}: expected a column {' and '.join(missing)}, found "
-            f"{', '.join(names)}. {_KNOWN}"
+            f"{shown_row(names)}. {_KNOWN}"
         )
     return _gather(path, header, rows[1:])
 
 
-def _gather(path: Path, header: list[str], rows: list[tuple[int, list[str]]]) -> EventSheet:
+def _gather(path: Path, header: list[str], rows: Rows) -> EventSheet:
+    """Turn rows into events; raise all faults at once."""
     entries: dict[str, list[tuple[int, Event]]] = {}
     seen: dict[tuple[str, Event], int] = {}
     faults: list[str] = []
@@ -104,40 +138,39 @@ def _gather(path: Path, header: list[str], rows: list[tuple[int, list[str]]]) ->
         seen[name, event] = line
         entries.setdefault(name, []).append((line, event))
     if faults:
-        raise SheetError("\n".join(faults))
+        raise SheetError(all_faults(faults))
     return EventSheet(str(path), {n: tuple(of_one) for n, of_one in entries.items()}, tuple(notes))
 
 
 def _event(cells: dict[str, str]) -> Event:
+    """Turn the cells of a row into an event; ValueError with the fault of the row."""
     joint = cells.get("joint", "")
     if joint and joint not in body.INDEX:
         raise ValueError(
-            f"expected a joint of the canonical body, found {joint!r}."
+            f"expected a joint of the canonical body, found {quoted(joint)}."
             + (suggestion(joint, body.JOINTS) or f" They are {', '.join(body.JOINTS)}.")
         )
     return Event(_frame(cells), _filled(cells, "event"), joint, cells.get("other", ""))
 
 
 def _frame(cells: dict[str, str]) -> int:
-    """The frame at 30 a second, from the frame or from the time."""
+    """Return the frame at 30 per second, from the frame or from the time."""
     frame, time = cells.get("frame", ""), cells.get("time", "")
     if not frame and not time:
         raise ValueError("expected a frame or a time, found neither. Give one of them.")
     column, text = ("frame", frame) if frame else ("time", time)
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not 0 <= value < 1e9 or (frame and value != round(value)):
+    value = number(text)
+    if value is None or not 0 <= value < MAX_VALUE or (frame and value != round(value)):
         whole = "whole number" if frame else "number"
         raise ValueError(
-            f"expected a {whole} of at least 0 in column {column}, found {text!r}."
+            f"expected a {whole} of at least 0 in column {column}, found {quoted(text)}."
             f" {'Frames count 30 a second.' if frame else 'Times are seconds.'}"
         )
     return round(value) if frame else round(value * MOTION_FPS)
 
 
 def _filled(cells: dict[str, str], column: str) -> str:
+    """Return the cell of a column that may not be empty; ValueError if it is."""
     if not cells.get(column):
         what = "a file name" if column == "file" else "what happens"
         raise ValueError(

@@ -1,32 +1,36 @@
-"""Which file is a capture, which reader reads it, which skeleton belongs to it.
+"""Which reader reads a capture, and what every clip must fulfil.
 
 Every reader turns bytes into a :class:`Clip`; paths serve for messages only, so that a capture can
-be read again from the bytes that the store keeps.
+be read again from the bytes that the store keeps. :func:`read_capture_bytes` is the boundary to
+data of strangers: whatever a reader raises beyond this project's errors becomes one of them here.
 """
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
+import numpy as np
+
+from motiondb.capture.amc import AsfFile
+from motiondb.capture.folder import CAPTURE_ENDINGS, FORMATS, skeleton_path
+from motiondb.capture.limits import (
+    ReadOptions,
+    check_clip_size,
+    check_duration,
+    check_file_size,
+    check_options,
+    guarded,
+)
 from motiondb.errors import CaptureError
 from motiondb.records import Clip
 
-_FORMATS = {
-    ".bvh": "bvh",
-    ".amc": "amc",
-    ".txt": "deepmimic",
-    ".json": "deepmimic",
-    ".npz": "amass",
-    ".c3d": "c3d",
-}
-CAPTURE_ENDINGS: tuple[str, ...] = tuple(_FORMATS)
-"""Endings of captures, lower case; ".txt" and ".json" count where they hold DeepMimic's JSON."""
-_LOOK = 4096
+_UNIT_LENGTH = 1e-3
+"""How far the square of a quaternion's length may be from 1. Normalised ones are within 1e-15; a
+larger difference comes from numbers that overflowed."""
 
 
 def capture_format(path: Path | str) -> str:
-    """The format that a file's ending names.
+    """Return the format that a file's ending names.
 
     >>> capture_format("walk.BVH")
     'bvh'
@@ -34,29 +38,15 @@ def capture_format(path: Path | str) -> str:
     Raises
     ------
     CaptureError
-        for any other ending.
+        For any other ending.
     """
     ending = Path(path).suffix.lower()
-    if ending not in _FORMATS:
+    if ending not in FORMATS:
         known = ", ".join(CAPTURE_ENDINGS)
         raise CaptureError(
             path, f"expected a capture ({known}), found ending {ending!r}. Rename or convert it."
         )
-    return _FORMATS[ending]
-
-
-def find_captures(folder: Path | str) -> list[Path]:
-    """All captures below a folder, sorted; hidden files and folders are passed over."""
-    root = Path(folder)
-    found = [
-        path
-        for path in root.rglob("*")
-        if path.suffix.lower() in _FORMATS
-        and path.is_file()
-        and not any(part.startswith(".") for part in path.relative_to(root).parts)
-        and (path.suffix.lower() not in (".txt", ".json") or _is_deepmimic(path))
-    ]
-    return sorted(found)
+    return FORMATS[ending]
 
 
 def read_capture(
@@ -68,34 +58,43 @@ def read_capture(
     data: bytes | None = None,
     skip_bad_frames: bool = False,
 ) -> Clip:
-    """The clip in a capture file.
+    """Read the clip in a capture file.
 
     Parameters
     ----------
-    path : the file; its ending names the format.
-    skeleton : the ASF file of an AMC; None: the one that :func:`skeleton_path` finds.
-    fps : frames per second, in place of what the file says.
-    unit : metres per length unit; None: what the file says, or found from the size of the body.
-    data : the file's bytes, if they are at hand.
-    skip_bad_frames : leave bad frames out instead of refusing the file.
+    path : Path or str
+        The file; its ending names the format.
+    skeleton : Path or str or None
+        The ASF file of an AMC; None: the one that :func:`skeleton_path` finds.
+    fps : float or None
+        Frames per second, in place of what the file says.
+    unit : float or None
+        Metres per length unit; None: what the file says, or estimated from the size of the body.
+    data : bytes or None
+        Content of the file, if it is at hand.
+    skip_bad_frames : bool
+        Leave out bad frames instead of refusing the file.
+
+    Returns
+    -------
+    Clip
+        Metres, seconds; world axes as in the file (see each reader).
 
     Raises
     ------
     CaptureError
-        when the file cannot be read; it lists every structural fault with its line.
+        When the file cannot be read; it lists every structural fault with its line.
     """
     path = Path(path)
     kind = capture_format(path)
+    options = ReadOptions(fps, unit, skip_bad_frames)
     asf = skeleton_path(path, skeleton) if kind == "amc" else None
     return read_capture_bytes(
-        _read_bytes(path) if data is None else data,
+        read_file(path, options) if data is None else data,
         kind,
         path=path,
-        skeleton=None if asf is None else _read_bytes(asf),
-        skeleton_path=asf or "",
-        fps=fps,
-        unit=unit,
-        skip_bad_frames=skip_bad_frames,
+        skeleton=None if asf is None else AsfFile(read_file(asf, options), asf),
+        options=options,
     )
 
 
@@ -104,92 +103,100 @@ def read_capture_bytes(
     kind: str,
     *,
     path: Path | str = "capture",
-    skeleton: bytes | None = None,
-    skeleton_path: Path | str = "skeleton",
-    fps: float | None = None,
-    unit: float | None = None,
-    skip_bad_frames: bool = False,
+    skeleton: AsfFile | None = None,
+    options: ReadOptions | None = None,
 ) -> Clip:
-    """The clip in the bytes of a capture of format ``kind`` ("bvh", "amc", ...).
+    """Read the clip in the bytes of a capture.
 
-    ``path`` and ``skeleton_path`` serve for messages only; ``skeleton`` holds the bytes of the ASF.
-    Further parameters and errors as in :func:`read_capture`.
-    """
-    if fps is not None and not 0 < fps < float("inf"):
-        raise CaptureError(path, f"expected a frame rate above 0, found {fps:g}. Give another.")
-    if kind == "bvh":
-        from motiondb.capture.bvh import read_bvh
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+    kind : str
+        Its format: "bvh", "amc", "deepmimic", "amass" or "c3d".
+    path : Path or str
+        Name of the file in messages.
+    skeleton : AsfFile or None
+        The skeleton file of an AMC.
+    options : ReadOptions or None
+        How to read it; None: the defaults.
 
-        return read_bvh(data, path, fps=fps, unit=unit, skip_bad_frames=skip_bad_frames)
-    if kind == "amc":
-        from motiondb.capture.amc import read_amc
-
-        return read_amc(
-            data, path, skeleton, skeleton_path, fps=fps, unit=unit, skip_bad_frames=skip_bad_frames
-        )
-    if kind == "deepmimic":
-        from motiondb.capture.deepmimic import read_deepmimic
-
-        return read_deepmimic(data, path, fps=fps, unit=unit, skip_bad_frames=skip_bad_frames)
-    if kind == "amass":
-        from motiondb.capture.amass import read_amass
-
-        return read_amass(data, path, fps=fps, unit=unit, skip_bad_frames=skip_bad_frames)
-    if kind == "c3d":
-        from motiondb.capture.c3d import read_c3d
-
-        return read_c3d(data, path, fps=fps, unit=unit, skip_bad_frames=skip_bad_frames)
-    raise CaptureError(path, f"expected a known format, found {kind!r}.")
-
-
-def skeleton_path(path: Path | str, skeleton: Path | str | None = None) -> Path | None:
-    """The ASF file that belongs to an AMC file; None for captures that need none.
-
-    That is ``skeleton`` if given, else the ASF of the same folder (in any case of letters) that is
-    named like the part of the AMC's name before its last "_", like the AMC, or is the only one.
+    Returns
+    -------
+    Clip
+        Metres, seconds; world axes as in the file (see each reader).
 
     Raises
     ------
     CaptureError
-        when there is none, or when it is not clear which.
+        When the bytes cannot be read, whatever they hold; no other error leaves this function.
     """
-    path = Path(path)
-    if path.suffix.lower() != ".amc":
-        return None
-    if skeleton is not None:
-        return Path(skeleton)
-    beside = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
-    for stem in (path.stem, path.stem.rpartition("_")[0], re.split(r"_", path.stem)[0]):
-        for candidate in beside:
-            if stem and candidate.stem.lower() == stem.lower():
-                return candidate
-    if len(beside) == 1:
-        return beside[0]
-    wanted = f"{path.stem.split('_')[0]}.asf"
-    found = ", ".join(p.name for p in beside[:5]) if beside else "no ASF file"
-    raise CaptureError(
-        path,
-        f"expected its skeleton {wanted} in the same folder, found {found}. "
-        "Put the ASF beside the AMC, or name it in the sheet's column 'skeleton'.",
-    )
+    options = options or ReadOptions()
+    check_options(options, path)
+    check_file_size(len(data), path, options.limits)
+    with guarded(path):
+        clip = _read(data, kind, path, skeleton, options)
+        n_joints = len(clip.skeleton.names)
+        check_clip_size(clip.n_frames, n_joints, len(data), path, options.limits)
+        check_duration(clip.n_frames, clip.fps, path)
+        _check_finite(clip, path)
+    return clip
 
 
-def _read_bytes(path: Path) -> bytes:
+def read_file(path: Path, options: ReadOptions) -> bytes:
+    """Return the content of a file that is not too large.
+
+    Raises
+    ------
+    CaptureError
+        If it is too large or cannot be read.
+    """
     try:
+        check_file_size(path.stat().st_size, path, options.limits)
         return path.read_bytes()
     except OSError as error:
         reason = (error.strerror or "an error").lower()
         raise CaptureError(path, f"expected a readable file, found: {reason}.") from error
 
 
-def _is_deepmimic(path: Path) -> bool:
-    """Whether a text file starts like JSON and names its Frames near the begin or the end."""
-    try:
-        with path.open("rb") as file:
-            start = file.read(_LOOK)
-            file.seek(max(0, path.stat().st_size - _LOOK))
-            end = file.read(_LOOK)
-    except OSError:
-        return False
-    start = start.removeprefix(b"\xef\xbb\xbf").lstrip()
-    return start.startswith(b"{") and (b'"Frames"' in start or b'"Frames"' in end)
+def _read(
+    data: bytes, kind: str, path: Path | str, skeleton: AsfFile | None, options: ReadOptions
+) -> Clip:
+    """Call the reader of a format; each is imported where it is needed."""
+    if kind == "bvh":
+        from motiondb.capture.bvh import read_bvh
+
+        return read_bvh(data, path, options)
+    if kind == "amc":
+        from motiondb.capture.amc import read_amc
+
+        return read_amc(data, path, skeleton, options)
+    if kind == "deepmimic":
+        from motiondb.capture.deepmimic import read_deepmimic
+
+        return read_deepmimic(data, path, options)
+    if kind == "amass":
+        from motiondb.capture.amass import read_amass
+
+        return read_amass(data, path, options)
+    if kind == "c3d":
+        from motiondb.capture.c3d import read_c3d
+
+        return read_c3d(data, path, options)
+    raise CaptureError(path, f"expected a known format, found {kind!r}.")
+
+
+def _check_finite(clip: Clip, path: object) -> None:
+    """Refuse a clip in which numbers overflowed while it was computed (CaptureError)."""
+    ends = np.array([offset for _, offset in clip.skeleton.end_sites])
+    places = [clip.skeleton.offsets, clip.root_positions, ends]
+    if clip.joint_positions is not None:
+        places.append(clip.joint_positions)
+    squares = np.einsum("fjq,fjq->fj", clip.local_rotations, clip.local_rotations)
+    finite = all(np.isfinite(values).all() for values in places)
+    if not (finite and np.all(np.abs(squares - 1.0) < _UNIT_LENGTH)):
+        raise CaptureError(
+            path,
+            "expected lengths and angles of a body, found numbers that are too large or rotations "
+            "that are none. Export it again.",
+        )

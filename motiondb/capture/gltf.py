@@ -1,8 +1,8 @@
-"""glTF 2.0 out: an animated skeleton with a simple body, for Blender and browsers.
+"""Writer of glTF 2.0: an animated skeleton with a simple body, for Blender and browsers.
 
-Every joint is a node; its rotation is a track of quaternions (x, y, z, w), its translation a track
-where it moves. Each bone carries an octahedron that a skin binds rigidly to its joint. Metres,
-y up. ``.glb`` is the binary form, ``.gltf`` is JSON with the buffer embedded.
+Every joint is a node; its rotation is a track of quaternions (x, y, z, w), and its translation is a
+track where it moves. Each bone is drawn as an octahedron that a skin binds rigidly to its joint.
+Metres, y up. ``.glb`` is the binary form, ``.gltf`` is JSON with the buffer embedded.
 Source: Khronos, glTF 2.0 specification (ISO/IEC 12113:2022).
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 import base64
 import json
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,17 +22,36 @@ from motiondb.pose import kinematics, rotation
 from motiondb.records import Clip, FloatArray
 
 FLOAT, USHORT, UINT = 5126, 5123, 5125
-_TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
+"""Component types of glTF."""
+_TYPES = MappingProxyType({1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"})
 ARRAY, ELEMENTS = 34962, 34963
-_WIDTH = 0.12
-"""Half width of an octahedron, as a share of the bone's length."""
+"""Targets of buffer views: vertices, and indices of vertices."""
+_WIDTH, _GIRDLE = 0.12, 0.2
+"""Half width of an octahedron, and where it is widest, as shares of the bone's length. Chosen for
+their look, like Blender's bones."""
+_SHORTEST_BONE = 1e-4
+"""Bones shorter than this (metres) are not drawn: an octahedron without size has no normals."""
+_SLIDING = 0.02
+"""A joint that moves farther than this (metres) in its parent's frame is not drawn as a bone."""
+_MOVES = 1e-6
+"""A joint that moves less than this (metres) in its parent's frame gets no translation track."""
 _FACES = (
     (0, 2, 1), (0, 3, 2), (0, 4, 3), (0, 1, 4), (5, 1, 2), (5, 2, 3), (5, 3, 4), (5, 4, 1),
 )  # fmt: skip
 
 
 class Buffer:
-    """The binary buffer, with the views and accessors that describe it."""
+    """A binary buffer that grows, with the views and accessors that describe it.
+
+    Attributes
+    ----------
+    data : bytearray
+        The arrays, each aligned to 4 bytes.
+    views : list of dict
+        Buffer views of the glTF document.
+    accessors : list of dict
+        Accessors of the glTF document.
+    """
 
     def __init__(self) -> None:
         self.data = bytearray()
@@ -39,7 +59,17 @@ class Buffer:
         self.accessors: list[dict[str, object]] = []
 
     def add(self, values: NDArray[np.generic], component: int, target: int | None = None) -> int:
-        """Append an array (rows, columns) and return the number of its accessor."""
+        """Append an array and return the number of its accessor.
+
+        Parameters
+        ----------
+        values : array (rows,) or (rows, columns)
+            Numbers of the component type.
+        component : int
+            Component type: FLOAT, USHORT or UINT.
+        target : int or None
+            ARRAY or ELEMENTS for meshes; None for all else.
+        """
         values = np.ascontiguousarray(values)
         view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": values.nbytes}
         if target is not None:
@@ -62,7 +92,7 @@ class Buffer:
         return len(self.accessors) - 1
 
     def described(self) -> dict[str, object]:
-        """The entries of the document that describe the buffer."""
+        """Return the entries of the document that describe the buffer."""
         return {
             "bufferViews": self.views,
             "accessors": self.accessors,
@@ -71,12 +101,19 @@ class Buffer:
 
 
 def write_gltf(clip: Clip, path: Path | str) -> None:
-    """Write a clip as glTF; the ending chooses the form. The file appears whole or not at all.
+    """Write a clip as glTF; the file is written whole or not at all.
+
+    Parameters
+    ----------
+    clip : Clip
+        Metres, y up.
+    path : Path or str
+        The file to write; its ending chooses the form, .glb or .gltf.
 
     Raises
     ------
     CaptureError
-        for other endings than .glb and .gltf, clips without frames, numbers that are not finite,
+        For other endings than .glb and .gltf, clips without frames, numbers that are not finite,
         or a file that cannot be written.
     """
     path = Path(path)
@@ -92,7 +129,7 @@ def check_ending(path: Path) -> None:
 
 
 def write_document(document: dict[str, object], data: bytes, path: Path) -> None:
-    """Write a document and its buffer in the form that the ending asks for, whole or not at all."""
+    """Write a document and its buffer in the form of the path's ending, whole or not at all."""
     if path.suffix.lower() == ".glb":
         write_atomically(path, _glb(document, data))
         return
@@ -102,7 +139,20 @@ def write_document(document: dict[str, object], data: bytes, path: Path) -> None
 
 
 def to_gltf(clip: Clip, path: object = "clip") -> tuple[dict[str, object], bytes]:
-    """The JSON document of a clip and the buffer it describes."""
+    """Return the JSON document of a clip, and the buffer that it describes.
+
+    Parameters
+    ----------
+    clip : Clip
+        Metres, y up.
+    path : object
+        Name of the file in messages.
+
+    Raises
+    ------
+    CaptureError
+        For clips without frames and numbers that are not finite.
+    """
     check_clip(clip, path)
     skeleton, buffer = clip.skeleton, Buffer()
     n_joints = len(skeleton.names)
@@ -133,7 +183,7 @@ def check_clip(clip: Clip, path: object) -> None:
 
 
 def material(name: str, colour: tuple[float, float, float]) -> dict[str, object]:
-    """A dull surface of one colour (red, green, blue, 0 to 1)."""
+    """Return a matt material of one colour (red, green, blue, 0 to 1)."""
     return {
         "name": name,
         "doubleSided": True,
@@ -146,7 +196,7 @@ def material(name: str, colour: tuple[float, float, float]) -> dict[str, object]
 
 
 def _rest_offsets(clip: Clip) -> FloatArray:
-    """Where joints stand in the first frame, in their parents' frames; the root at the origin."""
+    """Return the joints' positions in their parents' frames in the first frame; the root at 0."""
     source = clip.skeleton.offsets if clip.joint_positions is None else clip.joint_positions[0]
     offsets = source.copy()
     offsets[0] = 0.0
@@ -154,7 +204,17 @@ def _rest_offsets(clip: Clip) -> FloatArray:
 
 
 def joint_nodes(clip: Clip, first: int = 0, prefix: str = "") -> list[dict[str, object]]:
-    """One node a joint, posed as in the first frame; ``first`` is the root's number."""
+    """Return one node for each joint, posed as in the first frame.
+
+    Parameters
+    ----------
+    clip : Clip
+        Metres, y up.
+    first : int
+        Number of the root's node in the document.
+    prefix : str
+        Text before the names of the joints.
+    """
     offsets = _rest_offsets(clip)
     offsets[0] = clip.root_positions[0]
     nodes: list[dict[str, object]] = []
@@ -172,16 +232,23 @@ def joint_nodes(clip: Clip, first: int = 0, prefix: str = "") -> list[dict[str, 
 
 
 def _slides(clip: Clip) -> NDArray[np.bool_]:
-    """Joints (below the root) that move more than 2 cm in their parent's frame: no bone there."""
+    """Find the joints that move in their parent's frame, where there is no bone (joints,)."""
     if clip.joint_positions is None:
         return np.zeros(len(clip.skeleton.names), dtype=bool)
-    return np.asarray(np.ptp(clip.joint_positions, axis=0).max(axis=-1) > 0.02)
+    return np.asarray(np.ptp(clip.joint_positions, axis=0).max(axis=-1) > _SLIDING)
 
 
 def body_mesh(clip: Clip, buffer: Buffer, number: int) -> dict[str, object]:
-    """Octahedra from every joint to its children and end sites, in the rest pose (no rotation).
+    """Return the mesh of octahedra from every joint to its children and end sites.
 
-    ``number``: of the material.
+    Parameters
+    ----------
+    clip : Clip
+        The mesh is built in its rest pose, without rotations.
+    buffer : Buffer
+        Takes the vertices.
+    number : int
+        Number of the material.
     """
     skeleton, offsets, slides = clip.skeleton, _rest_offsets(clip), _slides(clip)
     rest, _ = kinematics.forward(
@@ -194,7 +261,7 @@ def body_mesh(clip: Clip, buffer: Buffer, number: int) -> dict[str, object]:
         (int(p), offsets[j]) for j, p in enumerate(skeleton.parents) if p >= 0 and not slides[j]
     ]
     bones += [(joint, np.array(end)) for joint, end in skeleton.end_sites]
-    bones = [(joint, bone) for joint, bone in bones if np.linalg.norm(bone) > 1e-4]
+    bones = [(joint, bone) for joint, bone in bones if np.linalg.norm(bone) > _SHORTEST_BONE]
     if not bones:
         bones = [(0, np.array([0.0, 0.05, 0.0]))]
     corners = [_octahedron(rest[0, joint], bone) for joint, bone in bones]
@@ -217,17 +284,17 @@ def body_mesh(clip: Clip, buffer: Buffer, number: int) -> dict[str, object]:
 
 
 def _octahedron(start: FloatArray, bone: FloatArray) -> FloatArray:
-    """Six corners of a bone: its start, four around a fifth of its length, its end."""
+    """Return the six corners of a bone: its start, four around its girdle, its end."""
     length = float(np.linalg.norm(bone))
     turn = rotation.between(np.array([0.0, 1.0, 0.0]), bone)
-    side = _WIDTH * length
+    side, girdle = _WIDTH * length, _GIRDLE * length
     local = np.array(
         [
             [0.0, 0.0, 0.0],
-            [side, 0.2 * length, 0.0],
-            [0.0, 0.2 * length, -side],
-            [-side, 0.2 * length, 0.0],
-            [0.0, 0.2 * length, side],
+            [side, girdle, 0.0],
+            [0.0, girdle, -side],
+            [-side, girdle, 0.0],
+            [0.0, girdle, side],
             [0.0, length, 0.0],
         ]
     )
@@ -235,7 +302,7 @@ def _octahedron(start: FloatArray, bone: FloatArray) -> FloatArray:
 
 
 def inverse_binds(clip: Clip, buffer: Buffer) -> dict[str, int]:
-    """The inverse of each joint's rest transform, columns first."""
+    """Return the accessor of each joint's inverse rest transform, a matrix by columns."""
     offsets = _rest_offsets(clip)
     rest = offsets.copy()
     for joint, parent in enumerate(clip.skeleton.parents):
@@ -248,10 +315,25 @@ def inverse_binds(clip: Clip, buffer: Buffer) -> dict[str, int]:
 def tracks(
     clip: Clip, buffer: Buffer, times: int, first: int = 0
 ) -> tuple[list[dict[str, object]], list[dict[str, object]]]:
-    """A rotation track a joint, a translation track where the joint moves: samplers and channels.
+    """Return a rotation track for each joint, and a translation track where it moves.
 
-    ``times`` is the accessor of the frames' times; channels count samplers from 0, and the root is
-    node number ``first``.
+    Parameters
+    ----------
+    clip : Clip
+        Metres, y up.
+    buffer : Buffer
+        Takes the values.
+    times : int
+        Accessor of the times of the frames, seconds.
+    first : int
+        Number of the root's node.
+
+    Returns
+    -------
+    samplers : list of dict
+        Samplers of the glTF document.
+    channels : list of dict
+        Channels of the glTF document; they count samplers from 0.
     """
     turns = rotation.unroll(rotation.normalize(clip.local_rotations))
     samplers: list[dict[str, object]] = []
@@ -268,18 +350,18 @@ def tracks(
         track(joint, "rotation", _xyzw(turns[:, joint]))
         if joint and clip.joint_positions is not None:
             places = clip.joint_positions[:, joint]
-            if np.ptp(places, axis=0).max() > 1e-6:
+            if np.ptp(places, axis=0).max() > _MOVES:
                 track(joint, "translation", places)
     return samplers, channels
 
 
 def _xyzw(q: FloatArray) -> FloatArray:
-    """From (w, x, y, z) to the order of glTF."""
+    """Return quaternions (w, x, y, z) in the order of glTF (x, y, z, w)."""
     return np.roll(q, -1, axis=-1)
 
 
 def _glb(document: dict[str, object], data: bytes) -> bytes:
-    """The binary container: a header, the JSON chunk, the buffer chunk."""
+    """Return the binary container: a header, the JSON chunk, the buffer chunk."""
     text = json.dumps(document, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
     chunks = _chunk(b"JSON", text) + _chunk(b"BIN\0", data)
@@ -287,4 +369,5 @@ def _glb(document: dict[str, object], data: bytes) -> bytes:
 
 
 def _chunk(kind: bytes, content: bytes) -> bytes:
+    """Return a chunk with its length and kind before it."""
     return len(content).to_bytes(4, "little") + kind + content

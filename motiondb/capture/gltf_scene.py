@@ -1,8 +1,8 @@
-"""Several characters and a ball in one glTF, in one world and one time, for Blender and browsers.
+"""Writer of glTF for scenes: several characters and a ball in one world, for Blender and browsers.
 
-Every character is a node with the joints and the body below it; names of joints carry the
-character's, so that each is found by its own. The ball is a sphere with a track of places. All
-tracks belong to one animation, so that a viewer plays the scene at once.
+Every character is a node with its joints and its body as children; the names of joints begin with
+the character's name, so that they are unique. The ball is a sphere with a track of positions. All
+tracks belong to one animation, so that a viewer plays the whole scene.
 Source: Khronos, glTF 2.0 specification (ISO/IEC 12113:2022).
 """
 
@@ -36,14 +36,24 @@ BALL_RADIUS = 0.12
 """Metres; a basketball of size 7 measures 0.749 to 0.780 m round (FIBA)."""
 _BALL_COLOUR = (0.85, 0.42, 0.13)
 _RINGS, _SIDES = 8, 16
-"""Of the sphere: parallels and meridians."""
+"""Parallels and meridians of the sphere: round enough at the size of a ball, and 240 triangles."""
 
 Colour = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
 class Character:
-    """Somebody in a scene: a name, a motion in the scene's world, a colour (0 to 1)."""
+    """A person in a scene.
+
+    Attributes
+    ----------
+    name : str
+        Unique in the scene.
+    clip : Clip
+        The motion in the world frame of the scene, metres, y up.
+    colour : tuple of 3 float
+        Red, green and blue, 0 to 1.
+    """
 
     name: str
     clip: Clip
@@ -53,16 +63,21 @@ class Character:
 def write_gltf_scene(
     characters: Sequence[Character], path: Path | str, ball: FloatArray | None = None
 ) -> None:
-    """Write a scene as glTF; the ending chooses the form. The file appears whole or not at all.
+    """Write a scene as glTF; the file is written whole or not at all.
 
     Parameters
     ----------
-    ball : array (frames, 3), metres, at the rate of the first character; None: there is none.
+    characters : sequence of Character
+        At least one, of different names.
+    path : Path or str
+        The file to write; its ending chooses the form, .glb or .gltf.
+    ball : array (frames, 3) or None
+        Positions of the ball, metres, at the frame rate of the first character; None: no ball.
 
     Raises
     ------
     CaptureError
-        for other endings than .glb and .gltf, a scene without characters or two of one name, clips
+        For other endings than .glb and .gltf, a scene without characters or two of one name, clips
         without frames, numbers that are not finite, or a file that cannot be written.
     """
     path = Path(path)
@@ -73,7 +88,22 @@ def write_gltf_scene(
 def to_gltf_scene(
     characters: Sequence[Character], ball: FloatArray | None = None, path: object = "scene"
 ) -> tuple[dict[str, object], bytes]:
-    """The JSON document of a scene and the buffer it describes."""
+    """Return the JSON document of a scene, and the buffer that it describes.
+
+    Parameters
+    ----------
+    characters : sequence of Character
+        At least one, of different names.
+    ball : array (frames, 3) or None
+        Positions of the ball, metres.
+    path : object
+        Name of the file in messages.
+
+    Raises
+    ------
+    CaptureError
+        For a scene that cannot be written.
+    """
     _check(characters, ball, path)
     buffer = Buffer()
     parts: dict[str, list[dict[str, object]]] = {
@@ -95,6 +125,7 @@ def to_gltf_scene(
 
 
 def _check(characters: Sequence[Character], ball: FloatArray | None, path: object) -> None:
+    """Refuse a scene that cannot be written (CaptureError)."""
     names = [character.name for character in characters]
     if not names:
         raise CaptureError(path, "expected at least 1 character to write, found 0.")
@@ -110,7 +141,7 @@ def _check(characters: Sequence[Character], ball: FloatArray | None, path: objec
 def _add_character(
     character: Character, parts: Mapping[str, list[dict[str, object]]], buffer: Buffer
 ) -> int:
-    """Append a character's node, joints and body; gives the number of the node."""
+    """Append a character's node, joints and body; return the number of its node."""
     clip, nodes = character.clip, parts["nodes"]
     n_joints, node = len(clip.skeleton.names), len(nodes)
     first, body = node + 1, node + 1 + n_joints
@@ -147,7 +178,7 @@ def _add_character(
 def _add_ball(
     ball: FloatArray, fps: float, parts: Mapping[str, list[dict[str, object]]], buffer: Buffer
 ) -> int:
-    """Append the ball; gives the number of its node."""
+    """Append the ball; return the number of its node."""
     node = len(parts["nodes"])
     parts["nodes"].append(
         {"name": "ball", "mesh": len(parts["meshes"]), "translation": ball[0].tolist()}
@@ -178,7 +209,7 @@ def _add_ball(
 
 
 def _sphere() -> tuple[FloatArray, np.ndarray]:
-    """Points of the unit sphere and its triangles, seen from outside against the clock."""
+    """Return points (n, 3) of the unit sphere and its triangles, counterclockwise from outside."""
     polar = np.linspace(0.0, np.pi, _RINGS + 1)
     around = np.linspace(0.0, 2.0 * np.pi, _SIDES + 1)
     points = np.stack(

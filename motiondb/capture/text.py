@@ -1,7 +1,10 @@
-"""Text captures as clean bytes, and blocks of numbers with the line of every fault.
+r"""Text captures as clean bytes, and blocks of numbers with the line of every fault.
 
 A text capture may come with a byte order mark, as UTF-16, with CRLF or bare CR line ends. The
-readers see UTF-8 or Latin-1 bytes with ``\\n`` (a ``\\r`` before it counts as white space).
+readers see UTF-8 or Latin-1 bytes with ``\n`` (a ``\r`` before it counts as white space).
+
+Numbers are written in plain decimal notation with ASCII digits. What Python's ``float`` accepts
+beyond that (``1_0``, ``nan``, ``inf``, digits of other scripts) is a fault, not a number.
 """
 
 from __future__ import annotations
@@ -14,24 +17,34 @@ from motiondb.errors import CaptureError
 from motiondb.records import FloatArray, IntArray
 
 Faults = list[tuple[int | None, str]]
+"""(line number or None, sentence) for every fault."""
 
 MAX_FAULTS = 20
-"""So many faults of one kind are listed; the rest are counted."""
+"""Faults that a message lists; the rest are counted, so that a message stays readable."""
 CUT_SHORT = (
     "The file may be cut short: export it again, or pass --skip-bad-frames to leave this frame out."
 )
+"""Advice for frames with too few values."""
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+MAX_DIGITS = 100
+"""Characters of a number. Exact float64 values have up to 25; the time to read a number grows with
+the square of its length."""
+_NUMERIC = b"0123456789+-.eE"
+_PART = 4_000_000
+"""Characters that are split into values at a time. Values as Python objects take ten times the
+memory of their text, so a large file is converted in parts of a size that does not show."""
 
 
 def clean_bytes(data: bytes, path: object) -> bytes:
-    """The bytes of a text file without byte order mark, as an ASCII-compatible encoding.
+    """Return the bytes of a text file in an ASCII-compatible encoding, without byte order mark.
 
     Raises
     ------
     CaptureError
-        for an empty file, or one that is not text.
+        If the file is empty or is not text.
     """
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        data = data.decode("utf-16", errors="replace").encode()
+        data = data.decode("utf-16", errors="replace").encode("utf-8", errors="replace")
     data = data.removeprefix(b"\xef\xbb\xbf")
     if not data.strip():
         raise CaptureError(path, "expected a capture, found an empty file. Export it again.")
@@ -43,7 +56,7 @@ def clean_bytes(data: bytes, path: object) -> bytes:
 
 
 def decode(data: bytes) -> str:
-    """Text of cleaned bytes: UTF-8, or Latin-1 where that fails."""
+    """Return the text of cleaned bytes: UTF-8, or Latin-1 where that fails."""
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError:
@@ -51,21 +64,28 @@ def decode(data: bytes) -> str:
 
 
 def line_number(data: bytes, offset: int) -> int:
-    """The number, from 1, of the line that holds a byte offset.
+    r"""Return the number, from 1, of the line that holds a byte offset.
 
-    >>> line_number(b"a\\nb\\nc", 4)
+    >>> line_number(b"a\nb\nc", 4)
     3
     """
     return data.count(b"\n", 0, offset) + 1
 
 
 def count_values(block: bytes) -> tuple[IntArray, IntArray]:
-    """How many values stand on each line that has any.
+    """Count the values on each line that has any.
+
+    Parameters
+    ----------
+    block : bytes
+        Lines of values between white space.
 
     Returns
     -------
-    lines : array (rows,), line number within the block, from 0.
-    counts : array (rows,).
+    lines : array (rows,)
+        Line numbers within the block, from 0.
+    counts : array (rows,)
+        Number of values on each of these lines.
     """
     characters = np.frombuffer(block, np.uint8)
     starts = characters > 32
@@ -80,83 +100,141 @@ def count_values(block: bytes) -> tuple[IntArray, IntArray]:
 def read_number_block(
     block: bytes, first_line: int, width: int, expected: str, skip_bad: bool
 ) -> tuple[FloatArray, Faults]:
-    """A table of numbers, a frame a line.
+    """Read a table of numbers with one frame a line.
 
     A frame may also be wrapped over several lines, when no line is longer than a frame and the
     total is right.
 
     Parameters
     ----------
-    block : the lines.
-    first_line : number of the block's first line in the file, for messages.
-    width : values in a frame.
-    expected : how a message says it, such as "63 values (6 for the root, 57 for 19 joints)".
-    skip_bad : leave frames with a fault out.
+    block : bytes
+        The lines.
+    first_line : int
+        Number of the block's first line in the file, for messages.
+    width : int
+        Number of values in a frame.
+    expected : str
+        What a frame holds, for messages, such as "63 values (6 for the root, 57 for 19 joints)".
+    skip_bad : bool
+        Whether frames with a fault are left out.
 
     Returns
     -------
-    table : array (frames, width); only good frames.
-    faults : one for every bad frame.
+    table : array (frames, width)
+        Values of the good frames.
+    faults : list of (int, str)
+        One fault for every bad frame.
     """
     lines, counts = count_values(block)
     good = counts == width
     total = int(counts.sum())
-    if not good.all() and len(lines) > total / max(width, 1) and total % max(width, 1) == 0:
-        table = _floats(block.split())
-        wrapped = counts.max() <= width and not skip_bad
-        if wrapped and table is not None and np.isfinite(table).all():
-            return table.reshape(-1, width), []
-    if good.all():
-        table = _floats(block.split())
-        if table is not None and np.isfinite(table).all():
-            return table.reshape(-1, width), []
+    several = len(lines) > total / max(width, 1) and total % max(width, 1) == 0
+    wrapped = not good.all() and several and counts.max() <= width and not skip_bad
+    if good.all() or wrapped:
+        values = read_numbers(block)
+        if values is not None and len(values) == total:
+            return values.reshape(-1, width), []
     rows, faults = [], []
     text_lines = block.split(b"\n")
     for line, count in zip(lines.tolist(), counts.tolist()):
         row, fault = _read_row(text_lines[line], count, width, expected)
-        rows.append(row)
+        if row is not None:
+            rows.append(row)
         if fault:
             faults.append((first_line + line, fault))
-    kept = [row for row in rows if row is not None]
-    return np.array(kept, dtype=float).reshape(-1, width), faults
+    return np.array(rows, dtype=float).reshape(-1, width), faults
+
+
+def read_numbers(block: bytes) -> FloatArray | None:
+    """Read values between white space.
+
+    Returns
+    -------
+    array (values,) or None
+        The values; None where one of them is no finite number.
+
+    >>> read_numbers(b"1 -2.5e0"), read_numbers(b"1_0"), read_numbers(b"nan")
+    (array([ 1. , -2.5]), None, None)
+    """
+    parts = []
+    start = 0
+    while start < len(block):
+        end = start + _PART
+        while end < len(block) and block[end] > 32:
+            end += 1
+        part = to_numbers(block[start:end].split())
+        if part is None:
+            return None
+        parts.append(part)
+        start = end
+    return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def to_numbers(tokens: list[bytes]) -> FloatArray | None:
+    """Convert tokens to an array of finite numbers; None where one of them is none."""
+    if b"".join(tokens).translate(None, _NUMERIC):
+        return None
+    if max(map(len, tokens), default=0) > MAX_DIGITS:
+        return None
+    try:
+        values = np.array(tokens, dtype=float)
+    except ValueError:
+        return None
+    return values if np.isfinite(values).all() else None
 
 
 def shorten(faults: Faults) -> Faults:
-    """The first ``MAX_FAULTS`` faults, and how many more there are."""
+    """Return the first ``MAX_FAULTS`` faults, and how many more there are."""
     if len(faults) <= MAX_FAULTS:
         return faults
     more = len(faults) - MAX_FAULTS
     return [*faults[:MAX_FAULTS], (None, f"... and {more} more faults like these.")]
 
 
+def quoted(text: str, length: int = 40) -> str:
+    """Return a text from a file as a message shows it: quoted, and cut where it is long.
+
+    >>> quoted("Hips"), quoted("x" * 50, 3)
+    ("'Hips'", "'xxx...'")
+    """
+    return repr(text if len(text) <= length else f"{text[:length]}...")
+
+
 def number(token: str) -> float | None:
-    """A finite number, or None.
+    """Return a finite number in plain decimal notation, or None.
 
     >>> number("-1.5e-3"), number("nan"), number("1_0")
     (-0.0015, None, None)
     """
-    if not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", token):
+    if len(token) > MAX_DIGITS or not _NUMBER.fullmatch(token):
         return None
     value = float(token)
     return value if np.isfinite(value) else None
 
 
+def whole_number(token: str) -> int | None:
+    """Return a whole number of at most 15 ASCII digits, or None.
+
+    >>> whole_number("12"), whole_number("²"), whole_number("9" * 5000), whole_number("-1")
+    (12, None, None, None)
+    """
+    return int(token) if re.fullmatch(r"0*[0-9]{1,15}", token) and len(token) < 40 else None
+
+
 def _read_row(
     line: bytes, count: int, width: int, expected: str
 ) -> tuple[list[float] | None, str | None]:
+    """Return the values of a frame, or its fault."""
     if count != width:
         return None, f"expected {expected}, found {count}. {CUT_SHORT}"
-    tokens = decode(line).split()
-    values = [number(token) for token in tokens]
-    for place, (token, value) in enumerate(zip(tokens, values)):
+    tokens = line.split()
+    if len(tokens) != count:  # control characters, which separate values nowhere else
+        return None, f"expected {expected}, found {len(tokens)}. {CUT_SHORT}"
+    values = []
+    for place, token in enumerate(map(decode, tokens)):
+        value = number(token)
         if value is None:
             found = f"expected numbers, found {token[:20]!r} as value {place + 1}"
             return None, f"{found}. Mend the line, or pass --skip-bad-frames to leave it out."
-    return [value for value in values if value is not None], None
-
-
-def _floats(tokens: list[bytes]) -> FloatArray | None:
-    try:
-        return np.array(tokens, dtype=float)
-    except ValueError:
-        return None
+        values.append(value)
+    return values, None

@@ -1,5 +1,22 @@
-"""Public captures for users who have a network: from a site to a folder that ``add`` reads."""
+"""Download public captures, for users who have a network, into a folder that ``add`` reads."""
 
-from motiondb.fetch.cmu import CMU_TERMS, CMU_URL, FetchProgress, FetchReport, fetch_cmu
+from motiondb.fetch.cmu import (
+    CMU_TERMS,
+    CMU_URL,
+    FetchProgress,
+    FetchReport,
+    FetchSettings,
+    fetch_cmu,
+)
+from motiondb.fetch.limits import Limits, Patience
 
-__all__ = ["CMU_TERMS", "CMU_URL", "FetchProgress", "FetchReport", "fetch_cmu"]
+__all__ = [
+    "CMU_TERMS",
+    "CMU_URL",
+    "FetchProgress",
+    "FetchReport",
+    "FetchSettings",
+    "Limits",
+    "Patience",
+    "fetch_cmu",
+]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from motiondb.errors import SheetError
 from motiondb.fetch.cmu_pages import Trial
-from motiondb.fetch.transfer import disk_fault
+from motiondb.fetch.limits import disk_fault
 
 COLUMNS = ("file", "skeleton", "performer", "fps", "licence", "words")
 _HEADER = "\t".join(COLUMNS)
@@ -20,13 +20,14 @@ _LICENCE = "CMU"
 
 
 def caption_row(trial: Trial) -> str:
-    """The row of a trial.
+    r"""Row of a trial, without control characters.
 
-    >>> caption_row(Trial(7, 1, 'a "slow" walk', 120)).split("\\t")
+    >>> caption_row(Trial(7, 1, 'a "slow" walk', 120)).split("\t")
     ['07/07_01.amc', '07/07.asf', '07', '120', 'CMU', "a 'slow' walk"]
     """
     performer = f"{trial.subject:02d}"
     words = " ".join(trial.words.replace('"', "'").split())
+    words = "".join(letter for letter in words if letter.isprintable())
     fps = "" if trial.fps is None else str(trial.fps)
     fields = (f"{trial.name}.amc", f"{performer}/{performer}.asf", performer, fps, _LICENCE, words)
     return "\t".join(fields)

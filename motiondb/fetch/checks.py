@@ -1,7 +1,7 @@
-"""Is a downloaded ASF or AMC file whole? A look at its ends, without reading the motion.
+"""Check that a downloaded ASF or AMC file is whole, by its ends, without reading the motion.
 
-A transfer can be cut, or answered by an error page; either would otherwise be taken for a capture.
-Every check answers None for a whole file, or the end of a sentence: ``expected ..., found ...``.
+A transfer can be cut, or answered by an error page. Either would otherwise be taken for a capture.
+Every check gives None for a whole file, or the end of a sentence: ``expected ..., found ...``.
 
 >>> check_amc(b"<html>Not here</html>")
 'expected an AMC file, found a web page'
@@ -12,15 +12,20 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 
-_FRAME = re.compile(rb"^[ \t]*(\d+)[ \t\r]*$", re.MULTILINE)
+_FRAME = re.compile(rb"^[ \t]*0{0,9}([0-9]{1,9})[ \t\r]*$", re.MULTILINE)
 _ASF_SECTIONS = (b":root", b":bonedata", b":hierarchy")
 
 
 def check_amc(data: bytes) -> str | None:
     """Say what is wrong with the bytes of an AMC file, or None.
 
-    Whole means: a header, frames numbered one after the other, and a last frame with the bones and
-    the numbers of values of the first, ended by a line end.
+    A whole file has a header and frames that are numbered one after the other. Its last frame has
+    the bones of the first, each with as many values, and ends with a line end.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
     """
     fault = _wrong_kind(data, "an AMC file", (b"#", b":"))
     if fault:
@@ -47,8 +52,13 @@ def check_amc(data: bytes) -> str | None:
 def check_asf(data: bytes) -> str | None:
     """Say what is wrong with the bytes of an ASF file, or None.
 
-    Whole means: root, bones and hierarchy are there, every ``begin`` has its ``end``, and the file
-    ends with the hierarchy's ``end``.
+    A whole file has the sections root, bonedata and hierarchy, an ``end`` for every ``begin``, and
+    the ``end`` of the hierarchy last.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
     """
     fault = _wrong_kind(data, "an ASF file", (b"#", b":"))
     if fault:

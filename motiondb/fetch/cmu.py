@@ -1,4 +1,4 @@
-"""Captures and their words from the CMU Graphics Lab Motion Capture Database.
+"""Download captures and their words from the CMU Graphics Lab Motion Capture Database.
 
 The site's layout: ``subjects/14/14.asf``, ``subjects/14/14_02.amc``, and a page of descriptions for
 a subject, ``search.php?subjectnumber=14``. The folder that :func:`fetch_cmu` fills is laid out for
@@ -7,8 +7,9 @@ a subject, ``search.php?subjectnumber=14``. The folder that :func:`fetch_cmu` fi
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -16,14 +17,8 @@ from motiondb.errors import MotionDBError, QueryError
 from motiondb.fetch.captions import read_rows, write_rows
 from motiondb.fetch.checks import check_amc, check_asf
 from motiondb.fetch.cmu_pages import Trial, read_trials
-from motiondb.fetch.transfer import (
-    Check,
-    Patience,
-    RefusedError,
-    fetch_file,
-    fetch_page,
-    make_folder,
-)
+from motiondb.fetch.limits import Budget, Limits, Patience, RefusedError, check_limits
+from motiondb.fetch.transfer import Check, fetch_file, fetch_page, make_folder
 
 CMU_URL = "http://mocap.cs.cmu.edu"
 CMU_SHEET = "cmu-captions.tsv"
@@ -40,7 +35,21 @@ files, which `motiondb add` reads as well.
 
 @dataclass(frozen=True)
 class FetchProgress:
-    """Where a fetch stands: the file of ``n_files``, its number from 1, and its bytes."""
+    """How far a download is.
+
+    Attributes
+    ----------
+    file : str
+        The file that is being downloaded, its path below the folder.
+    number : int
+        Its number, from 1.
+    n_files : int
+        How many there are.
+    n_bytes : int
+        Bytes of the file that are there.
+    total_bytes : int or None
+        Bytes that it will have, where the server tells.
+    """
 
     file: str
     number: int
@@ -51,14 +60,22 @@ class FetchProgress:
 
 @dataclass(frozen=True)
 class FetchReport:
-    """What a fetch brought.
+    """What a download brought.
 
     Attributes
     ----------
-    folder, sheet : where the captures and the sheet of words are.
-    fetched, skipped : files downloaded now, and files that were there and whole.
-    refused : (file, reason) for every file that could not be had.
-    n_bytes : downloaded, including what was resumed.
+    folder : Path
+        Where the captures are.
+    sheet : Path
+        The sheet of their words.
+    fetched : tuple of str
+        Files downloaded now.
+    skipped : tuple of str
+        Files that were there and whole.
+    refused : tuple of (str, str)
+        File and reason for every file that could not be downloaded.
+    n_bytes : int
+        Bytes of the files downloaded, with those that were resumed.
     """
 
     folder: Path
@@ -70,8 +87,27 @@ class FetchReport:
 
 
 @dataclass(frozen=True)
+class FetchSettings:
+    """Where to download from, how long to wait, and how much to take.
+
+    Attributes
+    ----------
+    base_url : str
+        Address of the site.
+    patience : Patience
+        How long to wait for answers.
+    limits : Limits
+        How much one download may take.
+    """
+
+    base_url: str = CMU_URL
+    patience: Patience = field(default_factory=Patience)
+    limits: Limits = field(default_factory=Limits)
+
+
+@dataclass(frozen=True)
 class _Item:
-    """A file to have: its path below the folder, its check, and what its page says."""
+    """A file to download: its path below the folder, its check, and what its page says."""
 
     file: str
     check: Check
@@ -79,9 +115,12 @@ class _Item:
 
 
 @dataclass
-class _Tally:
-    """What has happened so far; ``trials`` are those whose capture is there and whole."""
+class _Download:
+    """A download that is running; ``trials`` are those whose capture is there and whole."""
 
+    folder: Path
+    settings: FetchSettings
+    budget: Budget
     fetched: list[str] = field(default_factory=list)
     skipped: list[str] = field(default_factory=list)
     refused: list[tuple[str, str]] = field(default_factory=list)
@@ -92,11 +131,10 @@ class _Tally:
 def fetch_cmu(
     subjects: Iterable[int | str],
     folder: str | Path,
+    settings: FetchSettings | None = None,
     *,
-    base_url: str = CMU_URL,
     on_progress: Callable[[FetchProgress], None] | None = None,
     accept_terms: bool = False,
-    patience: Patience | None = None,
 ) -> FetchReport:
     """Download all captures of some subjects, with a sheet of their words.
 
@@ -104,15 +142,22 @@ def fetch_cmu(
 
     Parameters
     ----------
-    subjects : numbers as the site has them, such as 14 or "14".
-    folder : made when missing.
-    accept_terms : True once the user has seen :data:`CMU_TERMS` and agreed.
+    subjects : iterable of int or str
+        Numbers as the site has them, such as 14 or "14".
+    folder : str or Path
+        Where the files go; made when missing.
+    settings : FetchSettings or None
+        Where to download from, how long to wait, and how much to take.
+    on_progress : callable or None
+        Told how far the download is.
+    accept_terms : bool
+        True once the user has seen :data:`CMU_TERMS` and agreed.
 
     Raises
     ------
     MotionDBError
-        when the terms are not accepted, a subject is unknown, no server answers or the disk is
-        full. A single file that is missing or damaged is listed in the report instead.
+        The terms are not accepted, a subject is unknown, no server answers, the disk is full, or
+        a limit is reached. A file that is missing or damaged is listed in the report instead.
     """
     if not accept_terms:
         raise MotionDBError(
@@ -120,36 +165,57 @@ def fetch_cmu(
             f"Read them, then pass --yes.\n{CMU_TERMS}"
         )
     numbers = check_subjects(subjects)
-    base_url = _check_base_url(base_url)
-    patience = patience or Patience()
-    folder = Path(folder)
-    sheet = folder / CMU_SHEET
+    settings = settings or FetchSettings()
+    settings = replace(settings, base_url=_check_base_url(settings.base_url))
+    check_limits(settings.limits)
+    _check_count("subjects", len(numbers), settings.limits.pages)
+    download = _Download(Path(folder), settings, Budget(settings.limits))
+    sheet = download.folder / CMU_SHEET
     rows = read_rows(sheet)
-    items = [item for number in numbers for item in _items(base_url, number, patience)]
-    tally = _Tally()
+    items = [item for number in numbers for item in _items(number, download)]
+    _check_count("files", len(items), settings.limits.files)
     try:
         for number, item in enumerate(items, start=1):
-
-            def tell(n: int, total: int | None, file: str = item.file, at: int = number) -> None:
-                if on_progress is not None:
-                    on_progress(FetchProgress(file, at, len(items), n, total))
-
-            _fetch_item(item, folder, base_url, patience, tell, tally)
+            _fetch_item(item, download, _teller(on_progress, item.file, number, len(items)))
     finally:
-        if tally.trials:
-            write_rows(sheet, rows, tally.trials)
+        if download.trials:
+            write_rows(sheet, rows, download.trials)
     return FetchReport(
-        folder,
+        download.folder,
         sheet,
-        tuple(tally.fetched),
-        tuple(tally.skipped),
-        tuple(tally.refused),
-        tally.n_bytes,
+        tuple(download.fetched),
+        tuple(download.skipped),
+        tuple(download.refused),
+        download.n_bytes,
     )
+
+
+def _teller(
+    on_progress: Callable[[FetchProgress], None] | None, file: str, number: int, n_files: int
+) -> Callable[[int, int | None], None]:
+    """Tell of a file's bytes by ``on_progress``."""
+
+    def tell(n_bytes: int, total_bytes: int | None) -> None:
+        if on_progress is not None:
+            on_progress(FetchProgress(file, number, n_files, n_bytes, total_bytes))
+
+    return tell
+
+
+def _check_count(what: str, count: int, most: int) -> None:
+    if count > most:
+        raise QueryError(
+            f"{what}: expected at most {most} at once, found {count}. Fetch fewer subjects at once."
+        )
 
 
 def check_subjects(subjects: Iterable[int | str]) -> tuple[int, ...]:
     """Subjects as numbers, each once, in the order given.
+
+    Parameters
+    ----------
+    subjects : iterable of int or str
+        As the user gave them.
 
     >>> check_subjects(["14", 7, "07"])
     (14, 7)
@@ -157,14 +223,14 @@ def check_subjects(subjects: Iterable[int | str]) -> tuple[int, ...]:
     Raises
     ------
     QueryError
-        for none, or for something that is no number from 1 to 999.
+        There is none, or one is no number from 1 to 999.
     """
     numbers: list[int] = []
     for subject in subjects:
         text = str(subject).strip()
-        if not (text.isascii() and text.isdigit() and 0 < int(text) < 1000):
+        if not (re.fullmatch("[0-9]{1,9}", text) and 0 < int(text) < 1000):
             raise QueryError(
-                f"subjects: expected numbers such as 14, found {text!r}. "
+                f"subjects: expected numbers such as 14, found {text[:40]!r}. "
                 f"The list is at {CMU_URL}/search.php."
             )
         if int(text) not in numbers:
@@ -184,10 +250,11 @@ def _check_base_url(base_url: str) -> str:
     return base_url.rstrip("/")
 
 
-def _items(base_url: str, subject: int, patience: Patience) -> list[_Item]:
+def _items(subject: int, download: _Download) -> list[_Item]:
     """The skeleton and the captures of one subject, from its page."""
+    base_url = download.settings.base_url
     url = f"{base_url}/search.php?subjectnumber={subject}"
-    page = fetch_page(url, patience)
+    page = fetch_page(url, download.settings.patience, download.budget)
     try:
         text = page.decode("utf-8")
     except UnicodeDecodeError:
@@ -203,26 +270,27 @@ def _items(base_url: str, subject: int, patience: Patience) -> list[_Item]:
 
 
 def _fetch_item(
-    item: _Item,
-    folder: Path,
-    base_url: str,
-    patience: Patience,
-    on_bytes: Callable[[int, int | None], None],
-    tally: _Tally,
+    item: _Item, download: _Download, on_bytes: Callable[[int, int | None], None]
 ) -> None:
-    """Have one file, and note in the tally how."""
-    path = folder / item.file
-    if path.is_file() and item.check(path.read_bytes()) is None:
-        tally.skipped.append(item.file)
+    """Download one file unless it is there, and note which it was."""
+    path, settings = download.folder / item.file, download.settings
+    if _is_whole(path, item.check, settings.limits.file_bytes):
+        download.skipped.append(item.file)
         on_bytes(path.stat().st_size, path.stat().st_size)
     else:
         try:
             make_folder(path.parent)
-            url = f"{base_url}/subjects/{item.file}"
-            tally.n_bytes += fetch_file(url, path, item.check, patience, on_bytes)
+            url = f"{settings.base_url}/subjects/{item.file}"
+            download.n_bytes += fetch_file(
+                url, path, item.check, settings.patience, download.budget, on_bytes
+            )
         except RefusedError as error:
-            tally.refused.append((item.file, str(error)))
+            download.refused.append((item.file, str(error)))
             return
-        tally.fetched.append(item.file)
+        download.fetched.append(item.file)
     if item.trial is not None:
-        tally.trials.append(item.trial)
+        download.trials.append(item.trial)
+
+
+def _is_whole(path: Path, check: Check, longest: int) -> bool:
+    return path.is_file() and path.stat().st_size <= longest and check(path.read_bytes()) is None

@@ -12,7 +12,12 @@ import re
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
 
-_AMC_LINK = re.compile(r"(?:^|/)0*(\d+)_0*(\d+)\.amc$", re.IGNORECASE)
+_AMC_LINK = re.compile(r"(?:^|/)0{0,3}([0-9]{1,3})_0{0,3}([0-9]{1,3})\.amc$", re.IGNORECASE)
+_NUMBER = re.compile(r"[0-9]{1,4}")
+_FASTEST = 2000
+"""Frames a second that no optical system of the site reaches; a larger number is not believed."""
+_LONGEST_WORDS = 1000
+"""Letters of a description; the site's longest has 100. Chosen by hand."""
 
 
 @dataclass(frozen=True)
@@ -79,8 +84,13 @@ def _trial(row: _Row, subject: int) -> Trial | None:
         return None
     number = int(matches[0][2])
     cells = [" ".join(cell.split()) for cell in row.cells]
-    at = next((n for n, cell in enumerate(cells) if cell.isdigit() and int(cell) == number), None)
+    at = next((n for n, cell in enumerate(cells) if _number(cell) == number), None)
     if at is None or at + 1 >= len(cells):
         return Trial(subject, number, "", None)
-    rates = [int(cell) for cell in cells[at + 2 :] if cell.isdigit() and int(cell) > 0]
-    return Trial(subject, number, cells[at + 1], rates[-1] if rates else None)
+    rates = [rate for cell in cells[at + 2 :] if 0 < (rate := _number(cell)) <= _FASTEST]
+    return Trial(subject, number, cells[at + 1][:_LONGEST_WORDS], rates[-1] if rates else None)
+
+
+def _number(cell: str) -> int:
+    """The number of a cell; -1 where it is none of up to four digits."""
+    return int(cell) if _NUMBER.fullmatch(cell) else -1

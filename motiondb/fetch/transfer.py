@@ -1,26 +1,37 @@
-"""Files over HTTP that are whole or not there: resumed, verified, then given their name.
+"""Download files over HTTP: resume what was cut, check what came, then give the file its name.
 
-A file grows as ``NAME.part`` and is renamed only when its length is the one the server announced
-and its contents pass a check, so that an interruption at any moment leaves nothing half written
-under a final name. The next attempt asks for the missing bytes (``Range``, RFC 9110, section 14); a
-server that sends the whole file again is believed. Attempts that bring nothing new are counted, and
-wait 1, 2, 4, ... seconds.
+A file grows as ``NAME.part``. It is renamed when it has the length that the server announced, and
+its contents pass a check, so that an interruption at any moment leaves nothing half written under a
+final name. The next attempt asks for the missing bytes (``Range``, RFC 9110, section 14); a server
+that sends the whole file again is believed. Attempts that bring nothing new are counted; the next
+one waits 1, 2, 4, ... seconds.
+
+A server may send without end, or a byte at a time. So a :class:`Budget` counts the bytes and the
+seconds of a whole download, and ends it at its limits.
 """
 
 from __future__ import annotations
 
-import errno
 import http.client
 import os
-import time
+import re
+import threading
 import urllib.error
 import urllib.request
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, TypeVar, cast
 
 from motiondb.errors import MotionDBError
+from motiondb.fetch.limits import (
+    Budget,
+    NotFoundError,
+    Patience,
+    RefusedError,
+    TooLongError,
+    UnreachableError,
+    disk_fault,
+)
 
 Check = Callable[[bytes], str | None]
 """Bytes of a file -> None when whole, or ``expected ..., found ...``."""
@@ -29,84 +40,104 @@ OnBytes = Callable[[int, int | None], None]
 
 T = TypeVar("T")
 
+_HEAD_SHARE = 4.0
+"""Time-outs within which an answer's head must come: names are looked up, several addresses may be
+tried, and redirections followed. Chosen by hand."""
+
 _CHUNK = 1 << 16
+"""Bytes that are written at once. Chosen by hand."""
 _PASSING = (408, 425, 429, 500, 502, 503, 504)
+"""HTTP statuses of a server that may answer later (RFC 9110, section 15; RFC 6585)."""
 _NETWORK_FAULTS = (OSError, http.client.HTTPException)
-"""URLError, time-outs and broken connections are all children of OSError."""
-
-
-class RefusedError(MotionDBError):
-    """One file that cannot be had, while others may."""
-
-
-class NotFoundError(RefusedError):
-    """A file that the server does not have."""
-
-
-class UnreachableError(MotionDBError):
-    """No server answers, or the disk takes no more: no further file can be had."""
+"""Errors of the network; URLError, time-outs and broken connections are children of OSError."""
 
 
 class _CutError(Exception):
     """A transfer that ended early; holds what was expected and found."""
 
 
-@dataclass(frozen=True)
-class Patience:
-    """How long to wait: seconds for a server's answer, fruitless attempts, and how to pause."""
+def fetch_page(url: str, patience: Patience, budget: Budget) -> bytes:
+    """Download a page into memory, in as many attempts as patience allows.
 
-    timeout: float = 30.0
-    attempts: int = 4
-    pause: Callable[[float], None] = time.sleep
-
-
-def fetch_page(url: str, patience: Patience) -> bytes:
-    """The bytes of a page, after as many attempts as patience allows.
+    Parameters
+    ----------
+    url : str
+        Its address.
+    patience : Patience
+        How long to wait for an answer, and how often to ask.
+    budget : Budget
+        What is left of the download's limits.
 
     Raises
     ------
     NotFoundError, RefusedError
-        when the server says so.
+        The server has no such page, or refuses it, or it is longer than a page may be.
     UnreachableError
-        when none answers.
+        No server answers, or the limits of the download are reached.
     """
 
     def ask() -> bytes:
-        with _open(url, 0, patience.timeout) as answer:
-            data = answer.read()
-            expected = answer.headers.get("Content-Length")
-        if expected and expected.isdigit() and len(data) < int(expected):
+        data = bytearray()
+        with _open(url, 0, patience.timeout, budget) as answer:
+            expected = read_count(answer.headers.get("Content-Length"))
+            budget.check_size(url, expected or 0, budget.limits.page_bytes)
+            while chunk := answer.read1(_CHUNK):
+                data += chunk
+                budget.spend(url, len(chunk))
+                budget.check_size(url, len(data), budget.limits.page_bytes)
+        if expected is not None and len(data) < expected:
             raise _CutError(f"expected {expected} bytes, found {len(data)}")
         return bytes(data)
 
-    return _insist(url, ask, lambda: 0, patience)
+    return _insist(url, ask, lambda: 0, patience, budget)
 
 
 def fetch_file(
-    url: str, path: Path, check: Check, patience: Patience, on_bytes: OnBytes | None = None
+    url: str,
+    path: Path,
+    check: Check,
+    patience: Patience,
+    budget: Budget,
+    on_bytes: OnBytes | None = None,
 ) -> int:
     """Download one file, resuming what an earlier attempt left; return its bytes.
 
     Parameters
     ----------
-    path : final name; the folder exists. Until the file is whole it is called ``path.part``.
-    check : what must hold of the bytes.
+    url : str
+        Its address.
+    path : Path
+        Its final name; the folder exists. Until the file is whole it is called ``path.part``.
+    check : callable
+        Says what is wrong with the bytes of the whole file, or None.
+    patience : Patience
+        How long to wait for an answer, and how often to ask.
+    budget : Budget
+        What is left of the download's limits.
+    on_bytes : callable or None
+        Told how many bytes are there, and how many there will be.
 
     Raises
     ------
     NotFoundError, RefusedError
-        when the server has no such file, or a damaged one; nothing is left behind.
+        The server has no such file, or a damaged or too long one; nothing is left behind.
     UnreachableError
-        when no server answers or the disk is full; the part stays for the next time.
+        No server answers, the disk is full, or the limits of the download are reached; the part
+        stays for the next time.
     """
     part = path.with_name(path.name + ".part")
     for is_resumed in (_size(part) > 0, False):
-        _insist(
-            url,
-            lambda: _append(url, part, patience.timeout, on_bytes),
-            lambda: _size(part),
-            patience,
-        )
+        try:
+            _insist(
+                url,
+                lambda: _append(url, part, patience.timeout, budget, on_bytes),
+                lambda: _size(part),
+                patience,
+                budget,
+            )
+        except TooLongError:
+            part.unlink(missing_ok=True)
+            raise
         fault = check(part.read_bytes())
         if fault is None:
             part.replace(path)
@@ -127,10 +158,28 @@ def make_folder(folder: Path) -> None:
         raise disk_fault(folder, error) from None
 
 
-def _insist(url: str, ask: Callable[[], T], progress: Callable[[], int], patience: Patience) -> T:
+def read_count(text: str | None) -> int | None:
+    """Read a number of bytes from a header; None where it is no plain number below 10^15.
+
+    >>> read_count("120"), read_count("12a"), read_count("9" * 5000), read_count("\u00b2")
+    (120, None, None, None)
+    """
+    if text is None or not re.fullmatch("[0-9]{1,15}", text.strip()):
+        return None
+    return int(text)
+
+
+def _insist(
+    url: str,
+    ask: Callable[[], T],
+    progress: Callable[[], int],
+    patience: Patience,
+    budget: Budget,
+) -> T:
     """Ask until it works, or until ``attempts`` in a row bring no progress."""
     fruitless = 0
     while True:
+        budget.spend(url, 0)
         before = progress()
         try:
             return ask()
@@ -156,11 +205,11 @@ def _insist(url: str, ask: Callable[[], T], progress: Callable[[], int], patienc
         patience.pause(2.0 ** max(fruitless - 1, 0))
 
 
-def _append(url: str, part: Path, timeout: float, on_bytes: OnBytes | None) -> None:
+def _append(url: str, part: Path, timeout: float, budget: Budget, on_bytes: OnBytes | None) -> None:
     """Bring the missing bytes of ``part``; raise _CutError when the transfer ends early."""
     have = _size(part)
     try:
-        answer = _open(url, have, timeout)
+        answer = _open(url, have, timeout, budget)
     except urllib.error.HTTPError as error:
         if error.code != 416:
             raise
@@ -174,9 +223,17 @@ def _append(url: str, part: Path, timeout: float, on_bytes: OnBytes | None) -> N
             part.unlink(missing_ok=True)
             raise _CutError(f"expected bytes from {have} on, found others")
         have = have if answer.status == 206 else 0
-        length = answer.headers.get("Content-Length")
-        total = have + int(length) if length and length.isdigit() else None
-        have = _copy(answer, part, have, total, on_bytes)
+        length = read_count(answer.headers.get("Content-Length"))
+        total = None if length is None else have + length
+        budget.check_size(url, total or 0, budget.limits.file_bytes)
+
+        def tell(n_bytes: int, n_new: int) -> None:
+            budget.spend(url, n_new)
+            budget.check_size(url, n_bytes, budget.limits.file_bytes)
+            if on_bytes is not None:
+                on_bytes(n_bytes, total)
+
+        have = _copy(answer, part, have, total, tell)
     if total is not None and have < total:
         raise _CutError(f"expected {total} bytes, found {have}")
 
@@ -186,11 +243,12 @@ def _copy(
     part: Path,
     have: int,
     total: int | None,
-    on_bytes: OnBytes | None,
+    tell: Callable[[int, int], None],
 ) -> int:
     """Write an answer behind the first ``have`` bytes of ``part``; return the bytes then there.
 
-    ``read1`` hands over what has come: ``read`` would lose it when the next bytes are late.
+    ``read1`` gives what has come: ``read`` would lose it when the next bytes are late. ``tell`` is
+    called with the bytes that are there and those that are new.
     """
     left = _CHUNK if total is None else min(_CHUNK, total - have)
     with _open_part(part, "ab" if have else "wb") as file:
@@ -202,19 +260,61 @@ def _copy(
                 raise disk_fault(part, error) from None
             have += len(chunk)
             left = _CHUNK if total is None else min(_CHUNK, total - have)
-            if on_bytes is not None:
-                on_bytes(have, total)
+            tell(have, len(chunk))
         os.fsync(file.fileno())
     return have
 
 
-def _open(url: str, start: int, timeout: float) -> http.client.HTTPResponse:
+def _open(url: str, start: int, timeout: float, budget: Budget) -> http.client.HTTPResponse:
+    """Ask for the bytes from ``start`` on; the answer's head must come within the time left."""
     headers = {"User-Agent": "motiondb", "Accept-Encoding": "identity"}
     if start:
         headers["Range"] = f"bytes={start}-"
     request = urllib.request.Request(url, headers=headers)
-    answer: http.client.HTTPResponse = urllib.request.urlopen(request, timeout=timeout)
-    return answer
+    seconds = min(timeout, max(budget.seconds_left(), 0.01))
+
+    def ask() -> http.client.HTTPResponse:
+        answer: http.client.HTTPResponse = urllib.request.urlopen(request, timeout=seconds)
+        return answer
+
+    return within(_HEAD_SHARE * seconds, ask)
+
+
+def within(seconds: float, work: Callable[[], T]) -> T:
+    """Do something in a thread, for at most so many seconds.
+
+    A socket's time-out begins anew with every byte, so that a server that sends its answer's head
+    letter by letter would never meet it.
+
+    Parameters
+    ----------
+    seconds : float
+        How long to wait; the thread itself goes on, and ends with the program.
+    work : callable
+        What to do; its answer and its errors are handed on.
+
+    Raises
+    ------
+    TimeoutError
+        It was not done in time.
+    """
+    done: list[T] = []
+    failed: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            done.append(work())
+        except BaseException as error:
+            failed.append(error)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    thread.join(seconds)
+    if failed:
+        raise failed[0]
+    if not done:
+        raise TimeoutError("timed out")
+    return done[0]
 
 
 def _open_part(part: Path, mode: str) -> BinaryIO:
@@ -234,19 +334,6 @@ def _refusal(url: str, error: urllib.error.HTTPError) -> RefusedError:
     return RefusedError(
         f"{url}: expected a file, found that the server refuses (HTTP {error.code} "
         f"{error.reason}). Try again later."
-    )
-
-
-def disk_fault(path: Path, error: OSError) -> UnreachableError:
-    """What to say when a file or folder cannot be written."""
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return UnreachableError(
-            f"{path}: expected room on the disk, found it full. "
-            "Make room and run the same command again; what is there already is kept."
-        )
-    return UnreachableError(
-        f"{path}: expected a file that can be written, found: {error.strerror}. "
-        "Choose another folder with --dir."
     )
 
 

@@ -3,13 +3,13 @@
 From the captures come counts: transitions of symbols, words in captions, shapes (symbols l, words
 m) of described intervals, expected counts of the association, moments of the word map. All are
 integers or multiples of 2^-32, so sums are exact: subtracting a capture's counts leaves the very
-same numbers as if it had never been counted (requirement: exact adding and removing).
+same numbers as if it had never been counted.
 
-Expected counts need a t and an a to share each word out among the symbols: the *reference*, what
-expectation-maximisation found when the database learned, a little smoothed so that symbols and
-words that stand together for the first time can be counted. It stays as it is until the next learn;
-so do the symbols, the vocabulary, the standardisation of scores and the calibration. What is
-published is the M-step of the counts.
+Expected counts need a t and an a to share each word out among the symbols: the *reference*, which
+expectation-maximisation found when the database learned, smoothed a little so that symbols and
+words that stand together for the first time can be counted. It stays the same until the next
+``learn``; so do the symbols, the vocabulary, the standardisation of scores and the calibration.
+What questions use is the M-step of the counts.
 """
 
 from __future__ import annotations
@@ -30,14 +30,34 @@ from motiondb.words.word_map import WordMap
 from motiondb.words.word_moments import WordMoments, solve_word_map, word_moments
 
 REFERENCE_SHARE = 0.01
+"""Share of every t of the reference that is spread evenly (see ``explanation.smoothed``). Chosen by
+hand; not tuned: any value above 0 makes new pairs possible."""
 REFERENCE_PAIRS = 0.1
-"""How much the reference is smoothed (see ``explanation.smoothed``)."""
+"""Weight of the diagonal beside each learned alignment of the reference. Chosen by hand; not
+tuned."""
 
 
 @dataclass(frozen=True, eq=False)
 class Described:
-    """An interval of a capture that somebody wrote about: rows [low, high) of the segment table,
-    frames ``start`` to ``end``; ``words`` in order, of ``n_actions`` actions."""
+    """An interval of a capture that somebody wrote about.
+
+    Attributes
+    ----------
+    capture_id : int
+        Number of the capture.
+    low : int
+        First row of the segment table.
+    high : int
+        Last row + 1.
+    start : float
+        First frame, 30 a second.
+    end : float
+        Last frame + 1.
+    words : tuple of str
+        Motion words in order.
+    n_actions : int
+        Number of actions that the words name.
+    """
 
     capture_id: int
     low: int
@@ -73,9 +93,16 @@ class Counts:
 
     Attributes
     ----------
-    transitions : array (symbols + 1, symbols + 1). said : array (words,), captions with each word.
-    shapes : (symbols l, words m) -> described intervals. expected : of the association.
-    moments : of the word map.
+    transitions : array (symbols + 1, symbols + 1)
+        How often symbol column - 1 follows symbol row - 1; row 0 is the begin, column 0 the end.
+    said : array (words,)
+        Number of captions with each word.
+    shapes : Counter
+        (symbols l, words m) -> number of described intervals.
+    expected : ExpectedCounts
+        Of the association.
+    moments : WordMoments
+        Of the word map.
     """
 
     transitions: FloatArray
@@ -106,7 +133,7 @@ def symbol_sequences(table: SegmentTable) -> list[IntArray]:
 
 
 def capture_rows(table: SegmentTable) -> dict[int, slice]:
-    """capture -> its rows of the segment table."""
+    """Capture number -> its rows of the segment table."""
     new = np.flatnonzero(np.diff(table.capture_ids, prepend=-1))
     ends = [*new[1:], len(table.symbols)]
     return {int(table.capture_ids[a]): slice(int(a), int(b)) for a, b in zip(new, ends)}
@@ -166,7 +193,7 @@ def described_intervals(
 
 
 def known_only(described: list[Described], number: Mapping[str, int]) -> list[Described]:
-    """Described intervals with the words of the vocabulary alone, those without any left out."""
+    """Described intervals with the words of the vocabulary only; without any they are left out."""
     known = [replace(d, words=tuple(w for w in d.words if w in number)) for d in described]
     return [d for d in known if d.words]
 
@@ -177,10 +204,26 @@ def training_rows(
     scores: score_vectors.ScoreSpace,
     number: Mapping[str, int],
 ) -> tuple[FloatArray, NDArray[np.bool_], IntArray]:
-    """Vectors, words present and capture numbers, a row a described interval.
+    """Vectors, words present and capture numbers, one row per described interval.
 
     Captions of the same interval are one row. Every capture is computed from its own rows alone, so
     that its vectors are the same to the last bit whatever else the table holds.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Segments.
+    described : list of Described
+        The intervals.
+    scores : ScoreSpace
+        Standardisation of scores.
+    number : dict
+        Word -> its number in the vocabulary.
+
+    Returns
+    -------
+    tuple of arrays
+        Vectors (rows, columns), words present (rows, words), capture numbers (rows,).
     """
     merged: dict[tuple[int, float, float], tuple[Described, set[str]]] = {}
     for d in described:
@@ -249,7 +292,7 @@ def count(
 
 
 def publish_association(counts: Counts, reference: Reference) -> Association:
-    """t and a of the counts; symbols that no counted words stand beside have rows of zeros."""
+    """Association of the counts; symbols beside no counted words have rows of zeros."""
     empty = replace(
         reference.association,
         translation=np.zeros_like(reference.association.translation),

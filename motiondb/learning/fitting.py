@@ -23,7 +23,11 @@ from motiondb.words import transition
 
 
 def fit_model(
-    pool: FeaturePool, taught: TaughtWords, settings: LearnSettings, tell: Progress
+    pool: FeaturePool,
+    taught: TaughtWords,
+    settings: LearnSettings,
+    rng: np.random.Generator,
+    tell: Progress,
 ) -> LearnedModel:
     """Learn symbols, their space and their words.
 
@@ -34,7 +38,9 @@ def fit_model(
     taught : TaughtWords
         What people wrote about these captures.
     settings : LearnSettings
-        What decides the result; the same settings and captures give the same result.
+        What decides the result, beside the seed.
+    rng : numpy.random.Generator
+        Draws the symbols to begin with, and the samples for distances.
     tell : callable
         Called with the step and the share of it that is done.
 
@@ -48,7 +54,6 @@ def fit_model(
     MotionDBError
         When there are fewer segments than symbols asked for.
     """
-    rng = np.random.default_rng(settings.seed)
     parts = [pool.features[a:b] for a, b in pairwise(pool.bounds)]
     space = feature_space.fit_feature_space(parts)
     frames = space.project(np.asarray(pool.features))

@@ -1,10 +1,10 @@
-"""A scene as a moving picture: animated GIF, from above or with stick figures from the half line.
+"""A scene as an animated GIF, from above or with stick figures from the half line.
 
-The camera of the second stands behind the play and above it, looks at the rim, and is far away (no
-perspective): a point (x, y, z) is drawn at x to the right and y cos e - z sin e upwards, e the
-elevation. From above, a character is a disc with a nose that says where the body faces, and its
-feet. Both run in real time; court, ball, its shadow and names stand in both. Drawn with Pillow
-alone, as single motions are (:mod:`.animation`).
+The camera of the second kind is behind the play and above it, looks at the rim, and is far away (no
+perspective): a point (x, y, z) is drawn at x to the right and y cos e - z sin e upwards, where e is
+the elevation. From above, a character is a disc with a nose that shows where the body faces, and
+its feet. Both run in real time, and both show court, ball, its shadow and names. They are drawn
+with Pillow alone, like animations of single motions (:mod:`.animation`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,26 +29,51 @@ from motiondb.scene.language.tactics import Diagram
 if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageDraw import ImageDraw
+    from PIL.ImageFont import FreeTypeFont, ImageFont
 
 ELEVATION = np.deg2rad(28.0)
+"""Elevation of the camera, rad. Chosen by hand, so that players hide one another seldom."""
 _FINE = 2
+"""Pixels are drawn this many times finer and then averaged, for smooth edges."""
 _FRAME_SECONDS = 0.05
+"""Seconds a picture: the shortest delay of a GIF that all browsers keep."""
 _MAX_SECONDS = 120.0
+"""Longest animation, s; a longer one would take hundreds of megabytes."""
 _MARGIN = 0.9
+"""Margin around all that moves, m."""
 _RIM_HEIGHT, _RIM, _BALL_RADIUS = 3.05, 0.225, 0.12
+"""Height and radius of the ring, and radius of the ball, m (FIBA)."""
 _BODY, _NOSE = 0.22, 0.36
+"""Radius of a body from above, and the distance of the tip of its nose, m."""
 _FEET = [body.INDEX[name] for name in ("l_ankle", "r_ankle")]
 
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """What is drawn, and how metres become pixels (of the fine picture).
+    """What is drawn, and how metres become pixels (of the finer picture).
 
     Attributes
     ----------
-    points : array (characters, frames, joints and ends, 3). facing : array (characters, frames).
-    looking : array (characters, frames, 3), where heads look.
-    up : array (3,), how far up the picture each metre goes; from above (0, 0, -1).
+    names : tuple of str
+        Names of the characters.
+    colours : tuple of str
+        Their colours.
+    points : array (characters, frames, joints and ends, 3), m
+        Joints in the world.
+    facing : array (characters, frames), rad
+        Headings.
+    looking : array (characters, frames, 3)
+        Unit vectors along which heads look.
+    ball : array (frames, 3) or None, m
+        Centre of the ball.
+    up : array (3,)
+        How far up in the picture a metre along each axis goes; from above (0, 0, -1).
+    scale : float
+        Pixels a metre.
+    left_top : array (2,), m
+        The corner of the picture.
+    size : tuple[int, int]
+        Width and height, pixels.
     """
 
     names: tuple[str, ...]
@@ -68,13 +93,13 @@ class _Stage:
         return self.up[1] == 0.0
 
     def pixels(self, points: FloatArray) -> FloatArray:
-        """Pixels of points (..., 3)."""
+        """Return the pixels of points (..., 3)."""
         flat = _flat(points, self.up)
         return np.asarray((flat - self.left_top) * np.array([self.scale, -self.scale]))
 
 
 def _flat(points: FloatArray, up: FloatArray) -> FloatArray:
-    """Right and up, metres, of points (..., 3)."""
+    """Return right and up, m, of points (..., 3)."""
     return np.stack([points[..., 0], points @ up], axis=-1)
 
 
@@ -87,19 +112,29 @@ def draw_scene_animation(
     above: bool = False,
     width: int = 640,
 ) -> Path:
-    """Write a scene as an animated GIF in real time, 20 frames a second; return its path.
+    """Write a scene as an animated GIF in real time, 20 pictures a second; return its path.
 
     Parameters
     ----------
-    performers : motion of every player by name, in the diagram's world; who ends early stands.
-    ball : array (frames, 3), metres.
-    above : from straight above. width : pixels.
+    diagram : Diagram
+        The diagram.
+    performers : dict of str to Motion
+        Motion of every player by name, in the world of the diagram. A player whose motion is
+        shorter stands at its end.
+    path : str | Path
+        The file.
+    ball : array (frames, 3), m
+        Centre of the ball.
+    above : bool
+        Whether the camera is straight above.
+    width : int
+        Pixels.
 
     Raises
     ------
     MotionDBError
-        for nobody, a name that is not in the diagram, more than two minutes, another ending than
-        .gif, or an unwritable path.
+        There is no character, a name is not in the diagram, the scene is longer than two minutes,
+        the file has another ending than .gif, or it cannot be written.
     """
     path = style.check_gif(path)
     images = scene_images(diagram, performers, ball, above=above, width=width)
@@ -114,7 +149,7 @@ def scene_images(
     above: bool = False,
     width: int = 640,
 ) -> list[Image]:
-    """The pictures of an animation, one for every twentieth of a second, in one palette."""
+    """Return the pictures of an animation, one for every twentieth of a second, in one palette."""
     from PIL import Image as PilImage
 
     check_performers(diagram, performers)
@@ -176,20 +211,20 @@ def _stage(
 
 
 def _looking(motion: Motion) -> FloatArray:
-    """Unit vectors (frames, 3) along which a head looks."""
+    """Return unit vectors (frames, 3) along which a head looks."""
     _, turned = retarget.motion_positions(motion)
     head = turned[:, body.INDEX["head"]]
     return rotation.rotate(head, np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(head), 3)))
 
 
 def _held(values: FloatArray, n: int) -> FloatArray:
-    """The last row repeated until there are ``n``."""
+    """Return the values with the last row repeated until there are ``n``."""
     rows: IntArray = np.minimum(np.arange(n), len(values) - 1)
     return np.asarray(values)[rows]
 
 
 def _ground(stage: _Stage, diagram: Diagram) -> Image:
-    """The court with the hoop, which does not move."""
+    """Return a picture of the court with the hoop, which does not move."""
     from PIL import Image as PilImage
     from PIL import ImageDraw as PilDraw
 
@@ -221,7 +256,7 @@ def _ground(stage: _Stage, diagram: Diagram) -> Image:
 
 
 def _on_ground(points: FloatArray) -> FloatArray:
-    """x, z -> x, 0, z."""
+    """Return points (x, 0, z) of points (x, z)."""
     return np.stack([points[:, 0], np.zeros(len(points)), points[:, 1]], axis=1)
 
 
@@ -252,7 +287,7 @@ def _picture(stage: _Stage, ground: Image, frame: int) -> Image:
 
 
 def _disc(draw: ImageDraw, stage: _Stage, at: FloatArray, radius: float, colour: str) -> None:
-    """A disc on the ground, foreshortened as the camera sees it."""
+    """Draw a disc on the ground, foreshortened as the camera sees it."""
     x, y = stage.pixels(at)
     r = radius * stage.scale
     flat = r * -float(stage.up[2])
@@ -266,7 +301,7 @@ def _ball(draw: ImageDraw, stage: _Stage, at: FloatArray) -> None:
 
 
 def _figure(draw: ImageDraw, stage: _Stage, k: int, frame: int) -> None:
-    """A stick figure, far limbs first, with the name above."""
+    """Draw a stick figure, far limbs first, with the name above."""
     world = stage.points[k, frame]
     points = stage.pixels(world)
     thick = max(2, round(0.06 * stage.scale))
@@ -285,7 +320,7 @@ def _figure(draw: ImageDraw, stage: _Stage, k: int, frame: int) -> None:
 
 
 def _from_above(draw: ImageDraw, stage: _Stage, k: int, frame: int) -> None:
-    """Feet, a disc with a nose, the name in it."""
+    """Draw feet, a disc with a nose, and the name in it."""
     world, facing = stage.points[k, frame], stage.facing[k, frame]
     colour = stage.colours[k]
     for foot in _FEET:
@@ -305,7 +340,7 @@ def _name(draw: ImageDraw, at: tuple[float, float], name: str, colour: str) -> N
     draw.text(at, name, fill=colour, font=_font(11 * _FINE), anchor="mm")
 
 
-def _font(size: int) -> Any:
+def _font(size: int) -> FreeTypeFont | ImageFont:
     from PIL import ImageFont
 
     return ImageFont.load_default(size=size)

@@ -1,8 +1,8 @@
-"""A scene from above: the ways of all characters and of the ball over the diagram they play.
+"""A scene from above: the paths of all characters and of the ball over the diagram that they play.
 
-The diagram stands behind, faint. A way is drawn in its character's colour, begins at a ring and
-ends at a dot; small dots are full seconds, short strokes say where the body faces then. The ball's
-way is orange, and dashed where it flies or rolls faster than anybody carries it.
+The diagram is faint in the background. A path has the colour of its character, begins at a ring and
+ends at a dot. Small dots are full seconds, and short strokes show where the body faces then. The
+path of the ball is orange, and dashed where it is faster than anybody carries it.
 """
 
 from __future__ import annotations
@@ -26,17 +26,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BALL = "#C9641B"
+"""Colour of the ball and its path."""
 ATTACKERS = ("#D55E00", "#AA3377", "#B8860B", "#882255", "#E0803A")
 DEFENDERS = ("#0072B2", "#009E73", "#332288", "#56B4E9", "#117733")
 _FAINT = 0.28
+"""Opacity of the diagram."""
 _FLIGHT = 4.5
-"""Metres a second over the ground above which the ball counts as flying."""
+"""Speed over the ground, m/s, above which the ball counts as flying. Chosen by hand."""
 _FACING = 0.45
-"""Metres: the stroke that says where somebody faces."""
+"""Length of the stroke that shows where a player faces, m."""
 
 
 def performer_colours(diagram: Diagram) -> dict[str, str]:
-    """A colour for every player: warm ones attack, cold ones defend."""
+    """Return a colour for every player: warm ones attack, cold ones defend."""
     counts = {True: 0, False: 0}
     colours = {}
     for player in diagram.players:
@@ -53,23 +55,36 @@ def draw_scene_paths(
     path: str | Path,
     ball: FloatArray | None = None,
 ) -> Path:
-    """Write the ways over the diagram as PNG; return its path.
+    """Write the paths over the diagram as PNG; return the file's path.
 
     Parameters
     ----------
-    performers : motion of every player by name, in the diagram's world.
-    ball : array (frames, 3), metres.
+    diagram : Diagram
+        The diagram.
+    performers : dict of str to Motion
+        Motion of every player by name, in the world of the diagram.
+    path : str | Path
+        The file.
+    ball : array (frames, 3), m
+        Centre of the ball.
 
     Raises
     ------
-    MotionDBError : nobody to draw, a name that is not in the diagram, a motion that cannot be
-        drawn, or an unwritable path.
+    MotionDBError
+        There is no character, a name is not in the diagram, a motion cannot be drawn, or the file
+        cannot be written.
     """
     return style.save_png(scene_paths_figure(diagram, performers, ball), path)
 
 
 def check_performers(diagram: Diagram, performers: Mapping[str, Motion]) -> None:
-    """Refuse nobody, and names that are not in the diagram (MotionDBError)."""
+    """Refuse no characters, and names that are not in the diagram.
+
+    Raises
+    ------
+    MotionDBError
+        A name is not in the diagram, there are no characters, or a motion cannot be drawn.
+    """
     if not performers:
         raise MotionDBError("picture: expected at least 1 character, found 0. Make the scene anew.")
     for name, motion in performers.items():
@@ -85,7 +100,7 @@ def check_performers(diagram: Diagram, performers: Mapping[str, Motion]) -> None
 def scene_paths_figure(
     diagram: Diagram, performers: Mapping[str, Motion], ball: FloatArray | None = None
 ) -> Figure:
-    """The ways over the diagram as a figure with one panel, in metres."""
+    """Return the paths over the diagram as a figure with one panel, in metres."""
     check_performers(diagram, performers)
     figure = tactics_figure(diagram)
     axes = figure.axes[0]
@@ -133,6 +148,6 @@ def _draw_ball(axes: Axes, ball: FloatArray) -> None:
     for flying, look in ((False, "-"), (True, (0, (3, 2)))):
         drawn = ground.copy()
         hidden = flies != flying
-        hidden[1:] &= hidden[:-1]  # both ends of a stretch belong to it
+        hidden[1:] &= hidden[:-1]  # both ends of a flight belong to it
         drawn[hidden] = np.nan
         axes.plot(*drawn.T, color=BALL, lw=1.3, ls=look, zorder=10, gid="ball")

@@ -1,10 +1,10 @@
 """A tactics diagram as coaches draw it, on a half court seen from above with the rim at the top.
 
 Attackers are circles and defenders crosses, with their names. A solid curve with an arrow is a
-move, a waved one a dribble, one that ends in a T a screen; a dashed arrow is a pass, a heavy
-straight one to the rim a shot, a short zigzag a feint, fake or pivot, a dotted line who is guarded
-or whose shot is blocked. Numbers are the steps. Court lines are FIBA's (Official Basketball Rules
-2022, article 2).
+move, a waved one a dribble, and one that ends in a T a screen. A dashed arrow is a pass, a heavy
+straight one to the rim a shot, a short zigzag a feint, fake or pivot. A dotted line leads to the
+player who is guarded or whose shot is blocked. Numbers are the steps. Court lines are those of FIBA
+(Official Basketball Rules 2022, article 2).
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
 _SCALE = 0.5
 """Inches a metre."""
 _MARGIN = 0.6
-"""Metres around the court."""
+"""Margin around the court, m."""
 _RADIUS = 0.36
-"""Metres: the circle of a player."""
+"""Radius of the circle of a player, m."""
 _WAVE = {"dribble": (0.14, 0.7), "zigzag": (0.20, 0.45)}
-"""Height and length of the waves of a dribble and the teeth of a zigzag, metres."""
+"""Height and length of the waves of a dribble and the teeth of a zigzag, m."""
 
 
 @dataclass(frozen=True)
 class _Stroke:
-    """A line of the drawing and where its number may stand."""
+    """A line of the drawing, near which the number of its step is placed."""
 
     points: FloatArray
     step: int
@@ -50,13 +50,14 @@ def draw_tactics(diagram: Diagram, path: str | Path) -> Path:
 
     Raises
     ------
-    MotionDBError where the file cannot be written.
+    MotionDBError
+        The file cannot be written.
     """
     return style.save_png(tactics_figure(diagram), path)
 
 
 def tactics_figure(diagram: Diagram) -> Figure:
-    """A diagram as a figure with one panel, in metres."""
+    """Return a diagram as a figure with one panel, in metres."""
     from matplotlib.figure import Figure as MplFigure
 
     court = diagram.court
@@ -99,13 +100,13 @@ def _draw_court(axes: Axes, diagram: Diagram) -> None:
 
 
 def _arc(radius: float, first: float, last: float, z: float) -> FloatArray:
-    """Points of an arc round (0, z), angles in degrees from +x towards +z."""
+    """Return points of an arc around (0, z), angles in degrees from +x towards +z."""
     angle = np.radians(np.linspace(first, last, 73))
     return np.stack([radius * np.cos(angle), z + radius * np.sin(angle)], axis=1)
 
 
 def court_lines(behind_rim: float, length: float) -> list[FloatArray]:
-    """The key, its circle, the three-point line, the no-charge half circle, the centre circle."""
+    """Return the key, its circle, the three-point line, no-charge half circle, centre circle."""
     base, free, middle = -behind_rim, 5.8 - behind_rim, length - behind_rim
     side, corner = 6.6, float(np.sqrt(6.75**2 - 6.6**2))
     turn = float(np.degrees(np.arctan2(corner, side)))
@@ -122,7 +123,7 @@ def court_lines(behind_rim: float, length: float) -> list[FloatArray]:
 
 
 def _draw_elements(axes: Axes, diagram: Diagram) -> list[_Stroke]:
-    """All strokes; who is passed to is where their expression has them catch."""
+    """Draw all elements and return their strokes; a pass ends where its receiver catches."""
     items = expressions(diagram)
     strokes = []
     for name, row in items.items():
@@ -147,7 +148,7 @@ def _colour(diagram: Diagram, name: str) -> str:
 def _link_end(
     diagram: Diagram, items: dict[str, tuple[Item, ...]], item: Item, element: Element
 ) -> Spot | None:
-    """Where a pass, a shot, a guard or a block points to."""
+    """Return the point that a pass, a shot, a guard or a block leads to."""
     if element.kind in SHOTS:
         return dict(diagram.places)["rim"]
     if element.kind == "pass":
@@ -158,7 +159,7 @@ def _link_end(
 
 
 def _place_at(diagram: Diagram, row: tuple[Item, ...], name: str, step: int) -> Spot:
-    """Where a player stands at a step: the end of their last move of an earlier one."""
+    """Return where a player stands at a step: the end of their last move of an earlier step."""
     place = diagram.player[name].at
     for item in row:
         if item.element >= 0 and diagram.elements[item.element].step < step:
@@ -195,7 +196,7 @@ def _draw_item(
 
 
 def _t_end(axes: Axes, end: FloatArray, along: FloatArray, colour: str) -> None:
-    """The bar at the end of a screener's way, across it."""
+    """Draw the bar at the end of a screener's path, across it."""
     along = along / max(float(np.linalg.norm(along)), 1e-9)
     across = 0.42 * np.array([-along[1], along[0]])
     bar = np.array([end - across, end + across])
@@ -203,13 +204,13 @@ def _t_end(axes: Axes, end: FloatArray, along: FloatArray, colour: str) -> None:
 
 
 def _from_circle(way: FloatArray) -> FloatArray:
-    """A way without what lies in the circle that it starts from."""
+    """Return a path without the part inside the circle that it starts from."""
     out = np.linalg.norm(way - way[0], axis=1) > _RADIUS
     return way[max(int(np.argmax(out)), 0) :] if out.any() else way
 
 
 def _shortened(points: FloatArray, kind: str) -> FloatArray:
-    """A straight link from circle to circle, or to the ring."""
+    """Return a straight link from circle to circle, or to the ring."""
     along = points[1] - points[0]
     length = max(float(np.linalg.norm(along)), 1e-9)
     end = 0.25 if kind in SHOTS else _RADIUS
@@ -220,7 +221,7 @@ def _shortened(points: FloatArray, kind: str) -> FloatArray:
 
 
 def _along(points: FloatArray, spacing: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points along a line at about equal distances, their way from its start, and its normals."""
+    """Return points along a line at about equal distances, these distances, and normals."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     way = np.concatenate([[0.0], np.cumsum(steps)])
     at = np.linspace(0.0, way[-1], max(int(way[-1] / spacing), 2) + 1)
@@ -231,7 +232,7 @@ def _along(points: FloatArray, spacing: float) -> tuple[FloatArray, FloatArray, 
 
 
 def _waved(points: FloatArray) -> FloatArray:
-    """A line with waves, straight at its end so that an arrow can stand there."""
+    """Return a line with waves, straight at its end so that an arrow fits there."""
     height, length = _WAVE["dribble"]
     even, at, normal = _along(points, 0.03)
     fade = np.clip((at[-1] - 0.45 - at) / 0.2, 0.0, 1.0) * np.clip(at / 0.2, 0.0, 1.0)
@@ -239,7 +240,7 @@ def _waved(points: FloatArray) -> FloatArray:
 
 
 def _zigzag(points: FloatArray) -> FloatArray:
-    """A line with teeth; its ends stay where they are."""
+    """Return a line with teeth; its ends are kept."""
     height, length = _WAVE["zigzag"]
     even, _, normal = _along(points, length / 2.0)
     side = np.where(np.arange(len(even)) % 2, 1.0, -1.0) * height
@@ -255,7 +256,7 @@ def _line(
     width: float,
     arrow: bool,
 ) -> None:
-    """A line; with an arrow its end is the arrow's tip."""
+    """Draw a line; with an arrow its end is the tip of the arrow."""
     axes.plot(
         *points.T, color=colour, lw=width, ls=dashes, zorder=3, solid_joinstyle="miter", gid="line"
     )
@@ -307,7 +308,7 @@ def _draw_players(axes: Axes, diagram: Diagram, strokes: list[_Stroke]) -> None:
 
 
 def _freest_corner(at: FloatArray, strokes: list[_Stroke], diagram: Diagram) -> FloatArray:
-    """Beside a cross, where the name is farthest from lines and players."""
+    """Return the place beside a cross where a name is farthest from lines and players."""
     corners = at + 0.52 * np.array([[1, -0.75], [1, 0.75], [-1, -0.75], [-1, 0.75]])
     taken = [np.array([(p.at.x, p.at.z) for p in diagram.players])]
     taken += [_along(stroke.points, 0.2)[0] for stroke in strokes]
@@ -316,7 +317,7 @@ def _freest_corner(at: FloatArray, strokes: list[_Stroke], diagram: Diagram) -> 
 
 
 def _number(axes: Axes, strokes: list[_Stroke], diagram: Diagram) -> None:
-    """The step of every stroke near its middle, off the lines and the players."""
+    """Write the step of every stroke near its middle, off the lines and the players."""
     if not strokes:
         return
     to_pixels = axes.transData

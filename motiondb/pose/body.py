@@ -1,10 +1,14 @@
 """The canonical body on which all motions are compared.
 
 21 joints in T-pose at zero rotation: y up, facing +z, left is +x, metres. The pelvis is the point
-midway between the hips. ``LEG_LENGTH`` (hip to ankle) is the unit by which performers are scaled.
+midway between the hips. Performers are scaled to ``LEG_LENGTH`` (hip to ankle). The proportions are
+those of an average adult, rounded to a centimetre.
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -37,9 +41,12 @@ _TABLE = (
 
 JOINTS: tuple[str, ...] = tuple(row[0] for row in _TABLE)
 """Names of the canonical joints, in order."""
-INDEX: dict[str, int] = {name: number for number, name in enumerate(JOINTS)}
+INDEX: Mapping[str, int] = MappingProxyType({name: number for number, name in enumerate(JOINTS)})
+"""Name -> number of a canonical joint."""
 PARENTS: IntArray = np.array([row[1] for row in _TABLE])
+"""array (21,), the number of each joint's parent, -1 for the pelvis."""
 OFFSETS: FloatArray = np.array([row[2] for row in _TABLE])
+"""array (21, 3), metres, from the parent in the parent's frame."""
 END_SITES: tuple[tuple[int, tuple[float, float, float]], ...] = (
     (INDEX["head"], (0.0, 0.18, 0.0)),
     (INDEX["l_wrist"], (0.17, 0.0, 0.0)),
@@ -47,6 +54,7 @@ END_SITES: tuple[tuple[int, tuple[float, float, float]], ...] = (
     (INDEX["l_toe"], (0.0, -0.02, 0.06)),
     (INDEX["r_toe"], (0.0, -0.02, 0.06)),
 )
+"""(joint, offset in its frame) of the ends of head, hands and feet, metres."""
 LEG_LENGTH = 0.85
 """Hip to ankle of the standard body, metres."""
 ANKLE_HEIGHT = 0.08
@@ -54,11 +62,17 @@ ANKLE_HEIGHT = 0.08
 MIRROR: IntArray = np.array(
     [INDEX[{"l": "r", "r": "l"}[name[0]] + name[1:] if name[1] == "_" else name] for name in JOINTS]
 )
-"""For every joint the number of its mirror image."""
+"""array (21,), for every joint the number of its mirror image."""
 
 
 def standard_skeleton(leg_length: float = LEG_LENGTH) -> Skeleton:
-    """The canonical body as a :class:`Skeleton` that writers accept, scaled to a leg length."""
+    """Return the canonical body as a :class:`Skeleton` that writers accept.
+
+    Parameters
+    ----------
+    leg_length : float
+        Hip to ankle, metres; the whole body is scaled to it.
+    """
     scale = leg_length / LEG_LENGTH
     rotation_channels = ("Zrotation", "Yrotation", "Xrotation")
     channels: list[tuple[str, ...]] = [("Xposition", "Yposition", "Zposition", *rotation_channels)]

@@ -1,7 +1,7 @@
-"""What recognition compares: a frame of motion without performer size, place and heading.
+"""Features of a motion that do not depend on the performer's size, position and heading.
 
-For every frame, in the frame of the body's heading (x left, y up, z ahead, origin on the ground
-under the pelvis), metres on the standard body:
+For every frame of time, in the body's frame of reference (x left, y up, z ahead along the heading,
+origin on the ground below the pelvis), metres on the standard body:
 
 ========================  ==================  ======
 part                      values              weight
@@ -11,8 +11,8 @@ joint velocities          21 x 3 (per 1/3 s)  0.6
 pelvis velocity, turning  3 + 1 (per 1/3 s)   2
 ========================  ==================  ======
 
-The weights are the ones measured to serve word search best (positions without velocities and
-without the pelvis's own motion lose 0.06 of mean average precision).
+The weights gave the best search by words on real captures; without velocities and the pelvis's own
+motion, mean average precision is lower by 0.06.
 """
 
 from __future__ import annotations
@@ -27,30 +27,46 @@ POSITION_WEIGHT = 1.0
 VELOCITY_WEIGHT = 0.6
 ROOT_WEIGHT = 2.0
 VELOCITY_SECONDS = 1.0 / 3.0
-"""Velocities are expressed as metres (or radians) per this time, to stand beside positions."""
+"""Velocities are expressed as metres (or radians) per this time, so that their size is comparable
+with that of positions."""
 FEATURE_STEP = 2
-"""Frames of the motion per feature frame: features run at 15 frames a second."""
+"""Frames of the motion for each frame of features: features have 15 frames a second, which suffice
+for recognition (see ARCHITECTURE.md, "Feature weights")."""
 FEATURE_FPS = MOTION_FPS / FEATURE_STEP
+"""Frames of features per second."""
 N_FEATURES = 6 * len(body.JOINTS) + 4
+"""Values in a frame of features."""
 
 LEVEL = 0.25
-"""Share of a body axis's length that must lie in the ground plane to tell the heading."""
+"""Length in the ground plane that a body axis (of length 1) needs to define the heading. Below it,
+the axis is within 15 degrees of the vertical. Chosen by hand; not tuned."""
 TIPPED = 0.5
-"""Height of the body's upward axis (1: upright) below which it may have tipped over."""
+"""Height of the body's upward axis (1: upright) below which the body may have tipped over: 60
+degrees from upright. Chosen by hand; not tuned."""
 
 _I = body.INDEX
 TRUNK = (_I["pelvis"], _I["chest"])
-"""Joints that tell the heading."""
+"""Joints whose rotations define the heading."""
 
 
 def headings(rotations: FloatArray) -> FloatArray:
-    """Heading (frames,), radians about y, 0 = facing +z, from world rotations (frames, 21, 4).
+    """Compute the heading of a body over time.
 
-    Only those of :data:`TRUNK` are looked at. The facing direction is at right angles to the mean
-    left axis of pelvis and chest, which stays level in bows and somersaults. Where the body tips
-    over sideways (a cartwheel) that axis turns upside down, but the one that points ahead stays
-    level and is taken. Where neither is level the heading is interpolated between sure frames.
-    Unwrapped in time.
+    Only the joints of :data:`TRUNK` are used. The facing direction is orthogonal to the mean left
+    axis of pelvis and chest, which stays level in bows and somersaults. Where the body tips over
+    sideways (a cartwheel), that axis turns upside down, but the axis that points ahead stays level
+    and is used instead. Where neither is level, the heading is interpolated between the frames in
+    which it is known.
+
+    Parameters
+    ----------
+    rotations : array (frames, 21, 4)
+        World rotations, quaternions w, x, y, z.
+
+    Returns
+    -------
+    array (frames,)
+        Radians about y, 0 = facing +z, unwrapped in time.
     """
     left, up, ahead = (_mean_axis(rotations, n) for n in range(3))
     facing = np.stack([-left[:, 2], left[:, 0]], axis=1)  # (x, z), at right angles to the left axis
@@ -70,14 +86,14 @@ def headings(rotations: FloatArray) -> FloatArray:
 
 
 def _mean_axis(rotations: FloatArray, number: int) -> FloatArray:
-    """An axis of pelvis and chest in the world, averaged: array (frames, 3), length at most 1."""
+    """Return the mean of an axis of pelvis and chest (frames, 3), world, of length at most 1."""
     axis = np.broadcast_to(np.eye(3)[number], (len(rotations), 3))
     pelvis = rotation.rotate(rotations[:, _I["pelvis"]], axis)
     return (pelvis + rotation.rotate(rotations[:, _I["chest"]], axis)) / 2.0
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Half-open intervals in which the mask holds.
+    """Return the half-open intervals in which a mask is true.
 
     >>> runs(np.array([True, True, False, True]))
     [(0, 2), (3, 4)]
@@ -87,14 +103,38 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def velocity(values: FloatArray, fps: float) -> FloatArray:
-    """Central differences in time (frames, ...), per second; one-sided at the ends."""
+    """Compute central differences in time, one-sided at the ends.
+
+    Parameters
+    ----------
+    values : array (frames, ...)
+        Any quantity.
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    array (frames, ...)
+        Change per second; zeros for a single frame.
+    """
     if len(values) < 2:
         return np.zeros_like(values)
     return np.asarray(np.gradient(values, 1.0 / fps, axis=0))
 
 
 def recognition_features(motion: Motion) -> Float32Array:
-    """Features of every second frame: array (ceil(frames / 2), 130), float32; see the module."""
+    """Compute the features of every second frame.
+
+    Parameters
+    ----------
+    motion : Motion
+        At 30 frames a second on the standard body.
+
+    Returns
+    -------
+    array (ceil(frames / 2), 130), float32
+        Weighted features as the module describes, metres and radians.
+    """
     positions, rotations = retarget.motion_positions(motion)
     heading = headings(rotations)
     facing = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), -heading)

@@ -1,11 +1,11 @@
-"""What generation models: a vector per frame from which rotations and the path come back.
+"""Vectors that generation models: one for each frame, from which a motion can be computed back.
 
-Notation, per frame: h pelvis height (metres); v planar velocity of the pelvis to the next frame in
-the frame of the heading (x left, z ahead; metres a second); w turning to the next frame (radians a
-second); r_j = log(mean_j^-1 q_j) the rotation vector of joint j about its mean local rotation
-(the pelvis relative to the heading). The vector is [h, v_x, v_z, w, r_0, r_1, ...] over the joints
-that turn. :func:`from_vectors` integrates w and v, so it gives the motion back exactly, up to the
-start's place and heading.
+Notation, per frame: h pelvis height (metres); v planar velocity of the pelvis to the next frame, in
+axes that follow the heading (x left, z ahead; metres per second); w turning to the next frame
+(radians per second); r_j = log(mean_j^-1 q_j) the rotation vector of joint j about its mean local
+rotation (the pelvis relative to the heading). The vector is [h, v_x, v_z, w, r_0, r_1, ...] over
+the joints that turn. :func:`from_vectors` integrates w and v, so it gives the motion back
+exactly, up to the position and the heading of the first frame.
 """
 
 from __future__ import annotations
@@ -18,19 +18,32 @@ from motiondb.records import MOTION_FPS, FloatArray, Motion
 FIXED = ("head", "l_wrist", "r_wrist", "l_toe", "r_toe")
 """Joints that keep their rest rotation on the canonical body."""
 TURNING = np.array([n for n, joint in enumerate(body.JOINTS) if joint not in FIXED])
+"""Numbers of all other joints."""
 N_VALUES = 4 + 3 * len(TURNING)
+"""Values in a vector."""
 _UP = np.array([0.0, 1.0, 0.0])
 
 
 def yaw(angle: FloatArray) -> FloatArray:
-    """Rotations about the vertical, angle (...), radians -> (..., 4)."""
+    """Return rotations (..., 4) about the vertical by angles (...), radians."""
     return rotation.from_axis_angle(_UP, angle)
 
 
 def mean_rotations(rotations: FloatArray) -> FloatArray:
-    """Mean rotation of every joint: array (frames, joints, 4) -> (joints, 4).
+    """Compute the mean rotation of every joint over the frames.
 
-    The eigenvector of the largest eigenvalue of the sum of q q^T (Markley et al., 2007).
+    It is the eigenvector of the largest eigenvalue of the sum of q q^T (Markley et al., "Averaging
+    quaternions", Journal of Guidance, Control, and Dynamics 30(4), 2007).
+
+    Parameters
+    ----------
+    rotations : array (frames, joints, 4)
+        Quaternions w, x, y, z; q and -q count as equal.
+
+    Returns
+    -------
+    array (joints, 4)
+        With w not negative.
     """
     moments = np.einsum("tja,tjb->jab", rotations, rotations)
     vectors = np.linalg.eigh(moments)[1][..., -1]
@@ -38,7 +51,20 @@ def mean_rotations(rotations: FloatArray) -> FloatArray:
 
 
 def heading_rotations(motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Local rotations (frames, 21, 4), pelvis relative to the heading; and headings (frames,)."""
+    """Split the rotations of a motion into its heading and the rest.
+
+    Parameters
+    ----------
+    motion : Motion
+        On the standard body.
+
+    Returns
+    -------
+    local : array (frames, 21, 4)
+        Local rotations; the pelvis relative to the heading.
+    heading : array (frames,)
+        Radians about y, 0 = facing +z, unwrapped in time.
+    """
     _, world = retarget.motion_positions(motion, features.TRUNK)
     heading = features.headings(world)
     local = motion.local_rotations.astype(np.float64)
@@ -47,9 +73,19 @@ def heading_rotations(motion: Motion) -> tuple[FloatArray, FloatArray]:
 
 
 def to_path(motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Path values (frames, 4), [h, v_x, v_z, w], and local rotations (frames, 21, 4).
+    """Split a motion into its path over the ground and its rotations.
 
-    The pelvis's rotation is relative to the heading; the last step repeats the one before.
+    Parameters
+    ----------
+    motion : Motion
+        On the standard body.
+
+    Returns
+    -------
+    path : array (frames, 4)
+        [h, v_x, v_z, w]; the last step repeats the one before.
+    local : array (frames, 21, 4)
+        Local rotations; the pelvis relative to the heading.
     """
     local, heading = heading_rotations(motion)
     root = motion.root_positions.astype(np.float64)
@@ -69,13 +105,27 @@ def from_path(
     heading: float = 0.0,
     leg_length: float = body.LEG_LENGTH,
 ) -> Motion:
-    """The motion of path values and heading-relative rotations; inverse of :func:`to_path`.
+    """Compute the motion of a path and of rotations relative to the heading.
+
+    The inverse of :func:`to_path`.
 
     Parameters
     ----------
-    start : where the pelvis begins on the ground, (x, z), metres.
-    heading : radians about y at the first frame.
-    leg_length : metres, recorded in the motion.
+    path : array (frames, 4)
+        [h, v_x, v_z, w] as the module describes.
+    local : array (frames, 21, 4)
+        Local rotations; the pelvis relative to the heading.
+    start : tuple of 2 float
+        Position of the pelvis on the ground in the first frame, (x, z), metres.
+    heading : float
+        Heading in the first frame, radians about y.
+    leg_length : float
+        Leg length that is recorded in the motion, metres.
+
+    Returns
+    -------
+    Motion
+        On the standard body, at 30 frames a second.
     """
     turns = heading + np.concatenate([[0.0], np.cumsum(path[:-1, 3]) / MOTION_FPS])
     planar = np.zeros((len(path), 3))
@@ -100,7 +150,26 @@ def from_vectors(
     heading: float = 0.0,
     leg_length: float = body.LEG_LENGTH,
 ) -> Motion:
-    """The motion of vectors (frames, 52), from a start (x, z), metres, and a heading, radians."""
+    """Compute the motion of vectors.
+
+    Parameters
+    ----------
+    vectors : array (frames, 52)
+        [h, v_x, v_z, w, r_0, r_1, ...] as the module describes.
+    means : array (21, 4)
+        Mean local rotations.
+    start : tuple of 2 float
+        Position of the pelvis on the ground in the first frame, (x, z), metres.
+    heading : float
+        Heading in the first frame, radians about y.
+    leg_length : float
+        Leg length that is recorded in the motion, metres.
+
+    Returns
+    -------
+    Motion
+        On the standard body, at 30 frames a second.
+    """
     local = np.tile(rotation.IDENTITY, (len(vectors), len(body.JOINTS), 1))
     turned = rotation.exp(vectors[:, 4:].reshape(len(vectors), -1, 3))
     local[:, TURNING] = rotation.multiply(means[TURNING], turned)

@@ -1,10 +1,10 @@
-"""From a capture on its own skeleton to the canonical body, and back to any leg length.
+"""A capture on its own skeleton, turned into a motion on the canonical body, and back.
 
 The canonical rotations follow from joint positions alone, so that neither rest pose nor joint axes
 of the source matter: pelvis and chest get full frames (line of hips or shoulders, and up), every
 other bone the smallest rotation in its parent's frame that points it where the source points it
 (swing without twist). Bone lengths are the standard body's; the root is scaled by leg length.
-What is lost: rolling of head, hands and feet about their own bone, shoulder shrugs along the bone.
+What is lost: the rotation of head, hands and feet about their own bone, and shrugs along the bone.
 """
 
 from __future__ import annotations
@@ -13,72 +13,77 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from motiondb.errors import SkeletonError
+from motiondb.errors import ImplausibleError, SkeletonError
 from motiondb.pose import body, cleaning, kinematics, rotation
-from motiondb.pose.joint_names import joint_map
-from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion, Skeleton
+from motiondb.pose.keypoints import clip_keypoints
+from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion
 
 _I = body.INDEX
 _COLLAR_FROM_NECK = body.OFFSETS[_I["l_collar"]] - body.OFFSETS[_I["neck"]]
+_TOE_HEIGHT = 0.02
+"""Height of the toe joint above the ground in a flat stance, metres."""
+_GROUND_PERCENTILE = 5
+"""The ground is at this percentile of the lower foot's height over the frames: low enough for
+walks, where one foot always stands, and not at the single lowest frame, which noise decides."""
 
 
-def to_motion(clip: Clip, user_map: Mapping[str, str] | None = None) -> Motion:
-    """The motion of a clip on the canonical body at 30 frames a second.
+def to_motion(
+    clip: Clip, user_map: Mapping[str, str] | None = None, keep_implausible: bool = True
+) -> Motion:
+    """Turn a clip into a motion on the canonical body at 30 frames a second.
 
     Parameters
     ----------
-    clip : any skeleton that a convention of :mod:`motiondb.pose.joint_names` fits.
-    user_map : role -> joint name, for other skeletons.
+    clip : Clip
+        A capture on any skeleton that a convention of :mod:`motiondb.pose.joint_names` fits.
+    user_map : mapping of str to str or None
+        Role -> joint name, for other skeletons.
+    keep_implausible : bool
+        Keep a capture that moves faster than people can, with its leaps interpolated.
+
+    Returns
+    -------
+    Motion
+        Metres on the standard body, feet on y = 0, the pelvis of the first frame over the origin.
 
     Raises
     ------
     SkeletonError
-        when the joints cannot be matched, or the body has no size.
+        When the joints cannot be matched, or the body has no size.
+    ImplausibleError
+        When the capture moves faster than people can and is not to be kept.
     """
     keypoints = clip_keypoints(clip, user_map)
+    if not keep_implausible:
+        reason = cleaning.implausible(keypoints, clip.fps, _leg_length(keypoints))
+        if reason:
+            raise ImplausibleError(
+                f"motion: expected the motion of a person, found {reason}. Check the frame rate "
+                "(--fps) and the unit (--unit), or pass --keep-implausible."
+            )
     return motion_from_positions(keypoints, clip.fps)
 
 
-def clip_keypoints(clip: Clip, user_map: Mapping[str, str] | None = None) -> FloatArray:
-    """Canonical joints of a clip: array (frames, 21), world frame, metres, y up; gaps filled."""
-    roles = joint_map(clip.skeleton, user_map)
-    positions, rotations = kinematics.clip_positions(clip)
-    points = np.full((clip.n_frames, len(body.JOINTS), 3), np.nan)
-    for role, joint in roles.items():
-        if joint >= 0:
-            points[:, _I[role]] = positions[:, joint]
-        else:
-            parent = clip.skeleton.end_sites[-1 - joint][0]
-            offset = _end_offset(clip.skeleton, -1 - joint)
-            turned = rotation.rotate(
-                rotations[:, parent], np.broadcast_to(offset, (clip.n_frames, 3))
-            )
-            points[:, _I[role]] = positions[:, parent] + turned
-    if _is_z_up(points):
-        points = points[..., [0, 2, 1]] * np.array([1.0, 1.0, -1.0])
-        rotations = rotation.multiply(rotation.from_euler([-90.0], "X"), rotations)
-    return _fill_missing(points, roles, rotations)
-
-
-def _end_offset(skeleton: Skeleton, end: int) -> FloatArray:
-    """An end site's offset, or, where it folds back by more than a right angle's two thirds, the
-    same length straight on.
-
-    Some converted files turn joint offsets but not end sites, so that hands and heads would point
-    anywhere. Feet stand at an angle by nature and are looked at in :func:`_toe`.
-    """
-    joint, site = skeleton.end_sites[end]
-    offset = np.array(site)
-    straight = skeleton.offsets[joint]
-    size = np.linalg.norm(offset) * np.linalg.norm(straight)
-    foot = "foot" in skeleton.names[joint].lower() or "ankle" in skeleton.names[joint].lower()
-    if foot or size < 1e-9 or offset @ straight > 0.5 * size:
-        return offset
-    return straight * (np.linalg.norm(offset) / np.linalg.norm(straight))
-
-
 def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
-    """Solve the canonical body for joint positions (frames, 21, 3), metres, y up, at ``fps``."""
+    """Solve the canonical body for joint positions.
+
+    Parameters
+    ----------
+    keypoints : array (frames, 21, 3)
+        Positions of the canonical joints, metres, world frame, y up.
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    Motion
+        At 30 frames a second, on the standard body.
+
+    Raises
+    ------
+    SkeletonError
+        When no frame holds numbers, or the legs have no sensible length.
+    """
     leg_length = _leg_length(keypoints)
     points, notes = cleaning.clean(keypoints, fps, leg_length)
     points = resample(points, fps) * (body.LEG_LENGTH / leg_length)
@@ -98,9 +103,21 @@ def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
 def motion_positions(
     motion: Motion, joints: Sequence[int] | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """World positions (frames, 21, 3), metres on the standard body, and rotations of a motion.
+    """Compute world positions and rotations of a motion.
 
-    joints : numbers of those that are asked for; others may be NaN. Default all.
+    Parameters
+    ----------
+    motion : Motion
+        On the standard body.
+    joints : sequence of int or None
+        Numbers of the joints that are needed, others may be NaN; None: all.
+
+    Returns
+    -------
+    positions : array (frames, 21, 3)
+        Metres on the standard body, world frame.
+    rotations : array (frames, 21, 4)
+        Quaternions w, x, y, z, world frame.
     """
     return kinematics.forward(
         body.PARENTS,
@@ -112,7 +129,20 @@ def motion_positions(
 
 
 def to_clip(motion: Motion, leg_length: float | None = None) -> Clip:
-    """A motion as a clip on the canonical skeleton, scaled to a leg length (default: its own)."""
+    """Turn a motion into a clip on the canonical skeleton.
+
+    Parameters
+    ----------
+    motion : Motion
+        On the standard body.
+    leg_length : float or None
+        Hip to ankle of the clip's body, metres; None: the performer's.
+
+    Returns
+    -------
+    Clip
+        Metres, y up, 30 frames a second; files are written in centimetres.
+    """
     length = motion.leg_length if leg_length is None else leg_length
     skeleton = body.standard_skeleton(length)
     return Clip(
@@ -125,7 +155,7 @@ def to_clip(motion: Motion, leg_length: float | None = None) -> Clip:
 
 
 def mirror(motion: Motion) -> Motion:
-    """The mirror image in the plane x = 0, left and right exchanged."""
+    """Return the mirror image in the plane x = 0, left and right exchanged."""
     flip = np.array([1.0, 1.0, -1.0, -1.0], dtype=np.float32)
     return Motion(
         local_rotations=motion.local_rotations[:, body.MIRROR] * flip,
@@ -136,7 +166,20 @@ def mirror(motion: Motion) -> Motion:
 
 
 def resample(points: FloatArray, fps: float) -> FloatArray:
-    """Linear interpolation in time to 30 frames a second, over the same duration."""
+    """Interpolate positions linearly in time to 30 frames a second, over the same duration.
+
+    Parameters
+    ----------
+    points : array (frames, joints, 3)
+        Positions at ``fps``.
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    array (new frames, joints, 3)
+        Positions at 30 frames a second; at least one frame.
+    """
     n_frames = max(1, round(len(points) / fps * MOTION_FPS))
     times = np.arange(n_frames) * (fps / MOTION_FPS)
     below = np.minimum(times.astype(np.int64), len(points) - 1)
@@ -146,10 +189,18 @@ def resample(points: FloatArray, fps: float) -> FloatArray:
 
 
 def solve_rotations(points: FloatArray) -> FloatArray:
-    """Local rotations (frames, 21, 4) of the canonical body that point its bones like ``points``.
+    """Compute rotations that point the bones of the canonical body like those of ``points``.
 
-    points : array (frames, 21, 3), metres, world frame, y up, scaled to the standard leg length
-        (the collar's place below the neck is the standard body's).
+    Parameters
+    ----------
+    points : array (frames, 21, 3)
+        Metres, world frame, y up, scaled to the standard leg length: the collar keeps its place
+        below the neck on the standard body.
+
+    Returns
+    -------
+    array (frames, 21, 4)
+        Local rotations, quaternions w, x, y, z relative to the parent.
     """
     n_frames = len(points)
     local = np.tile(rotation.IDENTITY, (n_frames, len(body.JOINTS), 1))
@@ -180,14 +231,28 @@ def solve_rotations(points: FloatArray) -> FloatArray:
 
 
 def ground_height(positions: FloatArray) -> float:
-    """Height of the ground under a motion: the 5th percentile of the lower toe or ankle, metres."""
-    toes = positions[:, [_I["l_toe"], _I["r_toe"]], 1] - 0.02
+    """Estimate the height of the ground under a motion from its feet.
+
+    Parameters
+    ----------
+    positions : array (frames, 21, 3)
+        Metres on the standard body, world frame, y up.
+
+    Returns
+    -------
+    float
+        Metres.
+    """
+    toes = positions[:, [_I["l_toe"], _I["r_toe"]], 1] - _TOE_HEIGHT
     ankles = positions[:, [_I["l_ankle"], _I["r_ankle"]], 1] - body.ANKLE_HEIGHT
-    return float(np.percentile(np.minimum(toes, ankles).min(axis=1), 5))
+    return float(np.percentile(np.minimum(toes, ankles).min(axis=1), _GROUND_PERCENTILE))
 
 
 def _solve_arm(local: FloatArray, world: FloatArray, points: FloatArray, side: str) -> None:
-    """Collar, shoulder, elbow, wrist; the collar starts at its canonical place below the neck."""
+    """Set the rotations of collar, shoulder, elbow and wrist of a side.
+
+    The collar starts at its place below the neck on the canonical body.
+    """
     chest, neck = world[:, _I["chest"]], points[:, _I["neck"]]
     shoulder = points[:, _I[f"{side}_shoulder"]]
     offset = _COLLAR_FROM_NECK * np.array([1.0 if side == "l" else -1.0, 1.0, 1.0])
@@ -208,7 +273,19 @@ def _swing(
     bone: FloatArray | None,
     rest: FloatArray | None,
 ) -> None:
-    """Turn a joint as little as possible so that its bone (world frame) leaves ``rest``."""
+    """Turn a joint as little as possible so that its bone points from ``rest`` to ``bone``.
+
+    Parameters
+    ----------
+    local, world : array (frames, 21, 4)
+        Rotations so far; those of the joint are set.
+    joint : str
+        Name of the joint.
+    bone : array (frames, 3) or None
+        Direction of the bone, world frame; None: the joint keeps its rest rotation.
+    rest : array (3,) or None
+        Offset of the bone in the rest pose.
+    """
     number, parent = _I[joint], world[:, body.PARENTS[_I[joint]]]
     if bone is not None and rest is not None:
         direction = rotation.rotate(rotation.conjugate(parent), bone)
@@ -217,16 +294,18 @@ def _swing(
 
 
 def _set_local(local: FloatArray, world: FloatArray, joint: str) -> None:
+    """Set the local rotation of a joint from its world rotation and its parent's."""
     parent = world[:, body.PARENTS[_I[joint]]]
     local[:, _I[joint]] = rotation.relative(parent, world[:, _I[joint]])
 
 
 def _axis(number: int, n_frames: int) -> FloatArray:
+    """Return a unit vector along x, y or z for every frame: array (frames, 3)."""
     return np.broadcast_to(np.eye(3)[number], (n_frames, 3))
 
 
 def _frame(left: FloatArray, up: FloatArray) -> FloatArray:
-    """Rotation whose x axis is ``left`` and whose y axis is ``up`` made orthogonal to it."""
+    """Return rotations with x axis ``left``, and y axis ``up`` made orthogonal to it."""
     x = rotation.normalize(left)
     z = rotation.normalize(np.cross(x, up))
     y = np.cross(z, x)
@@ -234,7 +313,7 @@ def _frame(left: FloatArray, up: FloatArray) -> FloatArray:
 
 
 def _leg_length(points: FloatArray) -> float:
-    """Median hip-knee-ankle length of both legs over the frames that hold numbers, metres."""
+    """Return the median length of hip-knee-ankle over the frames that hold numbers, metres."""
     known = points[np.isfinite(points).all(axis=(1, 2))]
     if len(known) == 0:
         raise SkeletonError(
@@ -251,66 +330,3 @@ def _leg_length(points: FloatArray) -> float:
             "Give the length unit of the file (--unit)."
         )
     return length
-
-
-def _is_z_up(points: FloatArray) -> bool:
-    """Whether z points up in the file's world: feet to neck, most of the time."""
-    trunk = points[:, _I["neck"]] - points[:, [_I["l_ankle"], _I["r_ankle"]]].mean(axis=1)
-    trunk = trunk[np.isfinite(trunk).all(axis=1)]
-    if len(trunk) == 0:
-        return False
-    return bool(np.median(trunk[:, 2]) > 3.0 * np.abs(np.median(trunk[:, 1])))
-
-
-def _fill_missing(
-    points: FloatArray, roles: Mapping[str, int], rotations: FloatArray
-) -> FloatArray:
-    """Place the joints that a skeleton lacks where the standard body would have them."""
-    points[:, 0] = (points[:, _I["l_hip"]] + points[:, _I["r_hip"]]) / 2.0
-    neck, pelvis = points[:, _I["neck"]], points[:, 0]
-    if "spine" not in roles:
-        points[:, _I["spine"]] = pelvis + 0.24 * (neck - pelvis)
-    if "chest" not in roles:
-        points[:, _I["chest"]] = (points[:, _I["spine"]] + neck) / 2.0
-    trunk = neck - points[:, _I["chest"]]
-    if "head" not in roles:
-        points[:, _I["head"]] = neck + 0.4 * trunk
-    for side in "lr":
-        elbow, shoulder = points[:, _I[f"{side}_elbow"]], points[:, _I[f"{side}_shoulder"]]
-        points[:, _I[f"{side}_collar"]] = neck + 0.2 * (shoulder - neck)
-        if f"{side}_wrist" not in roles:
-            points[:, _I[f"{side}_wrist"]] = elbow + 0.9 * (elbow - shoulder)
-        points[:, _I[f"{side}_toe"]] = _toe(points, roles, rotations, side)
-    return points
-
-
-def _toe(
-    points: FloatArray, roles: Mapping[str, int], rotations: FloatArray, side: str
-) -> FloatArray:
-    """The toe as the file has it, or, where it has none or one that points anywhere, ahead.
-
-    A rigid foot keeps its toe at one place in the ankle's frame. Where the file's toe is not in
-    front of the shin, that place is estimated: the toe of the standard foot, set on the ground
-    plane at right angles to the shin and along the body's facing, averaged over the frames in the
-    ankle's frame.
-    """
-    ankle, knee = points[:, _I[f"{side}_ankle"]], points[:, _I[f"{side}_knee"]]
-    left = rotation.normalize(points[:, _I["l_hip"]] - points[:, _I["r_hip"]])
-    shin = rotation.normalize(ankle - knee)
-    ahead = rotation.normalize(np.cross(left, -shin))
-    known = np.isfinite(ahead).all(axis=1)
-    if not known.any():
-        return np.full_like(ankle, np.nan)
-    size = np.median(np.linalg.norm(ankle - knee, axis=-1)[known])
-    toe = points[:, _I[f"{side}_toe"]]
-    if f"{side}_toe" in roles:
-        foot = (toe - ankle)[known]
-        length = float(np.median(np.linalg.norm(foot, axis=-1)))
-        forward = float(np.median(np.sum(rotation.normalize(foot) * ahead[known], axis=-1)))
-        is_end = roles[f"{side}_toe"] < 0
-        if 0.15 * size < length < 0.8 * size and (forward > 0.5 or not is_end):
-            return toe
-    guess = size * (0.33 * ahead + 0.14 * shin)
-    turn = rotations[:, roles[f"{side}_ankle"]]
-    place = rotation.rotate(rotation.conjugate(turn), guess)[known].mean(axis=0)
-    return ankle + rotation.rotate(turn, np.broadcast_to(place, guess.shape))

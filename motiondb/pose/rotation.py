@@ -1,8 +1,8 @@
-"""Rotation algebra on the last axis; every leading axis is free.
+"""Rotation algebra on the last axis; all leading axes are broadcast.
 
-A rotation is a unit quaternion q = (w, x, y, z); ``multiply(p, q)`` applies q first, then p.
-Euler angles follow the BVH convention: order "ZXY" means R = Rz Rx Ry, the channel that is
-written first is applied last.
+A rotation is a unit quaternion q = (w, x, y, z), array (..., 4); ``multiply(p, q)`` applies q
+first, then p. Euler angles follow the BVH convention: order "ZXY" means R = Rz Rx Ry, the
+channel that is written first is applied last.
 """
 
 from __future__ import annotations
@@ -13,10 +13,18 @@ from numpy.typing import ArrayLike
 from motiondb.records import FloatArray
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+_TINY = 1e-12
+"""Lengths below this are taken for zero, far below what float64 keeps of a length of 1."""
+_SMALL_SINE = 1e-9
+"""Below this sine, the limit of a quotient is used instead of the quotient of small numbers."""
+_LOCKED = 1.0 - 1e-10
+"""Sine of the middle Euler angle beyond which the two others cannot be told apart in float64."""
+_OPPOSITE = 1e-8
+"""1 + cosine below which two directions count as opposite, so that their cross product is noise."""
 
 
 def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
-    """Hamilton product p q (q is applied first).
+    """Return the Hamilton product p q (..., 4); q is applied first.
 
     >>> multiply(np.array([0., 1, 0, 0]), np.array([0., 0, 1, 0]))
     array([0., 0., 0., 1.])
@@ -35,12 +43,14 @@ def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
 
 
 def conjugate(q: FloatArray) -> FloatArray:
-    """The inverse of a unit quaternion."""
+    """Return the inverse of unit quaternions (..., 4)."""
     return q * np.array([1.0, -1.0, -1.0, -1.0], dtype=q.dtype)
 
 
 def relative(parent: FloatArray, world: FloatArray) -> FloatArray:
-    """What turns ``parent`` into ``world``, in the parent's frame: a joint's local rotation.
+    """Return the rotation that turns ``parent`` into ``world``, in the parent's frame.
+
+    With world rotations of a joint and its parent, this is the joint's local rotation.
 
     >>> relative(from_euler([30.0], "Y"), from_euler([50.0], "Y")).round(6).tolist()
     [0.984808, 0.0, 0.173648, 0.0]
@@ -49,7 +59,7 @@ def relative(parent: FloatArray, world: FloatArray) -> FloatArray:
 
 
 def rotate(q: FloatArray, v: FloatArray) -> FloatArray:
-    """Turn the vectors v (..., 3) by q (..., 4).
+    """Rotate the vectors v (..., 3) by q (..., 4).
 
     >>> rotate(from_euler([90.0], "Y"), np.array([0., 0, 1])).round(6) + 0.0
     array([1., 0., 0.])
@@ -59,7 +69,7 @@ def rotate(q: FloatArray, v: FloatArray) -> FloatArray:
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """What numpy.cross gives for (..., 3), in a third of the time where there are few."""
+    """Return the cross product of (..., 3); a third of the time of numpy.cross for few vectors."""
     x, y, z = a[..., 0], a[..., 1], a[..., 2]
     u, v, w = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
@@ -68,18 +78,18 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 def normalize(v: FloatArray) -> FloatArray:
     """Scale the last axis to length 1; a zero vector stays zero."""
     length = np.linalg.norm(v, axis=-1, keepdims=True)
-    return v / np.where(length > 1e-12, length, 1.0)
+    return v / np.where(length > _TINY, length, 1.0)
 
 
 def from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> FloatArray:
-    """Rotation by ``angle`` (...), radians, about the unit vectors ``axis`` (..., 3)."""
+    """Return the rotations by ``angle`` (...), radians, about unit vectors ``axis`` (..., 3)."""
     half = np.asarray(angle, dtype=float)[..., None] / 2.0
     vector = np.sin(half) * np.asarray(axis)
     return np.concatenate([np.broadcast_to(np.cos(half), (*vector.shape[:-1], 1)), vector], axis=-1)
 
 
 def exp(r: FloatArray) -> FloatArray:
-    """Quaternion of the rotation vectors r (..., 3), radians.
+    """Return the quaternions (..., 4) of rotation vectors r (..., 3), radians.
 
     >>> exp(np.array([np.pi, 0, 0])).round(6) + 0.0
     array([0., 1., 0., 0.])
@@ -89,17 +99,31 @@ def exp(r: FloatArray) -> FloatArray:
 
 
 def log(q: FloatArray) -> FloatArray:
-    """Rotation vectors (..., 3), radians, length at most pi; the inverse of :func:`exp`."""
+    """Return rotation vectors (..., 3), radians, at most pi long; the inverse of :func:`exp`."""
     q = np.where(q[..., :1] < 0, -q, q)
     sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
     angle = 2.0 * np.arctan2(sine, q[..., :1])
-    return q[..., 1:] * np.where(sine > 1e-9, angle / np.where(sine > 1e-9, sine, 1.0), 2.0)
+    return q[..., 1:] * np.where(
+        sine > _SMALL_SINE, angle / np.where(sine > _SMALL_SINE, sine, 1.0), 2.0
+    )
 
 
 def from_euler(angles: ArrayLike, order: str) -> FloatArray:
-    """Quaternion of Euler angles (..., n), degrees, about the axes named in ``order`` (n letters).
+    """Return the rotation of Euler angles.
 
     R = R_order[0](angles[0]) R_order[1](angles[1]) ..., the BVH convention.
+
+    Parameters
+    ----------
+    angles : array (..., n)
+        Degrees.
+    order : str
+        Names of the n axes, such as "ZXY".
+
+    Returns
+    -------
+    array (..., 4)
+        Quaternions w, x, y, z.
     """
     half = np.deg2rad(np.asarray(angles, dtype=float)) / 2.0
     cosine, sine = np.cos(half), np.sin(half)
@@ -113,16 +137,28 @@ def from_euler(angles: ArrayLike, order: str) -> FloatArray:
 
 
 def to_euler(q: FloatArray, order: str) -> FloatArray:
-    """Euler angles (..., 3), degrees, for three different axes; the inverse of :func:`from_euler`.
+    """Return Euler angles; the inverse of :func:`from_euler`.
 
     At gimbal lock (middle angle +-90 degrees) the last angle is set to 0.
+
+    Parameters
+    ----------
+    q : array (..., 4)
+        Quaternions w, x, y, z.
+    order : str
+        Names of three different axes, such as "ZXY".
+
+    Returns
+    -------
+    array (..., 3)
+        Degrees.
     """
     i, j, k = ("XYZ".index(axis) for axis in order.upper())
     sign = 1.0 if (j - i) % 3 == 1 else -1.0
     m = to_matrix(q)
     s = np.clip(sign * m[..., i, k], -1.0, 1.0)
     middle = np.arcsin(s)
-    locked = np.abs(s) > 1.0 - 1e-10
+    locked = np.abs(s) > _LOCKED
     first = np.where(
         locked,
         np.arctan2(sign * m[..., k, j], m[..., j, j]),
@@ -133,7 +169,7 @@ def to_euler(q: FloatArray, order: str) -> FloatArray:
 
 
 def to_matrix(q: FloatArray) -> FloatArray:
-    """Rotation matrices (..., 3, 3), columns are the turned axes."""
+    """Return rotation matrices (..., 3, 3); their columns are the rotated axes."""
     w, x, y, z = np.moveaxis(q, -1, 0)
     return np.stack(
         [
@@ -146,7 +182,10 @@ def to_matrix(q: FloatArray) -> FloatArray:
 
 
 def from_matrix(m: FloatArray) -> FloatArray:
-    """Quaternions of rotation matrices (..., 3, 3), by the largest of the four components."""
+    """Return the quaternions (..., 4) of rotation matrices (..., 3, 3).
+
+    Of four formulas, the one that divides by the largest component is used.
+    """
     d = np.einsum("...ii->...i", m)
     trace = d.sum(-1)
     sums = np.stack(
@@ -178,27 +217,27 @@ def from_matrix(m: FloatArray) -> FloatArray:
 
 
 def between(u: FloatArray, v: FloatArray) -> FloatArray:
-    """The smallest rotation that turns direction u into direction v (both (..., 3)).
+    """Return the smallest rotation that turns direction u into direction v (both (..., 3)).
 
-    For opposite directions, half a turn about an axis at right angles to u.
+    For opposite directions, it is half a turn about an axis orthogonal to u.
     """
     u, v = normalize(u), normalize(v)
     w = 1.0 + np.sum(u * v, axis=-1, keepdims=True)
     least = np.eye(3)[np.argmin(np.abs(u), axis=-1)]
-    axis = np.where(w > 1e-8, np.cross(u, v), np.cross(u, least))
-    return normalize(np.concatenate([np.where(w > 1e-8, w, 0.0), axis], axis=-1))
+    axis = np.where(w > _OPPOSITE, np.cross(u, v), np.cross(u, least))
+    return normalize(np.concatenate([np.where(w > _OPPOSITE, w, 0.0), axis], axis=-1))
 
 
 def twist(q: FloatArray, axis: FloatArray) -> FloatArray:
-    """The part of q that turns about the unit vector ``axis``: q = swing twist."""
+    """Return the part of q that turns about the unit vector ``axis``: q = swing twist."""
     along = np.sum(q[..., 1:] * axis, axis=-1, keepdims=True)
     t = np.concatenate([q[..., :1], along * axis], axis=-1)
     length = np.linalg.norm(t, axis=-1, keepdims=True)
-    return np.where(length > 1e-9, t / np.where(length > 1e-9, length, 1.0), IDENTITY)
+    return np.where(length > _SMALL_SINE, t / np.where(length > _SMALL_SINE, length, 1.0), IDENTITY)
 
 
 def slerp(p: FloatArray, q: FloatArray, t: ArrayLike) -> FloatArray:
-    """Shortest-arc interpolation from p (t = 0) to q (t = 1); t (...) without the last axis."""
+    """Interpolate along the shortest arc from p (t = 0) to q (t = 1); t (...) has no last axis."""
     return multiply(p, exp(np.asarray(t)[..., None] * log(relative(p, q))))
 
 

@@ -28,6 +28,7 @@ from motiondb.store.catalogue.generated import (
     save_provenance,
     to_provenance,
 )
+from motiondb.store.catalogue.names import check_new_name
 from motiondb.store.catalogue.relations import load_relations, save_relations
 from motiondb.store.catalogue.runs import finish_run, load_runs, save_runs, start_run
 from motiondb.store.catalogue.sources import Source, digest, load_source, pack_source
@@ -112,6 +113,7 @@ __all__ = [
     "StoredScene",
     "cached_arrays",
     "check_file",
+    "check_new_name",
     "check_store",
     "check_writable",
     "compact",

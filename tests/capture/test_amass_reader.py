@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from motiondb.capture.amass import N_JOINTS, read_amass
+from motiondb.capture.limits import ReadOptions
 from motiondb.pose import kinematics, rotation
 from motiondb.pose.joint_names import joint_map
 
@@ -86,6 +87,6 @@ def test_bad_frames_can_be_left_out() -> None:
     poses = standing()
     poses[2, 5] = np.nan
     data = npz(poses=poses, trans=np.zeros((4, 3)), fps=30)
-    clip = read_amass(data, "a.npz", skip_bad_frames=True)
+    clip = read_amass(data, "a.npz", ReadOptions(skip_bad_frames=True))
     assert clip.n_frames == 3
     assert clip.notes == ("Left out 1 bad frames; the first is 2.",)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from motiondb.capture import read_capture, skeleton_path
-from motiondb.capture.amc import read_amc
+from motiondb.capture.amc import AsfFile, read_amc
 from motiondb.capture.asf import read_asf
+from motiondb.capture.limits import ReadOptions
 from motiondb.errors import CaptureError
 from motiondb.pose import kinematics
 
@@ -81,8 +82,8 @@ shin 40 50
 
 
 def read(amc: str = AMC, asf: str | None = ASF, **options):
-    skeleton = None if asf is None else asf.encode()
-    return read_amc(amc.encode(), "16_01.amc", skeleton, "16.asf", **options)
+    skeleton = None if asf is None else AsfFile(asf.encode(), "16.asf")
+    return read_amc(amc.encode(), "16_01.amc", skeleton, ReadOptions(**options))
 
 
 def test_rest_pose_by_hand() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from motiondb.capture import read_capture_bytes
+from motiondb.capture import AsfFile, read_capture_bytes
 from motiondb.errors import CaptureError
 
 SKIP = (
@@ -88,7 +88,7 @@ def test_broken_amc(name: str) -> None:
     text, message = BROKEN_AMC[name]
     with pytest.raises(CaptureError) as caught:
         read_capture_bytes(
-            text.encode(), "amc", path="a.amc", skeleton=ASF.encode(), skeleton_path="a.asf"
+            text.encode(), "amc", path="a.amc", skeleton=AsfFile(ASF.encode(), "a.asf")
         )
     assert str(caught.value) == message
 
@@ -145,7 +145,7 @@ def test_broken_asf(name: str) -> None:
     text, message = BROKEN_ASF[name]
     with pytest.raises(CaptureError) as caught:
         read_capture_bytes(
-            AMC.encode(), "amc", path="a.amc", skeleton=text.encode(), skeleton_path="a.asf"
+            AMC.encode(), "amc", path="a.amc", skeleton=AsfFile(text.encode(), "a.asf")
         )
     assert str(caught.value) == message
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from motiondb.capture import read_capture_bytes
+from motiondb.capture.limits import ReadOptions
 from motiondb.errors import CaptureError
 
 BVH = """HIERARCHY
@@ -196,5 +197,7 @@ def test_many_bad_frames_are_counted() -> None:
 def test_nothing_left_after_leaving_bad_frames_out() -> None:
     text = BVH.split("0 90 0")[0].replace("Frames: 3", "Frames: 1") + "1 2 3\n"
     with pytest.raises(CaptureError) as caught:
-        read_capture_bytes(text.encode(), "bvh", path="w.bvh", skip_bad_frames=True)
+        read_capture_bytes(
+            text.encode(), "bvh", path="w.bvh", options=ReadOptions(skip_bad_frames=True)
+        )
     assert str(caught.value) == f"w.bvh:19: {NINE}, found 3. {SKIP}"

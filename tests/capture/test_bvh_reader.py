@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from motiondb.capture.bvh import read_bvh
+from motiondb.capture.limits import ReadOptions
 from motiondb.pose import kinematics
 
 TWO_BONES = """HIERARCHY
@@ -39,7 +40,7 @@ Frame Time: 0.0083333
 
 def read(text: str | bytes, **options: object):
     data = text.encode() if isinstance(text, str) else text
-    return read_bvh(data, "walk.bvh", **{"unit": 0.01, **options})
+    return read_bvh(data, "walk.bvh", ReadOptions(**{"unit": 0.01, **options}))
 
 
 def test_numbers_by_hand() -> None:

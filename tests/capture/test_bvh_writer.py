@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from motiondb.capture import read_capture, write_bvh
 from motiondb.capture.bvh import read_bvh
 from motiondb.capture.bvh_writer import to_bvh
+from motiondb.capture.limits import ReadOptions
 from motiondb.errors import CaptureError
 from motiondb.pose import body, kinematics, rotation
 from motiondb.records import Clip, Skeleton
@@ -67,14 +68,14 @@ def test_what_is_written_is_read_again(
     seed: int, n_joints: int, n_frames: int, moved: bool
 ) -> None:
     clip = random_clip(seed, n_joints, n_frames, moved)
-    again = read_bvh(to_bvh(clip).encode(), "x.bvh", unit=clip.unit)
+    again = read_bvh(to_bvh(clip).encode(), "x.bvh", ReadOptions(unit=clip.unit))
     np.testing.assert_allclose(by_name(again), by_name(clip), atol=1e-6)
     assert (n_joints - 1, (0.1, 0.0, -0.2)) in [
         (int(again.skeleton.names[joint].split()[-1]), tuple(np.round(offset, 6)))
         for joint, offset in again.skeleton.end_sites
     ]
     assert again.fps == clip.fps
-    third = read_bvh(to_bvh(again).encode(), "x.bvh", unit=clip.unit)
+    third = read_bvh(to_bvh(again).encode(), "x.bvh", ReadOptions(unit=clip.unit))
     np.testing.assert_allclose(third.root_positions, again.root_positions, atol=1e-8)
     alike = np.abs(np.sum(third.local_rotations * again.local_rotations, axis=-1))
     np.testing.assert_allclose(alike, 1.0, atol=1e-12)
@@ -125,7 +126,7 @@ def test_channels_grow_where_they_cannot_say_the_motion() -> None:
     )
     turns = rotation.normalize(np.random.default_rng(0).normal(size=(3, 2, 4)))
     clip = Clip(skeleton, 30.0, turns, np.ones((3, 3)), unit=0.01)
-    again = read_bvh(to_bvh(clip).encode(), "x.bvh", unit=0.01)
+    again = read_bvh(to_bvh(clip).encode(), "x.bvh", ReadOptions(unit=0.01))
     assert again.skeleton.channels == (
         ("Xposition", "Yposition", "Zposition", "Zrotation", "Yrotation", "Xrotation"),
         ("Zrotation", "Yrotation", "Xrotation"),
@@ -141,7 +142,7 @@ def test_joints_come_out_depth_first_whatever_their_order() -> None:
     )
     turns = rotation.normalize(np.random.default_rng(1).normal(size=(2, 4, 4)))
     clip = Clip(skeleton, 30.0, turns, np.zeros((2, 3)))
-    again = read_bvh(to_bvh(clip).encode(), "x.bvh", unit=1.0)
+    again = read_bvh(to_bvh(clip).encode(), "x.bvh", ReadOptions(unit=1.0))
     assert again.skeleton.names == ("joint 0", "joint 1", "joint 3", "joint 2")
     np.testing.assert_allclose(by_name(again), by_name(clip), atol=1e-7)
 
@@ -152,7 +153,7 @@ def test_gimbal_lock_comes_back() -> None:
     angles[:, :, 0], angles[:, :, 1] = 30.0, [[90.0], [-90.0], [89.9999999]]
     turns = rotation.from_euler(angles, "ZYX")
     clip = Clip(skeleton, 30.0, turns, np.zeros((3, 3)), unit=0.01)
-    again = read_bvh(to_bvh(clip).encode(), "x.bvh", unit=0.01)
+    again = read_bvh(to_bvh(clip).encode(), "x.bvh", ReadOptions(unit=0.01))
     alike = np.abs(np.sum(again.local_rotations * turns, axis=-1))
     np.testing.assert_allclose(alike, 1.0, atol=1e-12)
 

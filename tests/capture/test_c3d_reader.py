@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from motiondb.capture.c3d import read_c3d
+from motiondb.capture.limits import ReadOptions
 from motiondb.errors import CaptureError
 from motiondb.pose import body, kinematics
 
@@ -148,7 +149,7 @@ def test_gaps(tmp_path: Path) -> None:
         "a.c3d: expected no gap above 0.5 s, found lost markers: LKNE (0.6 s). Fill the gaps "
         "before the export, or pass --skip-bad-frames to leave those frames out."
     )
-    clip = read_c3d(data, "a.c3d", skip_bad_frames=True)
+    clip = read_c3d(data, "a.c3d", ReadOptions(skip_bad_frames=True))
     assert clip.n_frames == 140
     assert clip.notes[0] == "Left out 60 frames with lost markers."
 
@@ -199,7 +200,7 @@ def test_a_damaged_file_cannot_stop_the_others(
 ) -> None:
     data = bytearray(write(tmp_path, tracks()))
     data[512:1600] = bytes(range(256)) * 4 + bytes(64)
-    monkeypatch.setattr("motiondb.capture.c3d_points.TIME_LIMIT", 2.0)
+    monkeypatch.setattr("motiondb.capture.c3d_points.CPU_SECONDS", 2.0)
     with pytest.raises(CaptureError) as caught:
         read_c3d(bytes(data), "a.c3d")
     assert str(caught.value) == (

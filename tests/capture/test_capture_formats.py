@@ -9,6 +9,7 @@ import pytest
 
 from motiondb.capture import (
     CAPTURE_ENDINGS,
+    ReadOptions,
     capture_format,
     find_captures,
     read_capture,
@@ -99,4 +100,4 @@ def test_refusals(tmp_path: Path) -> None:
     assert str(caught.value) == "a.fbx: expected a known format, found 'fbx'."
     for fps in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(CaptureError, match="expected a frame rate above 0, found"):
-            read_capture_bytes(b"x", "bvh", path="a.bvh", fps=fps)
+            read_capture_bytes(b"x", "bvh", path="a.bvh", options=ReadOptions(fps=fps))

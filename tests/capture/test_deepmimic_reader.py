@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from motiondb.capture.deepmimic import read_deepmimic
+from motiondb.capture.limits import ReadOptions
 from motiondb.pose import kinematics
 from motiondb.pose.joint_names import joint_map
 
@@ -17,7 +18,7 @@ REST += [1.0, 0, 0, 0] + [0.0] + [1.0, 0, 0, 0] * 2 + [0.0]
 
 def read(frames: object, **options):
     text = json.dumps({"Loop": "none", "Frames": frames})
-    return read_deepmimic(text.encode(), "flip.txt", **options)
+    return read_deepmimic(text.encode(), "flip.txt", ReadOptions(**options))
 
 
 def test_rest_pose_by_hand() -> None:

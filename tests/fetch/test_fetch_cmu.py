@@ -12,8 +12,8 @@ import pytest
 
 from motiondb.errors import MotionDBError, QueryError, SheetError
 from motiondb.fetch import CMU_TERMS, FetchProgress, fetch_cmu, transfer
-from motiondb.fetch.cmu import check_subjects
-from motiondb.fetch.transfer import Patience, UnreachableError
+from motiondb.fetch.cmu import FetchSettings, check_subjects
+from motiondb.fetch.limits import Limits, Patience, UnreachableError
 
 HEADER = "file\tskeleton\tperformer\tfps\tlicence\twords\n"
 ROWS = (
@@ -46,8 +46,9 @@ def pauses() -> list[float]:
 def fetch(site, folder, pauses=None, **options):
     pauses = [] if pauses is None else pauses
     patience = Patience(timeout=5.0, attempts=3, pause=pauses.append)
-    options = {"accept_terms": True, "patience": patience, **options}
-    return fetch_cmu(["14"], folder, base_url=site.url, **options)
+    options = {"accept_terms": True, "patience": patience, "limits": Limits(), **options}
+    settings = FetchSettings(site.url, options.pop("patience"), options.pop("limits"))
+    return fetch_cmu(["14"], folder, settings, **options)
 
 
 def files_in(folder: Path) -> dict[str, bytes]:
@@ -215,7 +216,7 @@ def test_a_server_that_forbids_is_not_asked_again(site, tmp_path, pauses) -> Non
 def test_a_subject_that_is_not_there(site, tmp_path) -> None:
     site.files["/search.php?subjectnumber=4"] = cmu_site.page(4, []).encode()
     with pytest.raises(QueryError) as caught:
-        fetch_cmu([14, 4], tmp_path, base_url=site.url, accept_terms=True)
+        fetch_cmu([14, 4], tmp_path, FetchSettings(site.url), accept_terms=True)
     assert str(caught.value) == (
         f"{site.url}/search.php?subjectnumber=4: expected captures of subject 4, "
         f"found none listed. The subjects there are, are listed at {site.url}/search.php."
@@ -232,9 +233,8 @@ def test_no_network(tmp_path, monkeypatch, pauses) -> None:
         fetch_cmu(
             [14],
             tmp_path,
-            base_url=url,
+            FetchSettings(url, Patience(1.0, 3, pauses.append)),
             accept_terms=True,
-            patience=Patience(1.0, 3, pauses.append),
         )
     assert str(caught.value) == (
         f"{url}/search.php?subjectnumber=14: expected an answer, found none "
@@ -366,4 +366,4 @@ def test_no_subjects_and_no_address(tmp_path) -> None:
     with pytest.raises(QueryError, match="expected at least one number such as 14, found none"):
         check_subjects([])
     with pytest.raises(QueryError, match=r"found 'file:///etc'\. Begin with http:// or "):
-        fetch_cmu([14], tmp_path, base_url="file:///etc", accept_terms=True)
+        fetch_cmu([14], tmp_path, FetchSettings("file:///etc"), accept_terms=True)

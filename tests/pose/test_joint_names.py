@@ -52,6 +52,29 @@ SPELLINGS = {
         Bip01_Head Bip01_L_Clavicle Bip01_L_UpperArm Bip01_L_Forearm Bip01_L_Hand Bip01_R_Clavicle
         Bip01_R_UpperArm Bip01_R_Forearm Bip01_R_Hand Bip01_L_Thigh Bip01_L_Calf Bip01_L_Foot
         Bip01_L_Toe0 Bip01_R_Thigh Bip01_R_Calf Bip01_R_Foot Bip01_R_Toe0""",
+    "Xsens BVH": """Hips Chest Chest2 Chest3 Chest4 Neck Head RightCollar RightShoulder RightElbow
+        RightWrist LeftCollar LeftShoulder LeftElbow LeftWrist RightHip RightKnee RightAnkle
+        RightToe LeftHip LeftKnee LeftAnkle LeftToe""",
+    "Rigify": """root DEF-spine DEF-spine.001 DEF-spine.002 DEF-spine.003 DEF-spine.004
+        DEF-spine.005 DEF-spine.006 DEF-shoulder.L DEF-upper_arm.L DEF-upper_arm.L.001
+        DEF-forearm.L DEF-forearm.L.001 DEF-hand.L DEF-shoulder.R DEF-upper_arm.R
+        DEF-upper_arm.R.001 DEF-forearm.R DEF-forearm.R.001 DEF-hand.R DEF-thigh.L DEF-thigh.L.001
+        DEF-shin.L DEF-shin.L.001 DEF-foot.L DEF-toe.L DEF-thigh.R DEF-thigh.R.001 DEF-shin.R
+        DEF-shin.R.001 DEF-foot.R DEF-toe.R""",
+    "Blender": """hips spine chest neck head shoulder.L upper_arm.L forearm.L hand.L shoulder.R
+        upper_arm.R forearm.R hand.R thigh.L shin.L foot.L toe.L thigh.R shin.R foot.R toe.R""",
+    "Unreal": """root pelvis spine_01 spine_02 spine_03 clavicle_l upperarm_l lowerarm_l hand_l
+        clavicle_r upperarm_r lowerarm_r hand_r neck_01 head thigh_l calf_l foot_l ball_l thigh_r
+        calf_r foot_r ball_r""",
+    "Unity Humanoid": """Hips Spine Chest UpperChest Neck Head LeftShoulder LeftUpperArm
+        LeftLowerArm LeftHand RightShoulder RightUpperArm RightLowerArm RightHand LeftUpperLeg
+        LeftLowerLeg LeftFoot LeftToes RightUpperLeg RightLowerLeg RightFoot RightToes""",
+    "Xsens": """Pelvis L5 L3 T12 T8 Neck Head RightShoulder RightUpperArm RightForeArm RightHand
+        LeftShoulder LeftUpperArm LeftForeArm LeftHand RightUpperLeg RightLowerLeg RightFoot
+        RightToe LeftUpperLeg LeftLowerLeg LeftFoot LeftToe""",
+    "Rokoko": """Hips LeftThigh LeftShin LeftFoot LeftToe LeftToeTip RightThigh RightShin RightFoot
+        RightToe RightToeTip Spine1 Spine2 Spine3 Spine4 LeftShoulder LeftArm LeftForeArm LeftHand
+        Neck Head RightShoulder RightArm RightForeArm RightHand""",
     "motiondb": " ".join(body.JOINTS),
 }
 

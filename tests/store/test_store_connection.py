@@ -142,6 +142,22 @@ def test_what_a_kill_left_is_swept_away(tmp_path: Path) -> None:
     assert [item.name for item in tmp_path.iterdir()] == ["m.duckdb"]
 
 
+@pytest.mark.parametrize("read_only", [False, True])
+def test_the_next_command_sweeps_what_a_killed_one_left(tmp_path: Path, read_only: bool) -> None:
+    path = tmp_path / "m.duckdb"
+    store.open_store(path).close()
+    with subprocess.Popen([sys.executable, "-c", ""]) as ended:
+        ended.wait()
+    drafts = [tmp_path / f".m.duckdb.new-{ended.pid}{end}" for end in ("", ".wal")]
+    running = tmp_path / f".m.duckdb.new-{os.getppid()}"
+    copies = [tmp_path / f".m.duckdb.compact{end}" for end in ("", ".wal")]
+    for left in (*drafts, running, *copies):
+        left.write_text("half a file")
+    store.open_store(path, read_only=read_only).close()
+    expected = {path, running, *(copies if read_only else ())}  # a reader may meet a compact
+    assert set(tmp_path.iterdir()) == expected
+
+
 def test_a_transaction_is_undone_as_a_whole(database: store.Store) -> None:
     def save_and_stop() -> None:
         with store.transaction(database):

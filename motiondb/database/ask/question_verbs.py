@@ -108,8 +108,10 @@ class QuestionVerbs(CatalogueVerbs):
         ----------
         example : str, Path or Motion
             A file, the name of a stored capture, or a motion.
-        start, end : float, optional
-            Part of the example, seconds.
+        start : float, optional
+            Start of the part of the example, seconds.
+        end : float, optional
+            End of the part of the example, seconds.
         where : str
             Filter on the catalogue.
         limit : int
@@ -140,8 +142,10 @@ class QuestionVerbs(CatalogueVerbs):
         ----------
         example : str, Path or Motion
             A file, the name of a stored capture, or a motion.
-        start, end : float, optional
-            Part of the example, seconds.
+        start : float, optional
+            Start of the part of the example, seconds.
+        end : float, optional
+            End of the part of the example, seconds.
 
         Raises
         ------
@@ -282,8 +286,10 @@ class QuestionVerbs(CatalogueVerbs):
             Name of the capture.
         path : str or Path
             The GIF.
-        start, end : float, optional
-            Part of the capture, seconds.
+        start : float, optional
+            Start of the part of the capture, seconds.
+        end : float, optional
+            End of the part of the capture, seconds.
         """
         from motiondb.database.ask import showing
 

@@ -11,6 +11,7 @@ from motiondb.capture.event_sheet import read_event_sheet
 from motiondb.capture.sheet import read_sheet
 from motiondb.database.catalogue import cataloguing, importing
 from motiondb.database.catalogue.cataloguing import check_name_free
+from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.database.catalogue.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
@@ -150,8 +151,10 @@ class CatalogueVerbs:
         ----------
         example : str, Path or Motion
             A file, the name of a stored capture, or a motion.
-        start, end : float, optional
-            Part of the motion, seconds.
+        start : float, optional
+            Start of the part of the motion, seconds.
+        end : float, optional
+            End of the part of the motion, seconds.
 
         Raises
         ------
@@ -182,17 +185,7 @@ class CatalogueVerbs:
             info = store.load_capture(self.store, name)
             source = store.load_source(self.store, info.capture_id)
             run = {r.run_id: r for r in store.load_runs(self.store)}[info.run_id]
-        unit = run.parameters.get("unit")
-        return capture.read_capture_bytes(
-            source.data,
-            source.format,
-            path=info.name,
-            skeleton=source.skeleton_data,
-            skeleton_path=source.skeleton_name or "",
-            fps=info.fps,
-            unit=float(str(unit)) if unit else None,
-            skip_bad_frames=bool(run.parameters.get("skip_bad_frames")),
-        )
+        return read_stored(info, source, run.parameters, info.fps)
 
     def export(
         self,
@@ -210,8 +203,10 @@ class CatalogueVerbs:
             Name of the capture.
         path : str or Path
             The ending says the format: .bvh, .glb or .gltf, or the ending of the added file.
-        start, end : float, optional
-            Part of the capture, seconds; a part is written anew.
+        start : float, optional
+            Start of the part of the capture, seconds. A part is written anew.
+        end : float, optional
+            End of the part of the capture, seconds.
         canonical : bool
             Write the motion on the canonical body at 30 frames a second.
 
@@ -277,8 +272,10 @@ class CatalogueVerbs:
             Name of the capture.
         words : str
             What it shows.
-        start, end : float, optional
-            Part of the capture, seconds.
+        start : float, optional
+            Start of the part of the capture, seconds.
+        end : float, optional
+            End of the part of the capture, seconds.
         keep : bool
             Add to the captions that are there instead of replacing them.
 

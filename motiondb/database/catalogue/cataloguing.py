@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import capture, store
@@ -25,12 +25,24 @@ class AddReport:
 
     Attributes
     ----------
-    added : names of new captures. known : (name, name it is known by) of files already there.
-    problems : a sentence per file or sheet row that could not be used.
-    relations : copies, mirror images and cuts found. notes : what was odd but used.
-    seconds : motion added. counted : how many of ``added`` are searchable at once, because the
-        database had learned. new_words : words of theirs that it will know at the next learn.
-    events : instants that were kept with ``added``.
+    added : tuple of str
+        Names of new captures.
+    known : tuple of (str, str)
+        Name, and name in the database, of files whose content was there already.
+    problems : tuple of str
+        A sentence per file or sheet row that could not be used.
+    relations : tuple of Relation
+        Copies, mirror images and cuts that were found.
+    notes : tuple of str
+        What was unusual but used.
+    seconds : float
+        Motion added.
+    counted : int
+        How many of ``added`` can be searched at once, because the database had learned.
+    new_words : tuple of str
+        Words of their captions that the vocabulary lacks; the next ``learn`` counts them.
+    events : int
+        Number of events saved with ``added``.
     """
 
     added: tuple[str, ...]
@@ -46,7 +58,15 @@ class AddReport:
 
 @dataclass(frozen=True)
 class Sheets:
-    """What people wrote about the captures to add, where they did."""
+    """What people wrote about the captures to add.
+
+    Attributes
+    ----------
+    words : Sheet or None
+        Words and tags.
+    events : EventSheet or None
+        Instants.
+    """
 
     words: Sheet | None = None
     events: EventSheet | None = None
@@ -70,15 +90,28 @@ def add_captures(
 ) -> AddReport:
     """Add a file, or all captures below a folder, with the words and the events of sheets.
 
+    Parameters
+    ----------
+    opened : Store
+        The open store.
+    folder : Path
+        A file or a folder.
+    sheets : Sheets
+        Words and events.
+    settings : AddSettings
+        How files are read.
+    progress : callable, optional
+        Called with what is being done, how many are done, and how many there are.
+
     Raises
     ------
     MotionDBError
-        when there is nothing to add at the path. Broken files do not raise: they are reported.
+        When there is nothing to add at the path. Broken files do not raise: they are reported.
     """
     tell = progress or (lambda _what, _done, _total: None)
-    files = _files(folder)
+    files, unusable = _text_names(_files(folder))
     names = {capture_name(_below(path, folder)): path for path in reversed(files)}
-    problems = sheets.unknown(names)
+    problems = sheets.unknown(names) + unusable
     problems += [
         f"{path}: expected one file per name, found "
         f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
@@ -90,29 +123,89 @@ def add_captures(
         for name, path in sorted(names.items())
     ]
     readings = []
-    store.check_writable(database)
-    with store.released(database):
+    store.check_writable(opened)
+    with store.released(opened):
         for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
             readings.append(reading)
             tell("reading captures", done, len(jobs))
     problems += [r.problem for r in readings if r.problem]
-    return _save(opened, folder, sheets, settings, readings, problems, tell)
+    with store.transaction(opened):
+        report = _save(opened, _Batch(folder, sheets, settings), readings, problems, tell)
+    return replace(report, notes=(*capture.not_read(folder), *report.notes))
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """What is added together."""
+
+    folder: Path
+    sheets: Sheets
+    settings: AddSettings
+
+    @property
+    def parameters(self) -> dict[str, object]:
+        """Parameters of the run."""
+        words, events = self.sheets.words, self.sheets.events
+        return {
+            "folder": str(self.folder),
+            "sheet": words.path if words else None,
+            "events": events.path if events else None,
+            "unit": self.settings.unit,
+            "skip_bad_frames": self.settings.skip_bad_frames,
+            "joint_map": dict(self.settings.joint_map),
+            "keep_implausible": self.settings.keep_implausible,
+        }
 
 
 def _save(
     opened: store.Store,
-    folder: Path,
-    sheets: Sheets,
-    settings: AddSettings,
+    batch: _Batch,
     readings: Sequence[Reading],
     problems: list[str],
     tell: Progress,
 ) -> AddReport:
-    sheet = sheets.words
-    known, added, notes, seconds, n_events = [], [], _sheet_notes(sheets), 0.0, 0
+    """Save what is new; inside a transaction."""
+    sheets = batch.sheets
+    new, known = _sort_readings(opened, readings, problems)
+    notes = _sheet_notes(sheets)
+    notes += _words_left(opened, sheets.words, known) + _events_left(opened, sheets.events, known)
+    if not new:
+        return AddReport((), tuple(known), tuple(problems), (), tuple(notes), 0.0)
+    seconds, n_events = 0.0, 0
+    run_id = store.start_run(opened, "add", batch.parameters)
+    with updating.counted(opened, run_id) as change:
+        for done, reading in enumerate(new, start=1):
+            info, captions = _info(reading, _entry(sheets.words, reading.name), run_id, notes)
+            assert reading.motion is not None
+            assert reading.source is not None
+            info = store.save_capture(opened, info, reading.motion, reading.source, captions)
+            n_events += _save_events(opened, sheets.events, info, problems)
+            change.added.append(info.capture_id)
+            seconds += info.duration
+            tell("saving captures", done, len(new))
+    tell("looking for copies", 0, 1)
+    added = tuple(reading.name for reading in new)
+    relations = find_relations(opened, set(added))
+    store.save_relations(opened, relations)
+    store.finish_run(opened, run_id)
+    tell("looking for copies", 1, 1)
+    return AddReport(
+        added, tuple(known), tuple(problems), tuple(relations), tuple(notes), seconds,
+        len(change.counted), change.new_words, n_events,
+    )  # fmt: skip
+
+
+def _sort_readings(
+    opened: store.Store, readings: Sequence[Reading], problems: list[str]
+) -> tuple[list[Reading], list[tuple[str, str]]]:
+    """Readings to save, and (name, name in the database) of those known by their content.
+
+    Names that another capture has become problems.
+    """
     digests = store.load_digests(opened)
     names = {info.name for info in store.load_captures(opened)}
     new: list[Reading] = []
+    known: list[tuple[str, str]] = []
     for reading in readings:
         if reading.source is None:
             continue
@@ -127,42 +220,13 @@ def _save(
         else:
             digests[reading.source.sha256] = reading.name
             new.append(reading)
-    notes += _words_left(opened, sheet, known) + _events_left(opened, sheets.events, known)
-    if not new:
-        return AddReport((), tuple(known), tuple(problems), (), tuple(notes), 0.0)
-    with store.transaction(opened):
-        parameters = {
-            "folder": str(folder), "sheet": sheet.path if sheet else None,
-            "events": sheets.events.path if sheets.events else None, "unit": settings.unit,
-            "skip_bad_frames": settings.skip_bad_frames, "joint_map": dict(settings.joint_map),
-        }  # fmt: skip
-        run_id = store.start_run(opened, "add", parameters)
-        with updating.counted(opened, run_id) as change:
-            for done, reading in enumerate(new, start=1):
-                info, captions = _info(reading, _entry(sheet, reading.name), run_id, notes)
-                assert reading.motion is not None
-                assert reading.source is not None
-                info = store.save_capture(opened, info, reading.motion, reading.source, captions)
-                n_events += _save_events(opened, sheets.events, info, problems)
-                change.added.append(info.capture_id)
-                added.append(reading.name)
-                seconds += info.duration
-                tell("saving captures", done, len(new))
-        tell("looking for copies", 0, 1)
-        relations = find_relations(opened, set(added))
-        store.save_relations(opened, relations)
-        store.finish_run(opened, run_id)
-    tell("looking for copies", 1, 1)
-    return AddReport(
-        tuple(added), tuple(known), tuple(problems), tuple(relations), tuple(notes), seconds,
-        len(change.counted), change.new_words, n_events,
-    )  # fmt: skip
+    return new, known
 
 
 def _save_events(
     opened: store.Store, sheet: EventSheet | None, info: CaptureInfo, problems: list[str]
 ) -> int:
-    """Keep the sheet's events of a capture; how many. Those after its end become problems."""
+    """Save the sheet's events of a capture; gives their number. Later ones become problems."""
     events = sheet.within(info.name, info.motion_frames, problems) if sheet else ()
     if events:
         store.save_events(opened, info.capture_id, events)
@@ -249,10 +313,24 @@ def _files(folder: Path) -> list[Path]:
         raise MotionDBError(f"{folder}: expected a capture or a folder of captures, found nothing.")
     files = capture.find_captures(folder)
     if not files:
+        others = "".join(f"\n{sentence}." for sentence in capture.not_read(folder))
         raise MotionDBError(
             f"{folder}: expected captures ({', '.join(capture.CAPTURE_ENDINGS)}), found none."
+            + others
         )
     return files
+
+
+def _text_names(files: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """Split files into those whose names are text and problems for the others."""
+    usable = [path for path in files if capture.is_text(path)]
+    problems = [
+        f"{capture.printable(path)}: expected a file name in UTF-8, found other bytes. "
+        "Rename the file."
+        for path in files
+        if not capture.is_text(path)
+    ]
+    return usable, problems
 
 
 def _below(path: Path, folder: Path) -> str:
@@ -313,6 +391,7 @@ def check_name_free(opened: store.Store, name: str) -> None:
     """
     if not name.strip():
         raise QueryError("name: expected a name for the capture, found nothing. Give one.")
+    store.check_new_name(name, "capture")
     if any(info.name == name for info in store.load_captures(opened)):
         raise QueryError(
             f"{name}: expected a name that is free, found a capture of that name. Remove that "

@@ -1,16 +1,19 @@
 """Reading capture files: several at a time, in other processes.
 
 A file becomes everything that is to be saved, or the sentence that says why not; nothing here
-touches the store.
+touches the store. A file that ends its process, or takes too much time or memory, becomes such a
+sentence too, and the others are read.
 """
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,24 +23,53 @@ import numpy as np
 
 from motiondb import capture, store
 from motiondb.capture.sheet import SheetEntry
-from motiondb.errors import MotionDBError
+from motiondb.errors import CaptureError, MotionDBError
 from motiondb.pose import retarget
-from motiondb.records import Motion
+from motiondb.records import CaptureInfo, Clip, Motion
 
 _FEW = 4
 """Files that are read faster than other processes start."""
 _WATCH = "end with parent"
+_GRACE = 2.0
+"""A process that reads for this multiple of a file's time limit is ended: then the limit could not
+interrupt it, because it was inside a library."""
+_PROCESS_MEMORY = 4.0
+"""A process may take this multiple of the memory of a clip: resampling and solving the canonical
+body hold a few arrays of the same size."""
 
 
 @dataclass(frozen=True)
 class AddSettings:
-    """How files are read. unit: metres per length unit (None: found). joint_map: role -> joint."""
+    """How files are read.
+
+    Attributes
+    ----------
+    unit : float or None
+        Metres per length unit; None: what each file says, or estimated from the size of the body.
+    fps : float or None
+        Frames per second, in place of what the files say.
+    skip_bad_frames : bool
+        Leave out bad frames instead of refusing their file.
+    joint_map : mapping of str to str
+        Role -> joint name, for skeletons that no convention fits.
+    jobs : int
+        Processes that read files.
+    limits : ReadLimits
+        What reading one file may cost.
+    keep_implausible : bool
+        Keep captures that move faster than people can.
+    outside_skeletons : bool
+        Allow a sheet to name skeletons outside the added folder.
+    """
 
     unit: float | None = None
     fps: float | None = None
     skip_bad_frames: bool = False
     joint_map: Mapping[str, str] = field(default_factory=dict)
     jobs: int = 2
+    limits: capture.ReadLimits = field(default_factory=capture.ReadLimits)
+    keep_implausible: bool = False
+    outside_skeletons: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,18 +90,52 @@ _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 
 
 def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
-    """Readings in the order of the jobs; in other processes where there are more than a few."""
+    """Yield readings in the order of the jobs; in other processes where there are more than a few.
+
+    When a process dies, the files that it may have been reading are read again, each in a process
+    of its own, so that only the one that kills it is lost.
+    """
     if len(jobs) <= _FEW or n_jobs == 1:
         yield from (_read_one(*job) for job in jobs)
         return
+    n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
+    done = 0
+    while done < len(jobs):
+        try:
+            for reading in _read_in_processes(jobs[done:], n_jobs):
+                yield reading
+                done += 1
+        except BrokenProcessPool:
+            for job in jobs[done : done + 2 * n_jobs]:
+                yield _read_alone(job)
+                done += 1
+
+
+def _read_in_processes(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
+    """Return readings in the order of the jobs, made by several processes at once."""
     from joblib import Parallel, delayed
 
-    n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
     with _interrupts_wait():
-        readings = Parallel(n_jobs=n_jobs, return_as="generator")(
+        readings: Iterator[Reading] = Parallel(n_jobs=n_jobs, return_as="generator")(
             delayed(_read_beside)(os.getpid(), str(Path.cwd()), *job) for job in jobs
         )
-    yield from readings
+    return readings
+
+
+def _read_alone(job: _Job) -> Reading:
+    """Read one file in a process of its own; a problem where the process dies."""
+    try:
+        (reading,) = _read_in_processes([job], 2)
+    except BrokenProcessPool:
+        name, path = job[0], job[1]
+        return Reading(
+            name,
+            str(path),
+            problem=f"{path}: expected a file that can be read, found one that ends the process "
+            "that reads it (too much memory or time, or a damaged file). Export it again, cut the "
+            "capture, or allow more with --memory-limit or --time-limit.",
+        )
+    return reading
 
 
 @contextmanager
@@ -93,10 +159,20 @@ def _read_beside(parent: int, folder: str, *job: Any) -> Reading:
     os.chdir(folder)
     if not any(thread.name == _WATCH for thread in threading.enumerate()):
         threading.Thread(target=_end_with, args=(parent,), name=_WATCH, daemon=True).start()
-    return _read_one(*job)
+    path, limits = job[1], job[-1].limits
+    n_bytes = path.stat().st_size if path.is_file() else 0
+    capture.cap_memory(_PROCESS_MEMORY * max(limits.memory, _PROCESS_MEMORY * n_bytes))
+    with Path(os.devnull).open("w") as nowhere:
+        seconds = min(_GRACE * limits.seconds_for(n_bytes), threading.TIMEOUT_MAX)
+        faulthandler.dump_traceback_later(seconds, exit=True, file=nowhere)
+        try:
+            return _read_one(*job)
+        finally:
+            faulthandler.cancel_dump_traceback_later()
 
 
 def _end_with(parent: int) -> None:
+    """End this process when its parent has ended."""
     while os.getppid() == parent:
         time.sleep(0.5)
     os._exit(1)
@@ -105,49 +181,54 @@ def _end_with(parent: int) -> None:
 def _read_one(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
 ) -> Reading:
+    """Read a file; whatever goes wrong becomes the problem of the reading."""
     try:
-        data = path.read_bytes()
-        kind = capture.capture_format(path)
-        asf = _skeleton(path, entry, folder)
-        skeleton_data = asf.read_bytes() if asf else None
-        fps = entry.fps if entry and entry.fps else settings.fps
-        clip = capture.read_capture_bytes(
-            data,
-            kind,
-            path=path,
-            skeleton=skeleton_data,
-            skeleton_path=asf or "",
-            fps=fps,
-            unit=settings.unit,
-            skip_bad_frames=settings.skip_bad_frames,
-        )
-        motion = retarget.to_motion(clip, settings.joint_map)
-        source = store.pack_source(path.name, data, kind, asf.name if asf else None, skeleton_data)
+        n_bytes = path.stat().st_size if path.is_file() else 0
+        with capture.guarded(path, settings.limits.seconds_for(n_bytes)):
+            return _read_capture(name, path, entry, folder, settings)
     except MotionDBError as error:
         message = str(error)
         return Reading(
             name, str(path), problem=message if str(path) in message else f"{path}: {message}"
         )
-    except OSError as error:
-        return Reading(
-            name, str(path), problem=f"{path}: expected a readable file, found {error.strerror}."
-        )
-    if not np.isfinite(motion.root_positions).all():
-        return Reading(name, str(path), problem=f"{path}: expected finite positions, found none.")
+
+
+def _read_capture(
+    name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
+) -> Reading:
+    """Read a file and its skeleton, and solve the canonical body.
+
+    Raises
+    ------
+    MotionDBError
+        If the file, its skeleton or its motion cannot be used.
+    """
+    options = capture.ReadOptions(
+        fps=entry.fps if entry and entry.fps else settings.fps,
+        unit=settings.unit,
+        skip_bad_frames=settings.skip_bad_frames,
+        limits=settings.limits,
+    )
+    kind = capture.capture_format(path)
+    data = capture.read_file(path, options)
+    asf = _skeleton(path, entry, folder, settings)
+    skeleton_data = capture.read_file(asf, options) if asf else None
+    skeleton = capture.AsfFile(skeleton_data, asf) if skeleton_data is not None else None
+    clip = capture.read_capture_bytes(data, kind, path=path, skeleton=skeleton, options=options)
+    motion = retarget.to_motion(clip, settings.joint_map, settings.keep_implausible)
+    source = store.pack_source(path.name, data, kind, asf.name if asf else None, skeleton_data)
+    if not (np.isfinite(motion.root_positions).all() and np.isfinite(motion.local_rotations).all()):
+        raise CaptureError(path, "expected finite positions, found none.")
     notes = clip.notes + motion.notes
     return Reading(name, str(path), source, motion, clip.fps, clip.n_frames, notes)
 
 
-def _skeleton(path: Path, entry: SheetEntry | None, folder: Path) -> Path | None:
-    """The ASF of an AMC: as the sheet names it below the folder or beside the file, or found."""
-    if path.suffix.lower() != ".amc":
-        return None
-    if entry and entry.skeleton:
-        for base in (folder, path.parent):
-            for ending in ("", ".asf"):
-                candidate = base / (entry.skeleton + ending)
-                if candidate.is_file():
-                    return candidate
+def _skeleton(
+    path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
+) -> Path | None:
+    """Return the ASF of an AMC: the one that the sheet names, or the one with a fitting name."""
+    if path.suffix.lower() == ".amc" and entry and entry.skeleton:
+        return capture.named_skeleton(path, entry.skeleton, folder, settings.outside_skeletons)
     return capture.skeleton_path(path)
 
 
@@ -175,3 +256,34 @@ def read_joint_map(path: Path) -> dict[str, str]:
     if faults:
         raise MotionDBError("\n".join(faults))
     return pairs
+
+
+def read_stored(
+    info: CaptureInfo, source: store.Source, parameters: Mapping[str, object], fps: float | None
+) -> Clip:
+    """The clip of a stored file, read as it was when it was added, without limits.
+
+    Parameters
+    ----------
+    info : CaptureInfo
+        Row of the catalogue.
+    source : Source
+        Bytes of the file, and of its skeleton file.
+    parameters : dict
+        Parameters of the run that added it.
+    fps : float or None
+        Frames per second; None for what the file says.
+    """
+    unit = parameters.get("unit")
+    skeleton = None
+    if source.skeleton_data is not None:
+        skeleton = capture.AsfFile(source.skeleton_data, source.skeleton_name or "")
+    options = capture.ReadOptions(
+        fps=fps,
+        unit=float(str(unit)) if unit else None,
+        skip_bad_frames=bool(parameters.get("skip_bad_frames")),
+        limits=capture.NO_LIMITS,
+    )
+    return capture.read_capture_bytes(
+        source.data, source.format, path=info.name, skeleton=skeleton, options=options
+    )

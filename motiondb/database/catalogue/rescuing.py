@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import capture, store
+from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
@@ -144,17 +145,8 @@ def _read_anew(
 ) -> tuple[CaptureInfo, Motion]:
     """The motion of a stored file, read as it was when it was added."""
     parameters = run.parameters if run else {}
-    unit, joints = parameters.get("unit"), parameters.get("joint_map")
-    clip = capture.read_capture_bytes(
-        source.data,
-        source.format,
-        path=info.name,
-        skeleton=source.skeleton_data,
-        skeleton_path=source.skeleton_name or "",
-        fps=info.fps if info.n_frames else None,
-        unit=float(str(unit)) if unit else None,
-        skip_bad_frames=bool(parameters.get("skip_bad_frames")),
-    )
+    joints = parameters.get("joint_map")
+    clip = read_stored(info, source, parameters, info.fps if info.n_frames else None)
     joint_map = {str(k): str(v) for k, v in joints.items()} if isinstance(joints, dict) else {}
     facts = replace(info, fps=clip.fps, n_frames=clip.n_frames, duration=clip.n_frames / clip.fps)
     return facts, retarget.to_motion(clip, joint_map)

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from motiondb import store
 from motiondb.database.generate.generated_files import (
     draw_generated,
@@ -158,7 +160,7 @@ def generate(
         learned, takings = session.learned, dict[str, Taking]()
         if not exact:
             learned, takings = replace_unknown(learned, words, nearby_table())
-        found = make_motion(learned, session.takes, words, seed, method)
+        found = make_motion(learned, session.takes, words, np.random.default_rng(seed), method)
         made = found.made
         provenance = store.to_provenance(
             session.store, made.captures, made.frames, edits=made.edits

@@ -36,6 +36,7 @@ def keep_generated(
     run_id : int
         Run that its rows name.
     """
+    store.check_new_name(name, "capture")
     clip = retarget.to_clip(motion)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{name.replace('/', '_')}.bvh"

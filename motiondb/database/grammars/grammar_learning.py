@@ -81,8 +81,10 @@ def learn_grammar(
     _check(name, settings)
     rng = np.random.default_rng(settings.seed)
     motions = [store.load_motion(database, info.capture_id) for info in infos]
+    store.check_writable(database)
     try:
-        found = _search(database, infos, motions, settings, rng, tell)
+        with store.released(database):
+            found = _search(database, infos, motions, settings, rng, tell)
     except parse.ParseError:  # a fault of ours: what is learned parses
         raise
     except (
@@ -154,6 +156,7 @@ def _check(name: str, settings: GrammarSettings) -> None:
         raise QueryError(
             f"{name!r}: expected a name of 1 to {MAX_NAME} letters, found another. Choose one."
         )
+    store.check_new_name(name, "grammar")
     if settings.sentences not in SENTENCES:
         raise QueryError(
             f"sentences: expected one of {', '.join(SENTENCES)}, found {settings.sentences!r}."

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 
+import numpy as np
+
 from motiondb import store
 from motiondb.database.session import load_features
 from motiondb.errors import MotionDBError
@@ -50,7 +52,8 @@ def learn(
             tell("features", 0.0)
             pool, taught = _load_taught(opened)
             let_go()
-            model = fit_model(pool, taught, settings, tell)
+            rng = np.random.default_rng(settings.seed)
+            model = fit_model(pool, taught, settings, rng, tell)
         with store.transaction(opened):
             if _same(_load_catalogue(opened), taught):
                 return _save(opened, settings, model, tell)

@@ -13,6 +13,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,9 +28,10 @@ from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.polish import PolishedScene, polish
-from motiondb.scene.polish.scene_report import SceneReport, report_scene
-from motiondb.scene.sampling.play import make_play
-from motiondb.scene.sampling.tempering import SamplerSettings, Trace, sample
+from motiondb.scene.report.report_records import SceneReport
+from motiondb.scene.report.scene_report import report_scene
+from motiondb.scene.sampling.play import Play, make_play
+from motiondb.scene.sampling.tempering import SamplerSettings, Trace, sample, warm_up
 from motiondb.scene.sampling.warm_start import WARM, warm_start
 from motiondb.scene.services import services
 
@@ -61,7 +63,8 @@ class SceneSettings:
 
     seed: int = 0
     chains: int = 4
-    minutes: float = 1.0
+    rounds: int = SamplerSettings().rounds
+    minutes: float | None = None
     tries: int = 3
     gaze: bool = True
 
@@ -71,10 +74,12 @@ class SceneSettings:
                 f"chains: expected 1 to {_MOST_CHAINS} Markov chains, found {self.chains}."
                 " A few more than processors do well."
             )
-        if not (math.isfinite(self.minutes) and self.minutes > 0.0):
+        if self.rounds < 1:
+            raise SceneError(f"rounds: expected at least 1, found {self.rounds}. Leave it out.")
+        if self.minutes is not None and not (math.isfinite(self.minutes) and self.minutes > 0.0):
             raise SceneError(
                 f"minutes: expected a number above 0, found {self.minutes:g}."
-                " Scenes take some seconds; 1 is plenty."
+                " Leave it out for no limit of time."
             )
         if self.tries < 1:
             raise SceneError(f"tries: expected at least 1, found {self.tries}. Try 3.")
@@ -126,6 +131,7 @@ class MadeScene:
     tries: int
     seconds: dict[str, float]
     cut_short: bool
+    cut_at: tuple[int, int, int] = (0, 0, 0)
 
     @property
     def too_fast(self) -> tuple[str, ...]:
@@ -171,11 +177,18 @@ def make(
     SceneError : the grammar has no string that does what the diagram asks of a player.
     """
     seeds = np.random.default_rng(settings.seed).spawn(settings.tries)
-    until = time.monotonic() + 60.0 * settings.minutes
+    sampler = _sampler(settings, start is not None)
+    most, prices = sampler.most_actions, sampler.prices
+    play = make_play(text.diagram, text.grammar, clips.library, most, prices)
+    progress("compiling", 0.0, math.nan)
+    warm_up(play, sampler, np.random.default_rng(0))
+    progress("compiling", 1.0, math.nan)
+    until = math.inf if settings.minutes is None else time.monotonic() + 60.0 * settings.minutes
     best: MadeScene | None = None
     seconds = {"sampling": 0.0, "polishing": 0.0}
     for number, rng in enumerate(seeds):
-        made = _attempt(text, clips, settings, progress, (start, rng, until, number, seconds))
+        how = _How(play, sampler, start, rng, until, number, seconds)
+        made = _attempt(text, clips, settings, progress, how)
         if best is None or _badness(made) < _badness(best):
             best = made
         cut_short = made.cut_short
@@ -185,10 +198,30 @@ def make(
             cut_short |= number + 1 < settings.tries
             break
     assert best is not None
-    return replace(best, cut_short=cut_short)
+    cut_at = made.tries, len(made.trace.best) - 1, sampler.rounds
+    return replace(best, cut_short=cut_short, cut_at=cut_at)
 
 
-_How = tuple[Start | None, np.random.Generator, float, int, dict[str, float]]
+def _sampler(settings: SceneSettings, warm: bool) -> SamplerSettings:
+    """Return the settings of the sampler; they fix the number of its steps."""
+    if warm:
+        return WARM
+    threads = min(settings.chains, os.cpu_count() or 1)
+    return SamplerSettings(
+        temperatures=settings.temperatures, rounds=settings.rounds, threads=threads
+    )
+
+
+class _How(NamedTuple):
+    """How to make one try; ``until`` is a time of :func:`time.monotonic`."""
+
+    play: Play
+    sampler: SamplerSettings
+    start: Start | None
+    rng: np.random.Generator
+    until: float
+    number: int
+    seconds: dict[str, float]
 
 
 def _attempt(
@@ -198,10 +231,8 @@ def _attempt(
     progress: SceneProgress,
     how: _How,
 ) -> MadeScene:
-    start, rng, until, number, seconds = how
-    threads = min(settings.chains, os.cpu_count() or 1)
-    sampler = SamplerSettings(temperatures=settings.temperatures, threads=threads)
-    sampler = WARM if start else sampler
+    """Sample a scene once, polish it and measure it."""
+    play, sampler, start, rng, until, number, seconds = how
     what = "sampling" if number == 0 else f"sampling, try {number + 1}"
 
     cut_short = False
@@ -214,8 +245,8 @@ def _attempt(
 
     began = time.monotonic()
     progress(what, 0.0, math.nan)
-    first = _warm(text, clips, start, rng, sampler) if start else None
-    state, trace = sample(first, clips.library, text.diagram, text.grammar, sampler, rng, heard)
+    first = warm_start(start[1], start[0], play, rng) if start else None
+    state, trace = sample(play, sampler, rng, first, heard)
     seconds["sampling"] += time.monotonic() - began
     began = time.monotonic()
     progress("polishing", 0.0, trace.final)
@@ -229,20 +260,7 @@ def _attempt(
     )  # fmt: skip
 
 
-def _warm(
-    text: SceneText,
-    clips: SceneClips,
-    start: Start,
-    rng: np.random.Generator,
-    sampler: SamplerSettings,
-) -> SceneState:
-    """The earlier scene as far as it still does what is asked."""
-    before, state = start
-    most, prices = sampler.most_actions, sampler.prices
-    play = make_play(text.diagram, text.grammar, clips.library, most, prices)
-    return warm_start(state, before, play, rng)
-
-
 def _badness(made: MadeScene) -> tuple[int, float]:
-    wrong = len(made.report.broken) + len(made.report.collisions) + len(made.too_fast)
-    return wrong, made.error
+    report = made.report
+    wrong = len(report.broken) + len(report.collisions) + len(made.too_fast)
+    return wrong + len(report.impossible), made.error

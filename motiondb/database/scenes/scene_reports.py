@@ -3,13 +3,13 @@
 Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
 directions and frames for synchronisation. The threshold of a position, a line or a direction is the
 rule's weight, the deviation that costs 1; that of a synchronisation two frames; a distance must be
-kept. Both are measured on the motions that came out (:mod:`motiondb.scene.polish.scene_report`),
+kept. Both are measured on the motions that came out (:mod:`motiondb.scene.report.scene_report`),
 in the frames that a rule looks at: one, or, throughout, those of its own actions and no others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -90,7 +90,9 @@ def report_text(record: store.StoredScene) -> str:
         ["player", "action", "rule", "about", "before", "after", "threshold", "frame", ""],
         [_rule_row(rule, span, record.n_frames) for rule, span in _spans(record)],
     )
-    lines += ["", *_contact_lines(record), *_feet_lines(record), "", *_source_lines(record)]
+    lines += ["", *_contact_lines(record), *impossible_lines(record.report)]
+    lines += [*_limb_lines(record), *_guard_lines(record), *_feet_lines(record)]
+    lines += ["", *_source_lines(record)]
     return "\n".join(lines)
 
 
@@ -98,10 +100,12 @@ def cut_short_lines(record: store.StoredScene) -> list[str]:
     """A line where time ended the sampling before it was done, else none."""
     if not record.report.get("cut_short", False):
         return []
-    minutes = float(record.settings.get("minutes", 0.0))
+    minutes = float(record.settings.get("minutes") or 0.0)
+    at = record.report.get("cut_at", {})
+    ended = f"; it ended after {at['rounds']} of {at['of']} rounds of try {at['try']}" if at else ""
     return [
         f"sampling was cut short by --minutes {minutes:g}: the seed alone does not fix this scene,"
-        " and with more minutes it may be better"
+        f" and with more minutes it may be better{ended}"
     ]
 
 
@@ -137,10 +141,68 @@ def _contact_lines(record: store.StoredScene) -> list[str]:
     ]
 
 
+_IMPOSSIBLE = {
+    "airborne": "both feet in the air for {value:.0f} frames, at most {limit:.0f} are possible",
+    "speed": "travels at {value:.1f} m/s, at most {limit:.1f} m/s is possible",
+    "step": "feet {value:.2f} m apart, at most {limit:.2f} m is possible",
+    "foot jump": "a planted foot jumps by {value:.2f} m, at most {limit:.2f} m is possible",
+    "limbs": "limbs pass through one another",
+}
+
+
+def impossible_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return the impossible motion of a scene, one line each; none for scenes without this fact."""
+    if "impossible" not in report:
+        return []
+    motions = report["impossible"]
+    if not motions:
+        return ["impossible motion: none"]
+    return ["impossible motion:"] + [
+        f"  {' and '.join(m['players'])}{' ' * bool(m['action'])}{m['action']}, {_frames(m)}: "
+        + _IMPOSSIBLE[m["kind"]].format(**m)
+        for m in motions
+    ]
+
+
+def _frames(facts: Mapping[str, Any]) -> str:
+    start, last = facts["start"], facts["end"] - 1
+    if start == last:
+        return f"frame {start}"
+    return f"frames {start} to {last}, most at {facts['frame']}"
+
+
+def _limb_lines(record: store.StoredScene) -> list[str]:
+    pairs = record.report.get("near_limbs", [])
+    return ["limbs of two players within 5 cm:"] * bool(pairs) + [
+        f"  {' and '.join(p['players'])}, {p['n_frames']} frames,"
+        f" nearest {p['metres']:.2f} m at frame {p['frame']}"
+        for p in pairs
+    ]
+
+
+def _guard_lines(record: store.StoredScene) -> list[str]:
+    guards = record.report.get("guards", [])
+    return ["distance of guards over all frames (rules look at those of guarding):"] * bool(
+        guards
+    ) + [
+        f"  {g['player']} from {g['target']}: outside {g['near']:g} to {g['far']:g} m in"
+        f" {100 * g['outside']:.0f} % of {record.n_frames} frames (rules look at {g['n_frames']}),"
+        f" farthest {g['farthest']:.1f} m at frame {g['frame']}"
+        for g in guards
+    ]
+
+
 def _feet_lines(record: store.StoredScene) -> list[str]:
     feet = record.report.get("feet", {})
     lines = ["feet on the ground slide (in the captures), m/s:"]
     lines += [f"  {name:6} {own:.3f} ({there:.3f})" for name, (own, there) in feet.items()]
+    jumps = record.report.get("planted_feet", [])
+    lines += ["largest jump of a planted foot within 0.3 s (in the captures), m:"] * bool(jumps)
+    lines += [
+        f"  {j['player']:6} {j['metres']:.3f} ({j['source_metres']:.3f})"
+        + f", {j['foot']} foot, frames {j['start']} to {j['end']}" * bool(j["foot"])
+        for j in jumps
+    ]
     paces = record.report.get("paces", [])
     lines += ["fastest on the ground, as sampled and after polish, m/s:"] * bool(paces)
     lines += [f"  {p['player']:6} {p['before']:.1f} {p['after']:.1f}" for p in paces]

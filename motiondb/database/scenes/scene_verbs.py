@@ -41,7 +41,7 @@ from motiondb.errors import QueryError, suggestion
 from motiondb.pose import body
 from motiondb.records import MOTION_FPS, Caption
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.polish.polish import Placed
+from motiondb.scene.polish.placed import Placed
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -191,6 +191,7 @@ class Scenes:
         """Refuse a name under which a scene with these players cannot be kept (QueryError)."""
         if not name.strip():
             raise QueryError("name: expected a name for the scene, found nothing. Give one.")
+        store.check_new_name(name, "scene")
         database = self._session.store
         replaced = (
             store.load_scene_captures(database, name)
@@ -293,22 +294,31 @@ def _report_rest(made: MadeScene) -> dict[str, Any]:
         "collisions": [_rounded(asdict(touch)) for touch in report.collisions],
         "collisions_before": len(report.collisions_before),
         "feet": {f.player: [round(f.slip, 4), round(f.source_slip, 4)] for f in report.feet},
-        "paces": [_paced(asdict(pace)) for pace in report.paces],
+        "paces": [_rounded(asdict(pace), 3) for pace in report.paces],
+        "impossible": [_rounded(asdict(motion)) for motion in report.impossible],
+        "planted_feet": [_rounded(asdict(jump)) for jump in report.jumps],
+        "near_limbs": [_rounded(asdict(pair)) for pair in report.limbs],
+        "guards": [_rounded(asdict(guard)) for guard in report.guards],
         "bone_error": round(report.bone_error, 6),
         "ball_gap": None if np.isnan(report.ball_gap) else round(report.ball_gap, 4),
         "too_fast": list(made.too_fast),
         "settled": bool(made.polished.settled),
         "tries": made.tries,
         "cut_short": made.cut_short,
+        **({"cut_at": dict(zip(("try", "rounds", "of"), made.cut_at))} if made.cut_short else {}),
     }
 
 
-def _paced(facts: dict[str, Any]) -> dict[str, Any]:
-    return {k: round(v, 3) if isinstance(v, float) else v for k, v in facts.items()}
-
-
-def _rounded(facts: dict[str, Any]) -> dict[str, Any]:
-    return facts | {"players": list(facts["players"]), "depth": round(facts["depth"], 4)}
+def _rounded(facts: dict[str, Any], digits: int = 4) -> dict[str, Any]:
+    """Return facts for JSON: floats rounded, tuples as lists."""
+    return {
+        key: round(value, digits)
+        if isinstance(value, float)
+        else list(value)
+        if isinstance(value, tuple)
+        else value
+        for key, value in facts.items()
+    }
 
 
 __all__ = ["Scene", "SceneSettings", "SceneText", "Scenes", "check_folder"]

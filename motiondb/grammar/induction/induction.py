@@ -1,14 +1,14 @@
-"""Rules from example sentences: alignment-based learning, judged by description length.
+"""Learn the rules of a grammar from example sentences.
 
-Every pair of sentences is aligned (*family*), unequal parts become hypotheses of one type
-(*clustering*), those that do not cross are believed (*selection*), and the trees are read off as
-rules. Which family and selection suit the sentences, the description length says; and from what
-each of them gives, and from the plain sentences, a search goes on to fewer bits (see
-``compaction``). What is returned derives every example.
+Alignment-based learning: every pair of sentences is aligned (*family* of alignments), unequal parts
+become hypotheses of one type, hypotheses that do not cross are kept (*selection*), and the trees
+that they make are read as rules. The family and the selection of the fewest bits are taken. From
+the results of all of them, and from the plain sentences, a search for fewer bits begins
+(:mod:`.rule_compaction`). The grammar that is returned derives every example.
 
-Two types are only made one where no nonterminal then derives itself and every terminal that
-stands equally often in all examples keeps its number. Alignment-based learning unites without
-looking, and its cycles let a basketball player shoot twice where each example has one shot.
+Two types are merged only if no nonterminal then derives itself, and if every terminal that stands
+equally often in all examples keeps its number. Plain alignment-based learning merges without this
+check; its cycles let a basketball player shoot twice where each example has one shot.
 
 The result depends on the set of sentences and on how often each occurs, not on their order.
 
@@ -23,7 +23,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Literal, get_args
+from typing import Literal, TypeVar, get_args
 
 from motiondb.errors import suggestion
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, choices_of
@@ -54,15 +54,37 @@ from motiondb.grammar.rules.rule_set import (
 from motiondb.grammar.rules.sentence_alignment import Slot, align
 from motiondb.grammar.rules.suffix_alignment import align_all
 
+Name = TypeVar("Name", bound=str)
 Family = Literal["edit", "biased", "suffix"]
 FAMILIES: tuple[Family, ...] = get_args(Family)
 AUTO = "auto"
+"""Family or selection: the one of the fewest bits."""
+
 FLAT = "flat"
+"""Family and selection of rules that were found from the plain sentences."""
+
+_MOST_NODES = 10_000
+"""Bound on the time of merging types: merges tried one by one, times nodes. The pairs exchanged
+most often come first. Chosen by hand."""
+
+_WORTH_PLANTING = 4.0
+"""Alignment-based learning that takes more than this many times the bits of plain rules is not
+used further. Chosen by hand."""
 
 
 @dataclass(frozen=True)
 class Induction:
-    """A grammar, how it was found, and the bits of it and of the sentences it was learned from."""
+    """A learned grammar.
+
+    Attributes
+    ----------
+    grammar : Grammar
+        The grammar; probabilities are the shares of the uses of each rule.
+    family, selection : str
+        How its rules were found; "flat" for rules found from the plain sentences.
+    bits : DescriptionLength
+        Bits of the grammar and of the sentences it was learned from.
+    """
 
     grammar: Grammar
     family: str
@@ -78,19 +100,25 @@ def induce(
     compacted: bool = True,
     effort: Effort | None = None,
 ) -> Grammar:
-    """The grammar of fewest bits that alignment-based learning and compaction find.
+    """Learn the grammar of the fewest bits that the search finds.
 
     Parameters
     ----------
-    sentences : the examples; equal ones count as often as they stand there.
-    family : "edit", "biased", "suffix", or "auto" for the one of fewest bits.
-    selection : "first", "leaf", "branch", or "auto".
-    compacted : False stops at what alignment-based learning itself gives.
-    effort : of the search; what suits so many symbols unless given.
+    sentences : sequence of Sentence
+        The examples; equal ones count as often as they occur.
+    family : str
+        "edit", "biased", "suffix", or "auto" for the one of the fewest bits.
+    selection : str
+        "first", "leaf", "branch", or "auto" for the one of the fewest bits.
+    compacted : bool
+        False stops at what alignment-based learning itself gives.
+    effort : Effort, optional
+        How much is searched; chosen by the number of symbols unless given.
 
     Raises
     ------
-    GrammarError where there is no sentence, one is empty, or a family or selection is unknown.
+    GrammarError
+        There is no sentence, a sentence is empty, or a family or selection is unknown.
 
     >>> from motiondb.grammar.cfg.context_free import format_grammar
     >>> print(format_grammar(induce([tuple("abxcd"), tuple("abycd"), tuple("abxcd")])))
@@ -111,46 +139,42 @@ def induce_with_bits(
     effort: Effort | None = None,
     known: Sequence[RuleSet] = (),
 ) -> Induction:
-    """What :func:`induce` finds, with the family, the selection and the bits; same faults.
+    """Learn a grammar, and say how it was found and how many bits it takes.
 
-    known : rules found for these sentences before, terminals numbered in the order of their names;
-    what is returned takes no more bits.
+    Parameters and errors are those of :func:`induce`.
+
+    Parameters
+    ----------
+    known : sequence of RuleSet
+        Rules found for these sentences before, terminals numbered in the order of their names. The
+        result takes no more bits than any of them.
     """
     names, counted = _numbered(sentences)
     families = _among(FAMILIES, family, "family")
     selections = _among(SELECTIONS, selection, "selection")
-    aligned_ones = [
-        Candidate(learned.bits(), chosen, way, learned)
-        for chosen, way, learned in aligned_rules(counted, len(names), families, selections)
+    candidates = [
+        Candidate(rules.bits(), used_family, used_selection, rules)
+        for used_family, used_selection, rules in aligned_rules(
+            counted, len(names), families, selections
+        )
     ]
-    candidates = aligned_ones
     if compacted:
         flat = flat_rules(counted, len(names))
-        donors = [one.rule_set for one in aligned_ones if one.bits < _WORTH_PLANTING * flat.bits()]
-        found = compact(flat, [*donors, *known], effort=effort)
-        candidates = [
-            *aligned_ones,
-            *(Candidate(rules.bits(), FLAT, FLAT, rules) for rules in (found, *known)),
-        ]
+        donors = [one.rule_set for one in candidates if one.bits < _WORTH_PLANTING * flat.bits()]
+        searched = compact(flat, [*donors, *known], effort=effort)
+        candidates += [Candidate(rules.bits(), FLAT, FLAT, rules) for rules in (searched, *known)]
     best = min(candidates, key=lambda candidate: round(candidate.bits, 6))
     return _finished(best, names, sentences)
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A rule set with its bits, and the family and selection that it began from."""
+    """A rule set with its bits, and the family and selection that it comes from."""
 
     bits: float
     family: str
     selection: str
     rule_set: RuleSet
-
-
-_MOST_NODES = 10_000
-"""Unions tried one by one, times nodes: a bound on time, those seen most come first."""
-
-_WORTH_PLANTING = 4.0
-"""Where alignment-based learning takes this many times the bits of flat rules, it goes astray."""
 
 
 def aligned_rules(
@@ -159,7 +183,17 @@ def aligned_rules(
     families: Sequence[Family] = FAMILIES,
     selections: Sequence[Selection] = SELECTIONS,
 ) -> Iterator[tuple[Family, Selection, RuleSet]]:
-    """What alignment-based learning gives for each family and selection, its types kept lawful."""
+    """Yield the rules of alignment-based learning for each family and selection.
+
+    Parameters
+    ----------
+    counted : mapping
+        Sentences as terminal numbers, and how often each occurs.
+    n_terminals : int
+        Number of terminals.
+    families, selections : sequences of str
+        What is tried.
+    """
     ordered = sorted(counted)
     weights = [counted[sentence] for sentence in ordered]
     for family in families:
@@ -186,11 +220,22 @@ def read_rules(
     n_terminals: int,
     lawful: bool = True,
 ) -> RuleSet:
-    """The rules of the trees that the places make, places of one type under one nonterminal.
+    """Read rules from the trees that selected places make.
 
-    With ``lawful`` types are united only as far as the laws of the rule set allow: all of them
-    where that is lawful, else type by type, else pair by pair, the pairs of words that were
-    exchanged most often first.
+    Parameters
+    ----------
+    hypotheses : Hypotheses
+        Sentences and types.
+    kept : sequence of sequences of Place
+        The selected places of each sentence.
+    weights : sequence of int
+        How often each sentence occurs.
+    n_terminals : int
+        Number of terminals.
+    lawful : bool
+        Whether types are merged only as far as the laws of the rule set allow: all types if that
+        is lawful, else type by type, else pair by pair, the pairs of words that were exchanged
+        most often first.
     """
     symbols = {
         place: n_terminals + 1 + number
@@ -213,16 +258,16 @@ def read_rules(
     for place, symbol in symbols.items():
         of_type.setdefault(hypotheses.types[place], []).append(symbol)
     everything = {symbol: group[0] for group in of_type.values() for symbol in group}
-    united = _renamed(finest, everything)
-    if not lawful or united.lawful():
-        return trim(united)
-    return trim(_united_where_lawful(finest, of_type, hypotheses, symbols))
+    merged = _renamed(finest, everything)
+    if not lawful or merged.lawful():
+        return trim(merged)
+    return trim(_merged_where_lawful(finest, of_type, hypotheses, symbols))
 
 
 def _tree_rules(
     sentence: Right, whole: Place, places: Sequence[Place], symbols: Mapping[Place, int]
 ) -> Iterator[tuple[Place, Right]]:
-    """Each node of the tree that nested places make, with the right side it is rewritten to."""
+    """Yield each node of the tree that nested places make, and its right side."""
     children: dict[Place, list[Place]] = {whole: []}
     smallest_first = sorted(places, key=lambda place: place.end - place.start)
     for place in smallest_first:
@@ -253,20 +298,20 @@ def _renamed(rule_set: RuleSet, names: Mapping[int, int]) -> RuleSet:
     return changed
 
 
-def _united_where_lawful(
+def _merged_where_lawful(
     finest: RuleSet,
     of_type: Mapping[int, Sequence[int]],
     hypotheses: Hypotheses,
     symbols: Mapping[Place, int],
 ) -> RuleSet:
-    """Whole types, those of most places first; of the others the words exchanged most often."""
+    """Merge whole types, the largest first; else pairs of words, the most exchanged first."""
     evidence: dict[int, Counter[tuple[Right, Right]]] = {}
     for (place, twin), number in hypotheses.pairs.items():
         pair = hypotheses.words(place), hypotheses.words(twin)
         evidence.setdefault(hypotheses.types[place], Counter())[min(pair), max(pair)] += number
-    spoken: dict[tuple[int, Right], list[int]] = {}
+    symbols_of: dict[tuple[int, Right], list[int]] = {}
     for place, symbol in symbols.items():
-        spoken.setdefault((hypotheses.types[place], hypotheses.words(place)), []).append(symbol)
+        symbols_of.setdefault((hypotheses.types[place], hypotheses.words(place)), []).append(symbol)
     current = finest
     tries = max(5, _MOST_NODES // len(symbols))
     most_types = max(20, _MOST_NODES // len(symbols))
@@ -278,7 +323,7 @@ def _united_where_lawful(
             continue
         names = {symbol: symbol for symbol in group}
         for (x, y), _ in sorted(evidence[kind].items(), key=lambda item: (-item[1], item[0])):
-            places = (*spoken.get((kind, x), ()), *spoken.get((kind, y), ()))
+            places = (*symbols_of.get((kind, x), ()), *symbols_of.get((kind, y), ()))
             same = {names[symbol] for symbol in places}
             if len(same) < 2 or tries == 0:
                 continue
@@ -309,19 +354,21 @@ def _numbered(sentences: Sequence[Sentence]) -> tuple[tuple[str, ...], Counter[R
     return names, Counter(coded)
 
 
-def _among(known: tuple, wanted: str, kind: str) -> tuple:
+def _among(known: tuple[Name, ...], wanted: str, kind: str) -> tuple[Name, ...]:
+    """Return all known names for "auto", else the wanted one."""
     if wanted == AUTO:
         return known
-    if wanted not in known:
+    chosen = tuple(name for name in known if name == wanted)
+    if not chosen:
         raise GrammarError(
             f"{kind}: expected {', '.join(known)} or {AUTO}, found {wanted!r}."
             f"{suggestion(wanted, (*known, AUTO))}"
         )
-    return (wanted,)
+    return chosen
 
 
 def _finished(best: Candidate, names: Sequence[str], sentences: Sequence[Sentence]) -> Induction:
-    """Names for the nonterminals; rules that no most economical parse uses are left out."""
+    """Name the nonterminals and drop rules that no parse of fewest bits uses."""
     grammar = as_grammar(best.rule_set, names)
     counts = Counter(sentences)
     while True:

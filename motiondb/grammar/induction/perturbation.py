@@ -1,64 +1,85 @@
-"""Rules taken apart at random: where a search that has come to rest begins again.
+"""Perturb rules at random, so that a search that has stopped can go on from there.
 
-Annealing ends in rules from which no small change saves bits. Four larger ones lead out:
+Annealing ends in rules from which no small change saves bits. Five larger changes lead out:
 
-* *forget*: some rules are taken away, the sentences that used them told anew;
-* *part*: a nonterminal gets a copy for one of the places where it stands, or for each of them, so
-  that what was united too early can be different things;
-* *sample*: the rules go on with some of the sentences only, which others no longer hold back;
-* *plant*: some nonterminals are put into the plain sentences (``planting``).
+* *plant*: some nonterminals are put into the plain sentences (:mod:`.planting`);
+* *forget*: some rules are removed, and new rules made for the sentences that used them;
+* *split one*, *split all*: a nonterminal that stands in several places is copied for one of them,
+  or for each, so that what was merged too early can become different;
+* *sample*: the rules are annealed on some of the sentences only, without the constraints of others.
 
-After each the sentences are read again (``refitting``), so that copies keep only what they use.
+After each change the sentences are parsed again (:mod:`.refitting`), so that copies keep only the
+rules that they use.
 
 Sources: H. R. Lourenço, O. C. Martin and T. Stützle, "Iterated Local Search", Handbook of
 Metaheuristics (2003); G. Schrimpf, J. Schneider, H. Stamm-Wilbrandt and G. Dueck, "Record Breaking
 Optimization Results Using the Ruin and Recreate Principle", Journal of Computational Physics 159
-(2000), for what is taken away and built again.
+(2000), for rules that are removed and built again.
 """
 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from motiondb.grammar.induction.annealing import anneal
 from motiondb.grammar.induction.planting import plant
-from motiondb.grammar.induction.proposals import chance, draw
 from motiondb.grammar.induction.refitting import refit
 from motiondb.grammar.rules.rule_set import RuleSet
 
-SeedArray = npt.NDArray[np.uint64]
+REWARMED = 2.0
+"""First temperature, bits, of an annealing that begins with learned rules: lower than for plain
+sentences, so that the rules are not all lost. Chosen by hand."""
+
+_PLANT, _FORGET, _SPLIT_ONE, _SPLIT_ALL, _SAMPLE = range(5)
+"""The changes. Each is drawn equally often; their shares were not tuned."""
+
 _MOST_FORGOTTEN = 3
+"""Rules that are removed at once, at most. Chosen by hand."""
+
 _LEAST_SHARE, _LARGEST_SHARE = 0.4, 0.9
+"""Share of the sentences in a sample. Chosen by hand."""
 
 
-def perturb(rule_set: RuleSet, flat: RuleSet, tries: int, state: SeedArray) -> RuleSet | None:
-    """One of the changes, drawn at random, of rules for the sentences of the flat rules.
+def perturb(
+    rule_set: RuleSet, flat: RuleSet, tries: int, rng: np.random.Generator
+) -> RuleSet | None:
+    """Make one random change.
 
-    tries : of the annealing of a sample. state : array (1,), of the random numbers
-    (``proposals.next_bits``); it goes on.
+    Parameters
+    ----------
+    rule_set : RuleSet
+        Rules of the sentences.
+    flat : RuleSet
+        One rule for each sentence.
+    tries : int
+        Tries of the annealing of a sample.
+    rng : numpy.random.Generator
+        Draws the change.
 
-    None where there is nothing to change.
+    Returns
+    -------
+    RuleSet or None
+        None if there is nothing to change.
     """
-    kind = draw(state, 5)
-    if kind == 0:
-        return plant(flat, rule_set, state)
-    if kind == 4:
-        return _by_sample(rule_set, flat, tries, state)
-    if kind == 1:
-        return refit(forget(rule_set, 1 + draw(state, _MOST_FORGOTTEN), state), flat)
-    copied = part(rule_set, kind == 2, state)
+    kind = int(rng.integers(5))
+    if kind == _PLANT:
+        return plant(flat, rule_set, rng)
+    if kind == _SAMPLE:
+        return _by_sample(rule_set, flat, tries, rng)
+    if kind == _FORGET:
+        return refit(forget(rule_set, int(rng.integers(1, _MOST_FORGOTTEN + 1)), rng), flat)
+    copied = split(rule_set, kind == _SPLIT_ONE, rng)
     return None if copied is None else refit(copied, flat)
 
 
-def forget(rule_set: RuleSet, number: int, state: SeedArray) -> RuleSet:
-    """Without so many rules, drawn at random, and those that need nonterminals thus lost."""
+def forget(rule_set: RuleSet, number: int, rng: np.random.Generator) -> RuleSet:
+    """Remove random rules, and the rules that need nonterminals without rules."""
     changed = rule_set.copy()
     for _ in range(number):
         rows = sorted(changed.uses())
         if not rows:
             break
-        left, right = rows[draw(state, len(rows))]
+        left, right = rows[int(rng.integers(len(rows)))]
         del changed.rules[left][right]
         lost = _without_rules(changed)
         while lost:
@@ -75,19 +96,33 @@ def _without_rules(rule_set: RuleSet) -> set[int]:
     return {x for x, rights in rule_set.rules.items() if not rights and x != rule_set.start}
 
 
-def part(rule_set: RuleSet, once: bool, state: SeedArray) -> RuleSet | None:
-    """A nonterminal that stands in several places, drawn at random, copied for one or each of them.
+def split(rule_set: RuleSet, once: bool, rng: np.random.Generator) -> RuleSet | None:
+    """Copy a random nonterminal that stands in several places, for one or for each of them.
+
+    Parameters
+    ----------
+    rule_set : RuleSet
+        The rules.
+    once : bool
+        Whether one place gets a copy, or each.
+    rng : numpy.random.Generator
+        Draws the nonterminal and the place.
+
+    Returns
+    -------
+    RuleSet or None
+        None if no nonterminal stands in several places.
 
     >>> rules = RuleSet(2, {2: {(3, 0, 3): 2}, 3: {(0,): 2, (1,): 2}})
-    >>> part(rules, False, np.array([1], dtype=np.uint64)).rules
+    >>> split(rules, False, np.random.default_rng(1)).rules
     {2: {(4, 0, 5): 2}, 4: {(0,): 2, (1,): 2}, 5: {(0,): 2, (1,): 2}}
     """
     references = rule_set.references()
     shared = [x for x in sorted(rule_set.rules) if x != rule_set.start and references[x] > 1]
     if not shared:
         return None
-    symbol = shared[draw(state, len(shared))]
-    chosen = draw(state, references[symbol]) if once else -1
+    symbol = shared[int(rng.integers(len(shared)))]
+    chosen = int(rng.integers(references[symbol])) if once else -1
     changed = rule_set.copy()
     changed.rules = {left: {} for left in rule_set.rules}
     new, place = max(rule_set.rules) + 1, 0
@@ -108,21 +143,23 @@ def part(rule_set: RuleSet, once: bool, state: SeedArray) -> RuleSet | None:
     return changed
 
 
-def sample(flat: RuleSet, number: int, state: SeedArray) -> RuleSet:
-    """The flat rules of so many of the sentences, drawn at random; the laws are those of all."""
+def sample(flat: RuleSet, number: int, rng: np.random.Generator) -> RuleSet:
+    """Return the flat rules of ``number`` random sentences; the laws are those of all."""
     rights = flat.rules[flat.start]
-    left_over = sorted(rights)
-    chosen = [left_over.pop(draw(state, len(left_over))) for _ in range(number)]
+    order = sorted(rights)
+    chosen = sorted(order[k] for k in rng.choice(len(order), number, replace=False))
     some = flat.copy()
-    some.rules = {flat.start: {sentence: rights[sentence] for sentence in sorted(chosen)}}
+    some.rules = {flat.start: {sentence: rights[sentence] for sentence in chosen}}
     return some
 
 
-def _by_sample(rule_set: RuleSet, flat: RuleSet, tries: int, state: SeedArray) -> RuleSet | None:
+def _by_sample(
+    rule_set: RuleSet, flat: RuleSet, tries: int, rng: np.random.Generator
+) -> RuleSet | None:
+    """Anneal the rules on a sample, then refit them to all sentences."""
     n = len(flat.rules[flat.start])
-    share = _LEAST_SHARE + (_LARGEST_SHARE - _LEAST_SHARE) * chance(state)
-    some = sample(flat, min(n, max(2, int(n * share))), state)
-    begun = refit(rule_set, some)
+    share = rng.uniform(_LEAST_SHARE, _LARGEST_SHARE)
+    begun = refit(rule_set, sample(flat, min(n, max(2, int(n * share))), rng))
     if begun is None:
         return None
-    return refit(anneal(begun, tries=tries, warmest=2.0, seed=int(draw(state, 1 << 30))), flat)
+    return refit(anneal(begun, rng, tries=tries, warmest=REWARMED), flat)

@@ -1,11 +1,11 @@
-"""Nonterminals of one grammar planted into the plain sentences: what a new search may begin from.
+"""Put nonterminals of one rule set into plain sentences: another beginning for a search.
 
-A search that has united too much seldom parts it again, for the rules do not tell which sentence
-used which. So it begins anew from the sentences, with some of the nonterminals that a good grammar
-has: each, those it needs first, is put into the sentences wherever one of its alternatives stands,
-so that as few symbols as possible are left; of equally short readings one is drawn at random.
+A search that has merged too much rarely splits it again, for rules do not record which sentence
+uses which. So it begins again from the sentences, with some of the nonterminals of good rules. Each
+is put into the sentences, those it needs first, wherever one of its alternatives stands, so that
+as few symbols as possible are left. Among equally short results one is drawn at random.
 
-The idea of beginning anew from parts of the best found so far is iterated local search; H. R.
+Source: to begin again from parts of the best result so far is iterated local search; H. R.
 Lourenço, O. C. Martin and T. Stützle, "Iterated Local Search", Handbook of Metaheuristics (2003).
 """
 
@@ -15,21 +15,32 @@ from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
-from motiondb.grammar.induction.proposals import chance
 from motiondb.grammar.rules.rule_set import Right, RuleSet
 
-SeedArray = npt.NDArray[np.uint64]
-_CHANCE = 0.5
+_SHARE = 0.5
+"""Probability that a nonterminal is planted: any subset is equally likely."""
+
+_TIE = 1e-6
+"""Symbols by which random ties are broken: far less than one symbol."""
 
 
-def plant(flat: RuleSet, donor: RuleSet, state: SeedArray) -> RuleSet | None:
-    """The flat rules with some of the donor's nonterminals, drawn at random, in place of strings.
+def plant(flat: RuleSet, donor: RuleSet, rng: np.random.Generator) -> RuleSet | None:
+    """Put random nonterminals of a donor into sentences.
 
-    state : array (1,), of the random numbers (``proposals.next_bits``); it goes on.
+    Parameters
+    ----------
+    flat : RuleSet
+        One rule for each sentence.
+    donor : RuleSet
+        Where the nonterminals come from.
+    rng : numpy.random.Generator
+        Draws the nonterminals.
 
-    None where the donor has no nonterminals, or what results breaks the laws.
+    Returns
+    -------
+    RuleSet or None
+        None if the donor has no nonterminals, or the result breaks the laws of the rule set.
     """
     lefts = sorted(left for left in donor.rules if left != donor.start)
     order = donor.order()
@@ -37,14 +48,14 @@ def plant(flat: RuleSet, donor: RuleSet, state: SeedArray) -> RuleSet | None:
         return None
     chosen: set[int] = set()
     for left in lefts:
-        if chance(state) < _CHANCE:
-            chosen.update(_below(donor, left))
+        if rng.random() < _SHARE:
+            chosen.update(_descendants(donor, left))
     rights = flat.rules[flat.start]
     planted = flat.copy()
     for left in reversed(order):
         if left not in chosen:
             continue
-        rights, used = _read(rights, left, donor.rules[left], state)
+        rights, used = _shorten_all(rights, left, donor.rules[left], rng)
         if used:
             planted.rules[left] = dict(used)
     planted.rules[planted.start] = dict(rights)
@@ -52,36 +63,37 @@ def plant(flat: RuleSet, donor: RuleSet, state: SeedArray) -> RuleSet | None:
     return planted if planted.lawful() else None
 
 
-def _below(donor: RuleSet, left: int) -> list[int]:
-    found = [left]
-    for symbol in found:
+def _descendants(donor: RuleSet, left: int) -> list[int]:
+    """Return a nonterminal and all that it leads to."""
+    reached = [left]
+    for symbol in reached:
         for right in donor.rules[symbol]:
-            found.extend(s for s in dict.fromkeys(right) if s in donor.rules and s not in found)
-    return found
+            reached.extend(s for s in dict.fromkeys(right) if s in donor.rules and s not in reached)
+    return reached
 
 
-def _read(
+def _shorten_all(
     rights: Mapping[Right, int],
     left: int,
     alternatives: Mapping[Right, int],
-    state: SeedArray,
+    rng: np.random.Generator,
 ) -> tuple[Counter[Right], Counter[Right]]:
-    """Right sides with ``left`` for its alternatives, and how often each alternative was read."""
-    found: Counter[Right] = Counter()
+    """Put ``left`` into right sides; they, and how often each alternative was replaced."""
+    shortened: Counter[Right] = Counter()
     used: Counter[Right] = Counter()
     parts = [part for part in alternatives if part]
     for right, count in rights.items():
-        written, pieces = _shortest(right, left, parts, state)
-        found[written] += count
-        for part in pieces:
+        written, replaced = _shorten(right, left, parts, rng)
+        shortened[written] += count
+        for part in replaced:
             used[part] += count
-    return found, used
+    return shortened, used
 
 
-def _shortest(
-    right: Right, left: int, parts: list[Right], state: SeedArray
+def _shorten(
+    right: Right, left: int, parts: list[Right], rng: np.random.Generator
 ) -> tuple[Right, list[Right]]:
-    """The right side in the fewest symbols, and the parts for which ``left`` stands."""
+    """Return the right side in the fewest symbols, and the parts that ``left`` stands for."""
     n = len(right)
     fewest = [0.0] * (n + 1)
     chosen: list[Right | None] = [None] * n
@@ -90,13 +102,12 @@ def _shortest(
         best: Right | None = None
         for part in parts:
             if right[i] == part[0] and right[i : i + len(part)] == part:
-                # a hair less than a symbol left as it is; equals part by chance
-                cost = 1.0 - 1e-6 * chance(state) + fewest[i + len(part)]
+                cost = 1.0 - _TIE * rng.random() + fewest[i + len(part)]
                 if cost < least:
                     least, best = cost, part
         fewest[i], chosen[i] = least, best
     written: list[int] = []
-    pieces: list[Right] = []
+    replaced: list[Right] = []
     i = 0
     while i < n:
         taken = chosen[i]
@@ -105,6 +116,6 @@ def _shortest(
             i += 1
         else:
             written.append(left)
-            pieces.append(taken)
+            replaced.append(taken)
             i += len(taken)
-    return tuple(written), pieces
+    return tuple(written), replaced

@@ -1,323 +1,417 @@
-"""Random changes of rules in arrays: what an annealed search tries (see ``annealing``).
+"""Random changes of rules in arrays: the moves of the annealed search (:mod:`.annealing`).
 
-Each try looks over the rows of a table and writes the changed rows into one of the spare
-``tables``; it gives the rows filled (0 where there is nothing to change), the end of the text, and
-which table. A nonterminal is never put into its own rules or those it leads to.
+A move reads the rows of a table and writes the changed rows into one of two spare tables,
+``goals``. It returns which of them, -1 if there was nothing to change. No nonterminal is ever put
+into its own rules or into those it leads to.
+
+The shares of the moves, and of the variants within a move, were chosen by hand; they were not
+tuned. What ``benchmarks/grammar_effort.py`` chose with them is the number and the length of the
+annealings (:mod:`.rule_compaction`).
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.induction.rewriting import (
+    Part,
+    Place,
     edit_places,
+    merge,
     occurrences,
     replace,
-    unite,
-    write_out,
-    write_out_once,
+    same_symbols,
+    substitute,
+    substitute_once,
 )
-from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, below
+from motiondb.grammar.induction.rule_arrays import (
+    LEFT,
+    LENGTH,
+    OFFSET,
+    ROWS,
+    RuleTable,
+    compiled,
+    mark_descendants,
+)
+from motiondb.records import BoolArray, IntArray
 
 LONGEST_CHUNK = 10
+"""Symbols of a chunk at most. Chosen by hand: longer repeats are built from chunks of chunks."""
+
 LONGEST_MEMBER = 4
+"""Symbols of an alternative of a class at most. Chosen by hand, so that a try stays short."""
+
+_EXCHANGES = 0.25
+_CLASSES = _EXCHANGES + 0.3
+_CHUNKS = _CLASSES + 0.15
+_FOLDS = _CHUNKS + 0.12
+_MERGES = _FOLDS + 0.1
+"""Shares of the moves, summed up; what is left substitutes a nonterminal. Most tries go to
+exchanges and classes, which alone make alternatives. Chosen by hand."""
+
+_FROM_THE_LEFT = 0.5
+"""Probability that an exchange looks for a common beginning before a common end."""
+
+_SHORTENED = 0.1
+"""Probability that an exchange takes less than all that is shared, which may be chance."""
+
+_TWO_PLACES = 0.4
+"""Probability that a class is made in two places only, and not wherever its members stand."""
+
+_IS_NONTERMINAL = 0.5
+"""Probability that a part which is one nonterminal is taken as the nonterminal of a class."""
+
+_FIRST_HOME, _ANY_HOME, _ANY_NONTERMINAL = 0.4, 0.65, 0.75
+"""Shares, summed up, of the nonterminals that a class joins: one that derives the first part or
+else the second, the second or else the first, a random one. Else it is a new one."""
+
+_CHUNK_JOINS = 0.2
+"""Probability that a chunk which is no alternative yet joins a random nonterminal."""
+
+_FOLD_ONCE = 0.4
+"""Probability that an alternative is replaced in one rule only."""
 
 
-@njit(cache=True)
-def next_bits(state):  # type: ignore[no-untyped-def]
-    """The next 64 random bits."""
-    state[0] += np.uint64(0x9E3779B97F4A7C15)
-    z = state[0]
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
+class Workspace(NamedTuple):
+    """Arrays that the moves use.
+
+    Attributes
+    ----------
+    alternatives : array (nonterminals,)
+        The number of rules of each nonterminal.
+    spared : array (nonterminals,)
+        Room for marks.
+    goals : tuple of RuleTable
+        The tables for changed rules.
+    spare : RuleTable
+        Room for the work of :func:`.rewriting.tidy`.
+    """
+
+    alternatives: IntArray
+    spared: BoolArray
+    goals: tuple[RuleTable, RuleTable]
+    spare: RuleTable
 
 
-@njit(cache=True)
-def draw(state, n):  # type: ignore[no-untyped-def]
-    """A random number from 0 up to, not including, n."""
-    return np.int64(next_bits(state) >> np.uint64(33)) % n
+_NOTHING = -1
+"""What a move returns that changed nothing."""
 
 
-@njit(cache=True)
-def chance(state):  # type: ignore[no-untyped-def]
-    return np.float64(next_bits(state) >> np.uint64(11)) * 2.0**-53
+@compiled
+def draw(rng: np.random.Generator, n: int) -> int:
+    """Draw an integer from 0 to n - 1.
+
+    ``Generator.integers`` takes fifteen times as long in compiled code. The bias, less than
+    n / 2^53, does not matter here.
+    """
+    return int(rng.random() * n)
 
 
-@njit(cache=True)
-def change(table, text, filled, end, n_terminals, alternatives, spared, tables, state):  # type: ignore[no-untyped-def]
-    """One random change into ``tables[place]``: rows filled (0 for none), end, place."""
-    kind = chance(state)
-    if kind < 0.25:
-        return _try_exchange(
-            table, text, filled, end, n_terminals, alternatives, spared, tables, state
+@compiled
+def change(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
+    """Try one random move."""
+    kind = rng.random()
+    if kind < _EXCHANGES:
+        return _try_exchange(table, work, rng)
+    if kind < _CLASSES:
+        return _try_class(table, work, rng)
+    if kind < _CHUNKS:
+        return _try_chunk(table, work, rng)
+    r = draw(rng, table.used[ROWS])
+    symbol = table.rows[r, LEFT]
+    if symbol == table.n_terminals:
+        return _NOTHING
+    if kind < _FOLDS:
+        return _try_fold(table, r, work, rng)
+    if kind < _MERGES:
+        other = table.rows[draw(rng, table.used[ROWS]), LEFT]
+        if other in (symbol, table.n_terminals):
+            return _NOTHING
+        return (
+            0 if merge(table, work.goals[0], min(symbol, other), max(symbol, other)) else _NOTHING
         )
-    if kind < 0.55:
-        return _try_class(
-            table, text, filled, end, n_terminals, alternatives, spared, tables, state
-        )
-    if kind < 0.7:
-        return _try_chunk(
-            table, text, filled, end, n_terminals, alternatives, spared, tables, state
-        )
-    r = draw(state, filled)
-    symbol = table[r, LEFT]
-    if symbol == n_terminals:
-        return 0, end, 0
-    if kind < 0.82:
-        return _try_fold(table, text, filled, end, n_terminals, r, spared, tables, state)
-    if kind < 0.92:
-        other = table[draw(state, filled), LEFT]
-        if other in (symbol, n_terminals):
-            return 0, end, 0
-        n, end = unite(table, text, filled, end, tables[0], min(symbol, other), max(symbol, other))
-        return n, end, 0
-    if alternatives[symbol - n_terminals] == 1:
-        n, end = write_out(table, text, filled, end, tables[0], symbol)
-        return n, end, 0
+    return _try_substitute(table, work, symbol)
+
+
+@compiled
+def _try_substitute(table: RuleTable, work: Workspace, symbol: int) -> int:
+    """Substitute a nonterminal of one rule everywhere, or one of several that is used once."""
+    if work.alternatives[symbol - table.n_terminals] == 1:
+        return 0 if substitute(table, work.goals[0], symbol) else _NOTHING
     uses = 0
-    for k in range(filled):
-        offset = table[k, OFFSET]
-        for d in range(offset, offset + table[k, LENGTH]):
-            uses += text[d] == symbol
+    for r in range(table.used[ROWS]):
+        offset = table.rows[r, OFFSET]
+        for k in range(offset, offset + table.rows[r, LENGTH]):
+            uses += table.text[k] == symbol
     if uses != 1:
-        return 0, end, 0
-    n, end = write_out_once(table, text, filled, end, tables[0], symbol)
-    return n, end, 0
+        return _NOTHING
+    return 0 if substitute_once(table, work.goals[0], symbol) else _NOTHING
 
 
-@njit(cache=True)
-def _unused(alternatives, n_terminals):  # type: ignore[no-untyped-def]
+@compiled
+def _unused(table: RuleTable, alternatives: IntArray) -> int:
+    """Return a nonterminal without rules, -1 if there is none."""
     for k in range(1, alternatives.size):
         if alternatives[k] == 0:
-            return k + n_terminals
+            return k + table.n_terminals
     return -1
 
 
-@njit(cache=True)
-def _home(table, text, filled, n_terminals, part, length, state):  # type: ignore[no-untyped-def]
-    """A nonterminal, not the start, that has the part as an alternative; -1 where none has."""
-    shift = draw(state, filled)
-    for d in range(filled):
-        r = (d + shift) % filled
-        if table[r, LENGTH] == length and table[r, LEFT] > n_terminals:
-            same = True
-            for k in range(length):
-                if text[table[r, OFFSET] + k] != text[part + k]:
-                    same = False
-                    break
-            if same:
-                return table[r, LEFT]
+@compiled
+def _home(table: RuleTable, part: Part, rng: np.random.Generator) -> int:
+    """Return a nonterminal, not the start, that has the part as an alternative; -1 if none has."""
+    shift = draw(rng, table.used[ROWS])
+    for d in range(table.used[ROWS]):
+        r = (d + shift) % table.used[ROWS]
+        if (
+            table.rows[r, LENGTH] == part.length
+            and table.rows[r, LEFT] > table.n_terminals
+            and same_symbols(table.text, table.rows[r, OFFSET], part.start, part.length)
+        ):
+            return int(table.rows[r, LEFT])
     return -1
 
 
-@njit(cache=True)
-def _symbol_for(table, text, filled, n_terminals, alternatives, one, x, other, y, state):  # type: ignore[no-untyped-def]
-    """The nonterminal for two parts: one of them, the home of one, any, or a new one."""
-    way = chance(state)
-    if way < 0.5:
-        if x == 1 and text[one] > n_terminals:
-            return text[one]
-        if y == 1 and text[other] > n_terminals:
-            return text[other]
-    way = chance(state)
-    if way < 0.65:
-        first = way < 0.4
-        for turn in range(2):
-            if (turn == 0) == first:
-                home = _home(table, text, filled, n_terminals, one, x, state)
-            else:
-                home = _home(table, text, filled, n_terminals, other, y, state)
-            if home >= 0:
-                return home
-    elif way < 0.75:
-        left = table[draw(state, filled), LEFT]
-        if left != n_terminals:
-            return left
-    return _unused(alternatives, n_terminals)
+@compiled
+def _is_nonterminal(table: RuleTable, part: Part) -> bool:
+    """Whether a part is one nonterminal, not the start."""
+    return part.length == 1 and bool(table.text[part.start] > table.n_terminals)
 
 
-@njit(cache=True)
-def _try_exchange(table, text, filled, end, n_terminals, alternatives, spared, tables, state):  # type: ignore[no-untyped-def]
-    a = draw(state, filled)
-    left = table[a, LEFT]
-    if alternatives[left - n_terminals] < 2:
-        return 0, end, 0
-    b, shift = a, draw(state, filled)
-    for d in range(filled):
-        r = (d + shift) % filled
-        if r != a and table[r, LEFT] == left:
+@compiled
+def _symbol_for(
+    table: RuleTable, work: Workspace, one: Part, other: Part, rng: np.random.Generator
+) -> int:
+    """Return the nonterminal for two parts: a part itself, a home, a random or a new one."""
+    if rng.random() < _IS_NONTERMINAL:
+        if _is_nonterminal(table, one):
+            return int(table.text[one.start])
+        if _is_nonterminal(table, other):
+            return int(table.text[other.start])
+    way = rng.random()
+    if way < _ANY_HOME:
+        first, second = (one, other) if way < _FIRST_HOME else (other, one)
+        home = _home(table, first, rng)
+        if home < 0:
+            home = _home(table, second, rng)
+        if home >= 0:
+            return home
+    elif way < _ANY_NONTERMINAL:
+        left = table.rows[draw(rng, table.used[ROWS]), LEFT]
+        if left != table.n_terminals:
+            return int(left)
+    return _unused(table, work.alternatives)
+
+
+@compiled
+def _try_exchange(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
+    """Make two right sides of a nonterminal one; what they do not share becomes alternatives."""
+    rows = table.rows
+    a = draw(rng, table.used[ROWS])
+    left = rows[a, LEFT]
+    if work.alternatives[left - table.n_terminals] < 2:
+        return _NOTHING
+    b, shift = a, draw(rng, table.used[ROWS])
+    for d in range(table.used[ROWS]):
+        r = (d + shift) % table.used[ROWS]
+        if r != a and rows[r, LEFT] == left:
             b = r
             break
-    n, m = table[a, LENGTH], table[b, LENGTH]
-    one, other = table[a, OFFSET], table[b, OFFSET]
+    p, q = _shared_ends(table, a, b, rng.random() < _FROM_THE_LEFT)
+    if p + q == 0:
+        return _NOTHING
+    if rng.random() < _SHORTENED:
+        if rng.random() < 0.5:
+            p -= draw(rng, p + 1)
+        else:
+            q -= draw(rng, q + 1)
+        if p + q == 0:
+            return _NOTHING
+    one = Place(a, p, rows[a, LENGTH] - p - q)
+    other = Place(b, p, rows[b, LENGTH] - p - q)
+    return _join(table, work, one, other, rng)
+
+
+@compiled
+def _shared_ends(table: RuleTable, a: int, b: int, from_left: bool) -> tuple[int, int]:
+    """Return the lengths of the common beginning and end of two rows, without overlap."""
+    text = table.text
+    n, m = table.rows[a, LENGTH], table.rows[b, LENGTH]
+    one, other = table.rows[a, OFFSET], table.rows[b, OFFSET]
     least = min(n, m)
     p = q = 0
-    if chance(state) < 0.5:
+    if from_left:
         while p < least and text[one + p] == text[other + p]:
             p += 1
-        while q < least - p and text[one + n - 1 - q] == text[other + m - 1 - q]:
-            q += 1
-    else:
-        while q < least and text[one + n - 1 - q] == text[other + m - 1 - q]:
-            q += 1
+    while q < least - p and text[one + n - 1 - q] == text[other + m - 1 - q]:
+        q += 1
+    if not from_left:
         while p < least - q and text[one + p] == text[other + p]:
             p += 1
-    if p + q == 0:
-        return 0, end, 0
-    if chance(state) < 0.1:  # what is shared may be shared by chance
-        if chance(state) < 0.5:
-            p -= draw(state, p + 1)
-        else:
-            q -= draw(state, q + 1)
-        if p + q == 0:
-            return 0, end, 0
-    x, y = n - p - q, m - p - q
-    return _join(
-        table, text, filled, end, n_terminals, alternatives, spared, tables, state, a, p, x, b, p, y
+    return p, q
+
+
+@compiled
+def _join(table: RuleTable, work: Workspace, a: Place, b: Place, rng: np.random.Generator) -> int:
+    """Make the parts at two places alternatives of one nonterminal, in these places."""
+    one = Part(table.rows[a.row, OFFSET] + a.first, a.length)
+    other = Part(table.rows[b.row, OFFSET] + b.first, b.length)
+    symbol = _symbol_for(table, work, one, other, rng)
+    if symbol < 0:
+        return _NOTHING
+    first, second = table.text[one.start], table.text[other.start]
+    if one.length == 1 and first == symbol and _is_nonterminal(table, other) and second != symbol:
+        return 0 if merge(table, work.goals[0], symbol, second) else _NOTHING
+    mark_descendants(table, symbol, work.spared)
+    for row in (a.row, b.row):
+        if work.spared[table.rows[row, LEFT] - table.n_terminals]:
+            return _NOTHING
+    return 0 if edit_places(table, work.goals[0], a, b, symbol) else _NOTHING
+
+
+@compiled
+def _try_class(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
+    """Make two parts between the same neighbours alternatives of one nonterminal."""
+    a = draw(rng, table.used[ROWS])
+    n = table.rows[a, LENGTH]
+    i = draw(rng, n + 1)
+    first = Place(a, i, draw(rng, min(LONGEST_MEMBER, n - i) + 1))
+    if first.length == n:  # it has no neighbours
+        return _NOTHING
+    second = _place_between(table, first, rng)
+    if second.row < 0 or first.length + second.length == 0:
+        return _NOTHING
+    # in one row the earlier place comes first
+    swapped = first.row == second.row and second.first < first.first
+    one, other = (second, first) if swapped else (first, second)
+    if one.length == 0 or other.length == 0 or rng.random() < _TWO_PLACES:
+        return _join(table, work, one, other, rng)
+    return _join_everywhere(
+        table,
+        work,
+        Part(table.rows[one.row, OFFSET] + one.first, one.length),
+        Part(table.rows[other.row, OFFSET] + other.first, other.length),
+        rng,
     )
 
 
-@njit(cache=True)
-def _join(  # type: ignore[no-untyped-def]
-    table, text, filled, end, n_terminals, alternatives, spared, tables, state, a, i, x, b, j, y
-):
-    """Two parts in two places become one nonterminal."""
-    one, other = table[a, OFFSET] + i, table[b, OFFSET] + j
-    symbol = _symbol_for(table, text, filled, n_terminals, alternatives, one, x, other, y, state)
-    if symbol < 0:
-        return 0, end, 0
-    single = y == 1 and text[other] > n_terminals
-    if x == 1 and text[one] == symbol and single and text[other] != symbol:
-        n, end = unite(table, text, filled, end, tables[0], symbol, text[other])
-        return n, end, 0
-    below(table, text, filled, n_terminals, symbol, spared)
-    if spared[table[a, LEFT] - n_terminals] or spared[table[b, LEFT] - n_terminals]:
-        return 0, end, 0
-    n, end = edit_places(table, text, filled, end, tables[0], a, i, x, b, j, y, symbol)
-    return n, end, 0
+@compiled
+def _neighbours(table: RuleTable, place: Place) -> tuple[int, int]:
+    """Return the symbols before and after a place; -1 at the beginning, -2 at the end."""
+    start = table.rows[place.row, OFFSET]
+    end = place.first + place.length
+    before = table.text[start + place.first - 1] if place.first > 0 else -1
+    after = table.text[start + end] if end < table.rows[place.row, LENGTH] else -2
+    return before, after
 
 
-@njit(cache=True)
-def _try_class(table, text, filled, end, n_terminals, alternatives, spared, tables, state):  # type: ignore[no-untyped-def]
-    a = draw(state, filled)
-    n = table[a, LENGTH]
-    i = draw(state, n + 1)
-    x = draw(state, min(LONGEST_MEMBER, n - i) + 1)
-    offset = table[a, OFFSET]
-    before = text[offset + i - 1] if i > 0 else -1
-    after = text[offset + i + x] if i + x < n else -2
-    if before == -1 and after == -2:
-        return 0, end, 0
-    shift = draw(state, filled)
-    b = j = y = -1
-    for d in range(filled):
-        r = (d + shift) % filled
-        start, m = table[r, OFFSET], table[r, LENGTH]
-        turn = draw(state, m + 1)
+@compiled
+def _place_between(table: RuleTable, first: Place, rng: np.random.Generator) -> Place:
+    """Return a random other place between the same neighbours; row -1 if there is none."""
+    before, _ = _neighbours(table, first)
+    shift = draw(rng, table.used[ROWS])
+    for d in range(table.used[ROWS]):
+        r = (d + shift) % table.used[ROWS]
+        start, m = table.rows[r, OFFSET], table.rows[r, LENGTH]
+        turn = draw(rng, m + 1)
         for e in range(m + 1):
             k = (e + turn) % (m + 1)
-            if (text[start + k - 1] if k > 0 else -1) != before:
+            if (table.text[start + k - 1] if k > 0 else -1) != before:
                 continue
-            for length in range(min(LONGEST_MEMBER, m - k) + 1):
-                if (text[start + k + length] if k + length < m else -2) != after:
-                    continue
-                if length == x and _same(text, offset + i, start + k, x):
-                    continue
-                if r == a and k < i + x + 1 and i < k + length + 1:
-                    continue
-                b, j, y = r, k, length
-                break
-            if b >= 0:
-                break
-        if b >= 0:
-            break
-    if b < 0 or x + y == 0:
-        return 0, end, 0
-    if a == b and j < i:
-        i, j, x, y = j, i, y, x
-    if x == 0 or y == 0 or chance(state) < 0.4:
-        return _join(
-            table, text, filled, end, n_terminals, alternatives, spared, tables, state,
-            a, i, x, b, j, y,
-        )  # fmt: skip
-    one, other = table[a, OFFSET] + i, table[b, OFFSET] + j
-    symbol = _symbol_for(table, text, filled, n_terminals, alternatives, one, x, other, y, state)
-    if symbol < 0:
-        return 0, end, 0
-    if x == 1 and y == 1 and text[one] > n_terminals and text[other] > n_terminals:
-        found, end = unite(table, text, filled, end, tables[0], text[one], text[other])
-        return found, end, 0
-    source, found, place = table, filled, 0
-    for turn in range(2):
-        # the longer first: the shorter may be part of it
-        part, length = (one, x) if (turn == 0) == (x >= y) else (other, y)
-        if length == 1 and text[part] == symbol:
+            length = _fitting_length(table, first, r, k)
+            if length >= 0:
+                return Place(r, k, length)
+    return Place(-1, 0, 0)
+
+
+@compiled
+def _fitting_length(table: RuleTable, first: Place, r: int, k: int) -> int:
+    """Return the length of a part at place ``k`` of row ``r`` that may join ``first``; -1 if none.
+
+    It ends before the same neighbour, holds other symbols, and does not touch the first place.
+    """
+    _, after = _neighbours(table, first)
+    here, start = table.rows[first.row, OFFSET] + first.first, table.rows[r, OFFSET]
+    m = table.rows[r, LENGTH]
+    for length in range(min(LONGEST_MEMBER, m - k) + 1):
+        if (table.text[start + k + length] if k + length < m else -2) != after:
             continue
-        below(source, text, found, n_terminals, symbol, spared)
-        found, end = replace(
-            source, text, found, end, tables[place], part, length, symbol, spared, -1, n_terminals
+        if length == first.length and same_symbols(table.text, here, start + k, length):
+            continue
+        stop = first.first + first.length
+        if r == first.row and k < stop + 1 and first.first < k + length + 1:
+            continue
+        return length
+    return -1
+
+
+@compiled
+def _join_everywhere(
+    table: RuleTable, work: Workspace, one: Part, other: Part, rng: np.random.Generator
+) -> int:
+    """Make two parts alternatives of one nonterminal wherever they stand."""
+    symbol = _symbol_for(table, work, one, other, rng)
+    if symbol < 0:
+        return _NOTHING
+    if _is_nonterminal(table, one) and _is_nonterminal(table, other):
+        return (
+            0
+            if merge(table, work.goals[0], table.text[one.start], table.text[other.start])
+            else _NOTHING
         )
-        if found < 0:
-            return 0, end, 0
-        source, place = tables[place], 1 - place
-    return found, end, 1 - place
+    longer_first = one.length >= other.length  # the shorter may be part of the longer
+    source, place = table, 0
+    for turn in range(2):
+        part = one if (turn == 0) == longer_first else other
+        if part.length == 1 and table.text[part.start] == symbol:
+            continue
+        mark_descendants(source, symbol, work.spared)
+        if not replace(source, work.goals[place], part, symbol, work.spared, -1):
+            return _NOTHING
+        source, place = work.goals[place], 1 - place
+    return 1 - place
 
 
-@njit(cache=True)
-def _same(text, one, other, length):  # type: ignore[no-untyped-def]
-    same = True
-    for k in range(length):
-        same = same and text[one + k] == text[other + k]
-    return same
-
-
-@njit(cache=True)
-def _try_chunk(table, text, filled, end, n_terminals, alternatives, spared, tables, state):  # type: ignore[no-untyped-def]
-    a = draw(state, filled)
-    n = table[a, LENGTH]
+@compiled
+def _try_chunk(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
+    """Replace a part that stands in several places by a nonterminal."""
+    a = draw(rng, table.used[ROWS])
+    n = table.rows[a, LENGTH]
     if n < 2:
-        return 0, end, 0
-    i = draw(state, n - 1)
-    length = 2 + draw(state, min(LONGEST_CHUNK, n - i) - 1)
-    part = table[a, OFFSET] + i
+        return _NOTHING
+    i = draw(rng, n - 1)
+    part = Part(table.rows[a, OFFSET] + i, 2 + draw(rng, min(LONGEST_CHUNK, n - i) - 1))
     number = 0
-    for r in range(filled):
-        number += occurrences(text, table[r, OFFSET], table[r, LENGTH], part, length)
-    home = _home(table, text, filled, n_terminals, part, length, state)
-    way = chance(state)
-    symbol = home
-    if home < 0 and way < 0.2:
-        symbol = table[draw(state, filled), LEFT]
-    elif home < 0 and number >= 2:
-        symbol = _unused(alternatives, n_terminals)
-    if symbol <= n_terminals:
-        return 0, end, 0
-    below(table, text, filled, n_terminals, symbol, spared)
-    found, end = replace(
-        table, text, filled, end, tables[0], part, length, symbol, spared, -1, n_terminals
-    )
-    return found, end, 0
+    for r in range(table.used[ROWS]):
+        number += occurrences(table, r, part)
+    symbol = _home(table, part, rng)
+    joins = rng.random() < _CHUNK_JOINS
+    if symbol < 0 and joins:
+        symbol = table.rows[draw(rng, table.used[ROWS]), LEFT]
+    elif symbol < 0 and number >= 2:
+        symbol = _unused(table, work.alternatives)
+    if symbol <= table.n_terminals:
+        return _NOTHING
+    mark_descendants(table, symbol, work.spared)
+    return 0 if replace(table, work.goals[0], part, symbol, work.spared, -1) else _NOTHING
 
 
-@njit(cache=True)
-def _try_fold(table, text, filled, end, n_terminals, r, spared, tables, state):  # type: ignore[no-untyped-def]
-    part, length, symbol = table[r, OFFSET], table[r, LENGTH], table[r, LEFT]
-    if length == 0:
-        return 0, end, 0
-    below(table, text, filled, n_terminals, symbol, spared)
+@compiled
+def _try_fold(table: RuleTable, r: int, work: Workspace, rng: np.random.Generator) -> int:
+    """Replace the right side of row ``r`` by its nonterminal elsewhere, once or everywhere."""
+    part, symbol = Part(table.rows[r, OFFSET], table.rows[r, LENGTH]), table.rows[r, LEFT]
+    if part.length == 0:
+        return _NOTHING
+    mark_descendants(table, symbol, work.spared)
     only = -1
-    if chance(state) < 0.4:
-        shift = draw(state, filled)
-        for d in range(filled):
-            k = (d + shift) % filled
-            if not spared[table[k, LEFT] - n_terminals] and occurrences(
-                text, table[k, OFFSET], table[k, LENGTH], part, length
-            ):
+    if rng.random() < _FOLD_ONCE:
+        shift = draw(rng, table.used[ROWS])
+        for d in range(table.used[ROWS]):
+            k = (d + shift) % table.used[ROWS]
+            spared = work.spared[table.rows[k, LEFT] - table.n_terminals]
+            if not spared and occurrences(table, k, part):
                 only = k
                 break
-    found, end = replace(
-        table, text, filled, end, tables[0], part, length, symbol, spared, only, n_terminals
-    )
-    return found, end, 0
+    return 0 if replace(table, work.goals[0], part, symbol, work.spared, only) else _NOTHING

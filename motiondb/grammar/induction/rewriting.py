@@ -1,266 +1,358 @@
-"""Changes of rules in arrays: parts replaced, places edited, nonterminals united and written out.
+"""Changes of rules in arrays: replace a part, merge two nonterminals, substitute a nonterminal.
 
-Each change reads the rows of one table and writes those of another; new right sides are appended
-to the text that both share (see ``rule_arrays``). Rows that do not change are copied first and
-compared with none; those that change are compared with all. Every function gives the rows filled
-and the end of the text; -1 rows where there was no room.
+Each change reads one table and writes another, ``goal``. New right sides are appended to the text
+that both share (see :mod:`.rule_arrays`). Rows that do not change are copied first without
+comparison; rows that change are compared with all others. Every change returns whether there was
+room for it.
 """
 
 from __future__ import annotations
 
-from numba import njit
+from typing import NamedTuple
 
-from motiondb.grammar.induction.rule_arrays import COUNT, LEFT, LENGTH, OFFSET, put, references
+from motiondb.grammar.induction.rule_arrays import (
+    COUNT,
+    LEFT,
+    LENGTH,
+    OFFSET,
+    ROWS,
+    SYMBOLS,
+    RuleTable,
+    clear,
+    compiled,
+    copy_row,
+    copy_rows,
+    count_references,
+    put,
+)
+from motiondb.records import BoolArray, IntArray
 
 
-@njit(cache=True)
-def occurrences(text, offset, length, part, part_length):  # type: ignore[no-untyped-def]
-    """How often a part stands in a right side, none overlapping the one before."""
-    number, k = 0, offset
-    last = offset + length - part_length
+class Part(NamedTuple):
+    """A string of symbols: ``length`` symbols of the text from ``start`` on."""
+
+    start: int
+    length: int
+
+
+class Place(NamedTuple):
+    """A part of a right side: ``length`` symbols of row ``row`` from its symbol ``first`` on."""
+
+    row: int
+    first: int
+    length: int
+
+
+_NOWHERE = -1
+"""``first`` of a place that is none."""
+
+
+@compiled
+def same_symbols(text: IntArray, one: int, other: int, length: int) -> bool:
+    """Whether two places of the text hold the same ``length`` symbols."""
+    for k in range(length):  # noqa: SIM110  numba compiles no generator expressions
+        if text[one + k] != text[other + k]:
+            return False
+    return True
+
+
+@compiled
+def occurrences(table: RuleTable, r: int, part: Part) -> int:
+    """Count how often a part stands in the right side of row ``r``, without overlap."""
+    number, k = 0, table.rows[r, OFFSET]
+    last = k + table.rows[r, LENGTH] - part.length
     while k <= last:
-        same = True
-        for d in range(part_length):
-            if text[k + d] != text[part + d]:
-                same = False
-                break
-        if same:
+        if same_symbols(table.text, k, part.start, part.length):
             number += 1
-            k += part_length
+            k += part.length
         else:
             k += 1
     return number
 
 
-@njit(cache=True)
-def replace(  # type: ignore[no-untyped-def]
-    source, text, filled, end, goal, part, part_length, symbol, spared, only, n_terminals
-):
-    """Put ``symbol`` for a part (a place in the text) wherever it stands, and make it its rule.
+@compiled
+def replace(
+    source: RuleTable, goal: RuleTable, part: Part, symbol: int, spared: BoolArray, only: int
+) -> bool:
+    """Replace a part by a nonterminal wherever it stands, and make the part a rule of it.
 
-    spared : (nonterminals,), left sides whose rules stay as they are. only : a row, or -1 for all.
+    Parameters
+    ----------
+    source : RuleTable
+        The rules.
+    goal : RuleTable
+        Filled with the changed rules.
+    part : Part
+        What is replaced.
+    symbol : int
+        The nonterminal.
+    spared : array (nonterminals,)
+        Left sides whose rules stay as they are.
+    only : int
+        The row to change, or -1 for all.
     """
-    n = 0
-    changed = goal.shape[0]  # numbers of changed rows, kept at the far end of the goal
-    for r in range(filled):
+    clear(goal, source)
+    changed = goal.rows.shape[0]  # numbers of changed rows, kept at the far end of the goal
+    for r in range(source.used[ROWS]):
         touched = False
-        if (only < 0 or only == r) and not spared[source[r, LEFT] - n_terminals]:
-            touched = occurrences(text, source[r, OFFSET], source[r, LENGTH], part, part_length) > 0
+        if (only < 0 or only == r) and not spared[source.rows[r, LEFT] - source.n_terminals]:
+            touched = occurrences(source, r, part) > 0
         if touched:
             changed -= 1
-            goal[changed, 0] = r
+            goal.rows[changed, 0] = r
+        elif goal.used[ROWS] >= changed:
+            return False
         else:
-            if n >= changed:
-                return -1, end
-            goal[n] = source[r]
-            n += 1
+            copy_row(source, r, goal)
     nodes = 0
-    for c in range(goal.shape[0] - 1, changed - 1, -1):
-        r = goal[c, 0]
-        if n + 2 >= c or end + source[r, LENGTH] + part_length >= text.size:
-            return -1, end
-        written, k = end, source[r, OFFSET]
-        stop = k + source[r, LENGTH]
-        while k < stop:
-            same = k + part_length <= stop
-            if same:
-                for d in range(part_length):
-                    if text[k + d] != text[part + d]:
-                        same = False
-                        break
-            if same:
-                text[written] = symbol
-                nodes += source[r, COUNT]
-                k += part_length
-            else:
-                text[written] = text[k]
-                k += 1
-            written += 1
-        n, end = put(goal, text, n, end, written - end, source[r, LEFT], source[r, COUNT])
-    if nodes > 0:
-        if end + part_length >= text.size:
-            return -1, end
-        for d in range(part_length):
-            text[end + d] = text[part + d]
-        n, end = put(goal, text, n, end, part_length, symbol, nodes)
-    return n, end
+    for c in range(goal.rows.shape[0] - 1, changed - 1, -1):
+        r = goal.rows[c, 0]
+        room = source.rows[r, LENGTH] + part.length
+        if goal.used[ROWS] + 2 >= c or not _has_room(goal, room):
+            return False
+        written, number = _write_replaced(source, goal.used[SYMBOLS], r, part, symbol)
+        nodes += number * source.rows[r, COUNT]
+        put(goal, written, source.rows[r, LEFT], source.rows[r, COUNT])
+    return nodes == 0 or (_has_room(goal, part.length) and _put_part(goal, part, symbol, nodes))
 
 
-@njit(cache=True)
-def edit_places(source, text, filled, end, goal, a, i, x, b, j, y, symbol):  # type: ignore[no-untyped-def]
-    """Put ``symbol`` for x symbols at place i of row a and y at j of row b: both are its rules.
+@compiled
+def _has_room(table: RuleTable, length: int) -> bool:
+    """Whether the text can hold so many more symbols."""
+    return bool(table.used[SYMBOLS] + length < table.text.size)
 
-    In one row, the first place must end before the second begins. A part that is the symbol
-    itself makes no rule.
+
+@compiled
+def _write_replaced(
+    source: RuleTable, end: int, r: int, part: Part, symbol: int
+) -> tuple[int, int]:
+    """Write a right side with a part replaced at ``end``; its length, and how often it stood."""
+    text = source.text
+    number, written, k = 0, end, source.rows[r, OFFSET]
+    stop = k + source.rows[r, LENGTH]
+    while k < stop:
+        if k + part.length <= stop and same_symbols(text, k, part.start, part.length):
+            text[written] = symbol
+            number += 1
+            k += part.length
+        else:
+            text[written] = text[k]
+            k += 1
+        written += 1
+    return written - end, number
+
+
+@compiled
+def _put_part(table: RuleTable, part: Part, symbol: int, nodes: int) -> bool:
+    """Add the rule of a nonterminal whose right side is a part."""
+    end = table.used[SYMBOLS]
+    for d in range(part.length):
+        table.text[end + d] = table.text[part.start + d]
+    return put(table, part.length, symbol, nodes)
+
+
+@compiled
+def edit_places(source: RuleTable, goal: RuleTable, one: Place, other: Place, symbol: int) -> bool:
+    """Replace the parts at two places by a nonterminal, and make both parts rules of it.
+
+    Parameters
+    ----------
+    source : RuleTable
+        The rules.
+    goal : RuleTable
+        Filled with the changed rules.
+    one, other : Place
+        The places. In one row, the first must end before the second begins.
+    symbol : int
+        The nonterminal. A part that is this symbol itself makes no rule.
     """
-    n = 0
-    if filled + 4 >= goal.shape[0] or end + 3 * (source[a, LENGTH] + source[b, LENGTH]) + 8 >= (
-        text.size
-    ):
-        return -1, end
-    for r in range(filled):
-        if r != a and r != b:
-            goal[n] = source[r]
-            n += 1
-    if a == b:
-        n, end = _write(source, text, n, end, goal, a, i, x, j, y, symbol)
+    rows = source.rows
+    clear(goal, source)
+    room = 3 * (rows[one.row, LENGTH] + rows[other.row, LENGTH]) + 8
+    if source.used[ROWS] + 4 >= goal.rows.shape[0] or not _has_room(goal, room):
+        return False
+    for r in range(source.used[ROWS]):
+        if r not in (one.row, other.row):
+            copy_row(source, r, goal)
+    if one.row == other.row:
+        _put_edited(source, goal, one, other, symbol)
     else:
-        n, end = _write(source, text, n, end, goal, a, i, x, -1, 0, symbol)
-        n, end = _write(source, text, n, end, goal, b, j, y, -1, 0, symbol)
-    for d in range(x):
-        text[end + d] = text[source[a, OFFSET] + i + d]
-    n, end = put(goal, text, n, end, x, symbol, source[a, COUNT])
-    for d in range(y):
-        text[end + d] = text[source[b, OFFSET] + j + d]
-    return put(goal, text, n, end, y, symbol, source[b, COUNT])
+        none = Place(one.row, _NOWHERE, 0)
+        _put_edited(source, goal, one, none, symbol)
+        _put_edited(source, goal, other, none, symbol)
+    first = Part(rows[one.row, OFFSET] + one.first, one.length)
+    second = Part(rows[other.row, OFFSET] + other.first, other.length)
+    _put_part(goal, first, symbol, rows[one.row, COUNT])
+    return _put_part(goal, second, symbol, rows[other.row, COUNT])
 
 
-@njit(cache=True)
-def _write(source, text, n, end, goal, r, i, x, j, y, symbol):  # type: ignore[no-untyped-def]
-    written, k = end, 0
-    offset, length = source[r, OFFSET], source[r, LENGTH]
+@compiled
+def _put_edited(source: RuleTable, goal: RuleTable, one: Place, other: Place, symbol: int) -> bool:
+    """Add a row with the nonterminal in place of one or two of its parts."""
+    text = source.text
+    written, k = goal.used[SYMBOLS], 0
+    offset, length = source.rows[one.row, OFFSET], source.rows[one.row, LENGTH]
     while k <= length:
-        if k in (i, j):
+        if k in (one.first, other.first):
             text[written] = symbol
             written += 1
-            k += x if k == i else y
-            if k in (i, j):  # an empty part: what stands there follows
-                if k < length:
-                    text[written] = text[offset + k]
-                    written += 1
-                k += 1
-        else:
-            if k < length:
-                text[written] = text[offset + k]
-                written += 1
-            k += 1
-    return put(goal, text, n, end, written - end, source[r, LEFT], source[r, COUNT])
-
-
-@njit(cache=True)
-def unite(source, text, filled, end, goal, symbol, other):  # type: ignore[no-untyped-def]
-    """One nonterminal for two: ``other`` is renamed to ``symbol``."""
-    n = 0
-    if filled >= goal.shape[0]:
-        return -1, end
-    for turn in range(2):
-        for r in range(filled):
-            offset, length = source[r, OFFSET], source[r, LENGTH]
-            touched = source[r, LEFT] == other
-            for k in range(offset, offset + length):
-                touched = touched or text[k] == other
-            if turn == 0 and not touched:
-                goal[n] = source[r]
-                n += 1
-            if turn == 0 or not touched:
+            k += one.length if k == one.first else other.length
+            if k not in (one.first, other.first):
                 continue
-            if end + length >= text.size:
-                return -1, end
-            for k in range(length):
-                found = text[offset + k]
-                text[end + k] = symbol if found == other else found
-            left = symbol if source[r, LEFT] == other else source[r, LEFT]
-            n, end = put(goal, text, n, end, length, left, source[r, COUNT])
-    return n, end
+            # the part was empty: the symbol that stands there follows
+        if k < length:
+            text[written] = text[offset + k]
+            written += 1
+        k += 1
+    left, nodes = source.rows[one.row, LEFT], source.rows[one.row, COUNT]
+    return put(goal, written - goal.used[SYMBOLS], left, nodes)
 
 
-@njit(cache=True)
-def write_out(source, text, filled, end, goal, symbol):  # type: ignore[no-untyped-def]
-    """A nonterminal with one rule is written out wherever it stands; its rule goes."""
-    own = -1
-    for r in range(filled):
-        if source[r, LEFT] == symbol:
-            own = r
-    n = 0
-    for turn in range(2):
-        for r in range(filled):
-            if r == own:
-                continue
-            offset, length = source[r, OFFSET], source[r, LENGTH]
-            number = 0
-            for k in range(offset, offset + length):
-                number += text[k] == symbol
-            if turn == 0 and number == 0:
-                goal[n] = source[r]
-                n += 1
-            if turn == 0 or number == 0:
-                continue
-            if end + length + number * source[own, LENGTH] >= text.size:
-                return -1, end
-            written = end
-            for k in range(offset, offset + length):
-                if text[k] != symbol:
-                    text[written] = text[k]
-                    written += 1
-                else:
-                    for d in range(source[own, LENGTH]):
-                        text[written] = text[source[own, OFFSET] + d]
-                        written += 1
-            n, end = put(goal, text, n, end, written - end, source[r, LEFT], source[r, COUNT])
-    return n, end
-
-
-@njit(cache=True)
-def write_out_once(source, text, filled, end, goal, symbol):  # type: ignore[no-untyped-def]
-    """The alternatives of a nonterminal that stands in one place, written into its rule."""
-    user, place, n = -1, 0, 0
-    for r in range(filled):
-        offset = source[r, OFFSET]
-        for k in range(source[r, LENGTH]):
-            if text[offset + k] == symbol:
-                user, place = r, k
-    for r in range(filled):
-        if r != user and source[r, LEFT] != symbol:
-            goal[n] = source[r]
-            n += 1
-    offset, length = source[user, OFFSET], source[user, LENGTH]
-    for r in range(filled):
-        if source[r, LEFT] != symbol:
+@compiled
+def merge(source: RuleTable, goal: RuleTable, symbol: int, other: int) -> bool:
+    """Make two nonterminals one: ``other`` is renamed to ``symbol``."""
+    rows, text = source.rows, source.text
+    clear(goal, source)
+    for r in range(source.used[ROWS]):
+        if not _names(source, r, other):
+            copy_row(source, r, goal)
+    for r in range(source.used[ROWS]):
+        if not _names(source, r, other):
             continue
-        if n >= goal.shape[0] or end + length + source[r, LENGTH] >= text.size:
-            return -1, end
-        written = end
+        offset, length, end = rows[r, OFFSET], rows[r, LENGTH], goal.used[SYMBOLS]
+        if not _has_room(goal, length):
+            return False
         for k in range(length):
-            if k != place:
-                text[written] = text[offset + k]
-                written += 1
-            else:
-                for d in range(source[r, LENGTH]):
-                    text[written] = text[source[r, OFFSET] + d]
-                    written += 1
-        n, end = put(goal, text, n, end, written - end, source[user, LEFT], source[r, COUNT])
-    return n, end
+            old = text[offset + k]
+            text[end + k] = symbol if old == other else old
+        left = symbol if rows[r, LEFT] == other else rows[r, LEFT]
+        put(goal, length, left, rows[r, COUNT])
+    return True
 
 
-@njit(cache=True)
-def tidy(table, text, filled, end, spare, n_terminals, alternatives, numbers):  # type: ignore[no-untyped-def]
-    """Write out what is never worth a nonterminal: one rule used once, a rule that is one symbol.
+@compiled
+def _names(table: RuleTable, r: int, symbol: int) -> bool:
+    """Whether a symbol stands on either side of a row."""
+    return bool(table.rows[r, LEFT] == symbol) or _uses(table, r, symbol) > 0
 
-    ``spare`` is a table for the work. Fills alternatives and references, as far as they are used.
+
+@compiled
+def _uses(table: RuleTable, r: int, symbol: int) -> int:
+    """Count how often a symbol stands in the right side of a row."""
+    number, offset = 0, table.rows[r, OFFSET]
+    for k in range(offset, offset + table.rows[r, LENGTH]):
+        number += table.text[k] == symbol
+    return number
+
+
+@compiled
+def substitute(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
+    """Substitute the only right side of a nonterminal wherever it stands, and drop its rule."""
+    rows = source.rows
+    clear(goal, source)
+    rule = -1
+    for r in range(source.used[ROWS]):
+        if rows[r, LEFT] == symbol:
+            rule = r
+    for r in range(source.used[ROWS]):
+        if r != rule and _uses(source, r, symbol) == 0:
+            copy_row(source, r, goal)
+    for r in range(source.used[ROWS]):
+        number = _uses(source, r, symbol)
+        if r == rule or number == 0:
+            continue
+        if not _has_room(goal, rows[r, LENGTH] + number * rows[rule, LENGTH]):
+            return False
+        written = goal.used[SYMBOLS]
+        for k in range(rows[r, LENGTH]):
+            written = _write_symbol(source, rows[r, OFFSET] + k, written, symbol, rule)
+        put(goal, written - goal.used[SYMBOLS], rows[r, LEFT], rows[r, COUNT])
+    return True
+
+
+@compiled
+def _write_symbol(source: RuleTable, k: int, written: int, symbol: int, rule: int) -> int:
+    """Write a symbol of the text at ``written``, a right side for ``symbol``; where it ends."""
+    text = source.text
+    if text[k] != symbol:
+        text[written] = text[k]
+        return written + 1
+    for d in range(source.rows[rule, LENGTH]):
+        text[written + d] = text[source.rows[rule, OFFSET] + d]
+    return written + int(source.rows[rule, LENGTH])
+
+
+@compiled
+def substitute_once(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
+    """Substitute all alternatives of a nonterminal into the one place where it stands."""
+    rows = source.rows
+    clear(goal, source)
+    user = -1
+    for r in range(source.used[ROWS]):
+        if _uses(source, r, symbol) > 0:
+            user = r
+    for r in range(source.used[ROWS]):
+        if r != user and rows[r, LEFT] != symbol:
+            copy_row(source, r, goal)
+    for r in range(source.used[ROWS]):
+        if rows[r, LEFT] != symbol:
+            continue
+        room = rows[user, LENGTH] + rows[r, LENGTH]
+        if goal.used[ROWS] >= goal.rows.shape[0] or not _has_room(goal, room):
+            return False
+        written = goal.used[SYMBOLS]
+        for k in range(rows[user, LENGTH]):
+            written = _write_symbol(source, rows[user, OFFSET] + k, written, symbol, r)
+        put(goal, written - goal.used[SYMBOLS], rows[user, LEFT], rows[r, COUNT])
+    return True
+
+
+@compiled
+def tidy(table: RuleTable, spare: RuleTable, alternatives: IntArray, numbers: IntArray) -> bool:
+    """Substitute nonterminals that never save bits: used once with one rule, or one symbol long.
+
+    Parameters
+    ----------
+    table : RuleTable
+        The rules; changed in place.
+    spare : RuleTable
+        Room for the work.
+    alternatives, numbers : arrays (nonterminals,)
+        Filled with the rules of each nonterminal, and with its uses.
     """
     while True:
-        references(table, text, filled, n_terminals, numbers)
+        count_references(table, numbers)
         alternatives[:] = 0
-        for r in range(filled):
-            alternatives[table[r, LEFT] - n_terminals] += 1
-        idle, once = 0, False
-        for k in range(1, numbers.size):
-            if alternatives[k] > 0 and numbers[k] <= (alternatives[k] == 1):
-                idle = k
-        for r in range(filled):
-            left = table[r, LEFT] - n_terminals
-            if table[r, LENGTH] == 1 and alternatives[left] == 1 and left > 0:
-                idle = left
-            if table[r, LENGTH] == 1 and text[table[r, OFFSET]] > n_terminals and idle == 0:
-                symbol = text[table[r, OFFSET]] - n_terminals
-                if numbers[symbol] == 1:
-                    idle, once = symbol, True
+        for r in range(table.used[ROWS]):
+            alternatives[table.rows[r, LEFT] - table.n_terminals] += 1
+        idle, once = _idle_nonterminal(table, alternatives, numbers)
         if idle == 0:
-            return filled, end
+            return True
         if once:
-            filled, end = write_out_once(table, text, filled, end, spare, idle + n_terminals)
+            fits = substitute_once(table, spare, idle + table.n_terminals)
         else:
-            filled, end = write_out(table, text, filled, end, spare, idle + n_terminals)
-        if filled < 0:
-            return filled, end
-        table[:filled] = spare[:filled]
+            fits = substitute(table, spare, idle + table.n_terminals)
+        if not fits:
+            return False
+        copy_rows(spare, table)
+
+
+@compiled
+def _idle_nonterminal(
+    table: RuleTable, alternatives: IntArray, numbers: IntArray
+) -> tuple[int, bool]:
+    """Return a nonterminal to substitute (0 for none), and whether it has several alternatives."""
+    idle, once = 0, False
+    for k in range(1, numbers.size):
+        if alternatives[k] > 0 and numbers[k] <= (alternatives[k] == 1):
+            idle = k
+    for r in range(table.used[ROWS]):
+        if table.rows[r, LENGTH] != 1:
+            continue
+        left = table.rows[r, LEFT] - table.n_terminals
+        if alternatives[left] == 1 and left > 0:
+            idle = left
+        symbol = table.text[table.rows[r, OFFSET]] - table.n_terminals
+        if symbol > 0 and idle == 0 and numbers[symbol] == 1:
+            idle, once = symbol, True
+    return idle, once

@@ -1,192 +1,360 @@
-"""Rules as arrays: what an annealed search changes hundreds of thousands of times a second.
+"""Rule sets as arrays, for the compiled search that changes them many thousand times a second.
 
-Rules are rows (left, offset, length, count, key) of a table; a right side is
-``text[offset : offset + length]``. The text only grows while a change is tried: rules that stay
-as they are keep their place in it, a change that is refused is forgotten by cutting the text off.
-Rows of one left side and equal right sides are one row, their nodes added; ``key`` is a hash of
-the right side, so that seldom more than one is read.
+A rule is a row (left, offset, length, count, key) of a table. Its right side is
+``text[offset : offset + length]``; ``count`` is the number of tree nodes that use the rule, and
+``key`` a hash of the right side, so that right sides are rarely compared symbol by symbol. While a
+change is tried, new right sides are appended to the text, and rules that do not change keep their
+place in it. A change is undone by shortening the text again.
 
-Symbols are numbered as in ``rule_set``: terminals 0..T-1, the start symbol T, nonterminals above.
+Symbols are numbered as in :mod:`motiondb.grammar.rules.rule_set`: terminals 0 to T - 1, the start
+symbol T, further nonterminals above.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar, cast
+
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
 from motiondb.grammar.rules.rule_set import Rules, RuleSet
+from motiondb.records import BoolArray, FloatArray, IntArray
 
-IntArray = npt.NDArray[np.int64]
-FloatArray = npt.NDArray[np.float64]
+F = TypeVar("F", bound=Callable[..., object])
 
 LEFT, OFFSET, LENGTH, COUNT, KEY = range(5)
-_FACTOR, _KEYS = 1_000_003, (1 << 40) - 1
+"""Columns of a table."""
+
+N_COLUMNS = 5
+ROWS, SYMBOLS = 0, 1
+"""What ``RuleTable.used`` counts."""
+
+_HASH_FACTOR, _HASH_BITS = 1_000_003, (1 << 40) - 1
+"""Multiplier and mask of the polynomial hash. 40 bits times the multiplier fit into 64 bits."""
+
+_WAITS, _FITS, _BREAKS = range(3)
+"""What is known of a rule while the laws are checked bottom-up."""
 
 
-def table_of(rule_set: RuleSet, n_rows: int, n_text: int) -> tuple[IntArray, IntArray, int, int]:
-    """Table (n_rows, 5) and text (n_text,) with the rules, and how much of each is filled."""
-    table, text = np.zeros((n_rows, 5), dtype=np.int64), np.zeros(n_text, dtype=np.int64)
+class RuleTable(NamedTuple):
+    """A rule set as arrays.
+
+    Attributes
+    ----------
+    rows : array (rows, 5)
+        The rules; see the module for the columns.
+    text : array (symbols,)
+        The right sides. Tables of one search share it.
+    used : array (2,)
+        How many rows and how many symbols of the text are in use.
+    n_terminals : int
+        T.
+    """
+
+    rows: IntArray
+    text: IntArray
+    used: IntArray
+    n_terminals: int
+
+
+class Laws(NamedTuple):
+    """The laws of a rule set, in a form that is checked by sums and bits.
+
+    Attributes
+    ----------
+    weights : array (T,)
+        A random number for each constant terminal and 0 for the others, so that sums of weights
+        are equal only where the numbers of these terminals are.
+    marks : array (T,)
+        A bit of its own for each single terminal, 0 for the others.
+    total : int
+        The sum of weights of a sentence.
+    empties : bool
+        Whether right sides may be empty.
+    """
+
+    weights: IntArray
+    marks: IntArray
+    total: int
+    empties: bool
+
+
+class _Derived(NamedTuple):
+    """What the nonterminals derive; arrays (nonterminals,), valid where ``known``."""
+
+    known: BoolArray
+    nullable: BoolArray
+    sums: IntArray
+    held: IntArray
+
+
+def compiled(function: F) -> F:
+    """Compile a function that gets arrays and returns numbers, without counting references.
+
+    A function that gets a tuple of arrays otherwise counts a reference to each of them on the way
+    in and out, which takes longer than most of these functions do. Without counting, a function
+    may read and write the arrays it gets; it must not make arrays, copy slices or return an array.
+    """
+    made = njit(cache=True, _nrt=False)(function)  # type: ignore[call-overload]  # not in its types
+    return cast(F, made)
+
+
+def empty_table(text: IntArray, n_rows: int, n_terminals: int) -> RuleTable:
+    """Make a table without rules over a text."""
+    rows = np.zeros((n_rows, N_COLUMNS), dtype=np.int64)
+    return RuleTable(rows, text, np.zeros(2, dtype=np.int64), n_terminals)
+
+
+def table_of(rule_set: RuleSet, n_rows: int, n_text: int) -> RuleTable:
+    """Write a rule set into arrays.
+
+    Parameters
+    ----------
+    rule_set : RuleSet
+        The rules.
+    n_rows : int
+        Rows of the table, with room for changes.
+    n_text : int
+        Symbols of the text, with room for changes.
+    """
+    text = np.zeros(n_text, dtype=np.int64)
+    table = empty_table(text, n_rows, rule_set.n_terminals)
     names = {left: rule_set.start + k for k, left in enumerate(sorted(rule_set.rules))}
-    filled = end = 0
     for left, rights in sorted(rule_set.rules.items()):
         for right, count in sorted(rights.items()):
             spelled = [names.get(symbol, symbol) for symbol in right]
+            end = int(table.used[SYMBOLS])
             text[end : end + len(right)] = spelled
-            filled, end = put(table, text, filled, end, len(right), names[left], count)
-    return table, text, filled, end
+            put(table, len(right), names[left], count)
+    return table
 
 
-def rules_of(
-    table: IntArray, text: IntArray, filled: int, n_terminals: int, like: RuleSet
-) -> RuleSet:
-    """The rule set of a table, with the laws of ``like``."""
-    rules: Rules = {n_terminals: {}}
-    for left, offset, length, count, _ in table[:filled].tolist():
-        rules.setdefault(left, {})[tuple(text[offset : offset + length].tolist())] = count
-    return RuleSet(n_terminals, rules, like.constants, like.empties, like.singles)
+def rules_of(table: RuleTable, like: RuleSet) -> RuleSet:
+    """Read a rule set from arrays; the laws are those of ``like``."""
+    rules: Rules = {table.n_terminals: {}}
+    for left, offset, length, count, _ in table.rows[: table.used[ROWS]].tolist():
+        right = tuple(table.text[offset : offset + length].tolist())
+        rules.setdefault(left, {})[right] = count
+    return RuleSet(table.n_terminals, rules, like.constants, like.empties, like.singles)
 
 
-@njit(cache=True)
-def put(  # type: ignore[no-untyped-def]
-    table, text, filled, end, length, left, count
-):
-    """Add a row whose right side has been written at ``end``; rows filled, and end of the text.
+@compiled
+def put(table: RuleTable, length: int, left: int, count: int) -> bool:
+    """Add a rule whose right side has been written at the end of the text; False if it is full.
 
-    A right side that the left has already only adds to its nodes; one that is the left itself is
-    dropped. Where the table is full, -1 rows are filled.
+    If the left side has this right side already, only its count grows. A right side that is the
+    left side itself is dropped.
     """
+    rows, text, n_rows, end = table.rows, table.text, table.used[ROWS], table.used[SYMBOLS]
     if length == 1 and text[end] == left:
-        return filled, end
+        return True
     key = length + 1
     for k in range(end, end + length):
-        key = (key * _FACTOR + text[k] + 1) & _KEYS
-    for r in range(filled):
-        if table[r, LEFT] == left and table[r, KEY] == key and table[r, LENGTH] == length:
-            table[r, COUNT] += count
-            return filled, end
-    if filled >= table.shape[0]:
-        return -1, end
-    table[filled, LEFT] = left
-    table[filled, OFFSET] = end
-    table[filled, LENGTH] = length
-    table[filled, COUNT] = count
-    table[filled, KEY] = key
-    return filled + 1, end + length
+        key = (key * _HASH_FACTOR + text[k] + 1) & _HASH_BITS
+    for r in range(n_rows):
+        if rows[r, LEFT] == left and rows[r, KEY] == key and rows[r, LENGTH] == length:
+            rows[r, COUNT] += count
+            return True
+    if n_rows >= rows.shape[0]:
+        return False
+    rows[n_rows, LEFT] = left
+    rows[n_rows, OFFSET] = end
+    rows[n_rows, LENGTH] = length
+    rows[n_rows, COUNT] = count
+    rows[n_rows, KEY] = key
+    table.used[ROWS] = n_rows + 1
+    table.used[SYMBOLS] = end + length
+    return True
 
 
-@njit(cache=True)
-def bits_of(table, filled, n_terminals, nodes, alternatives, logs):  # type: ignore[no-untyped-def]
-    """Description length; fills nodes and alternatives of each nonterminal, from the start on."""
+@compiled
+def clear(table: RuleTable, source: RuleTable) -> None:
+    """Empty a table that is to hold a change of ``source``, whose part of the text stays."""
+    table.used[ROWS] = 0
+    table.used[SYMBOLS] = source.used[SYMBOLS]
+
+
+@compiled
+def copy_row(source: RuleTable, r: int, goal: RuleTable) -> None:
+    """Append row ``r`` of a table to another, without comparison."""
+    n = goal.used[ROWS]
+    for column in range(N_COLUMNS):
+        goal.rows[n, column] = source.rows[r, column]
+    goal.used[ROWS] = n + 1
+
+
+@compiled
+def copy_rows(source: RuleTable, goal: RuleTable) -> None:
+    """Make a table over the same text equal to another."""
+    goal.used[ROWS] = 0
+    for r in range(source.used[ROWS]):
+        copy_row(source, r, goal)
+    goal.used[SYMBOLS] = source.used[SYMBOLS]
+
+
+@compiled
+def bits_of(table: RuleTable, nodes: IntArray, alternatives: IntArray, logs: FloatArray) -> float:
+    """Return the description length in bits.
+
+    Parameters
+    ----------
+    table : RuleTable
+        The rules.
+    nodes : array (nonterminals,)
+        Filled with the tree nodes of each nonterminal, from the start symbol on.
+    alternatives : array (nonterminals,)
+        Filled with the number of rules of each nonterminal.
+    logs : array
+        log2 of 0, 1, 2, ... (0 for 0).
+    """
     nodes[:] = 0
     alternatives[:] = 0
     length = -1
-    for r in range(filled):
-        left = table[r, LEFT] - n_terminals
-        nodes[left] += table[r, COUNT]
+    for r in range(table.used[ROWS]):
+        left = table.rows[r, LEFT] - table.n_terminals
+        nodes[left] += table.rows[r, COUNT]
         alternatives[left] += 1
-        length += table[r, LENGTH] + 2
+        length += table.rows[r, LENGTH] + 2
     data = 0.0
     n_lefts = 0
     for k in range(alternatives.size):
         if alternatives[k] > 0:
             n_lefts += 1
             data += nodes[k] * logs[alternatives[k]]
-    return length * logs[n_lefts + n_terminals + 1] + data
+    return length * logs[n_lefts + table.n_terminals + 1] + data
 
 
 @njit(cache=True)
-def lawful(  # type: ignore[no-untyped-def]
-    table, text, filled, n_terminals, alternatives, weights, marks, total, empties
-):
-    """The laws of ``rule_set``: acyclic, constants and singles kept, no nullable beside itself.
+def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
+    """Check the laws of :mod:`motiondb.grammar.rules.rule_set` on arrays.
 
-    weights : array (T,), a random number for each constant terminal and 0 for others, so that
-    sums are equal only where numbers are; total : the sum of a sentence. marks : array (T,), a bit
-    of its own for each single terminal, 0 for others.
+    The rules are acyclic, constant and single terminals are kept, and no nonterminal that may be
+    empty stands beside itself.
+
+    Parameters
+    ----------
+    table : RuleTable
+        The rules.
+    alternatives : array (nonterminals,)
+        The number of rules of each nonterminal.
+    laws : Laws
+        What must hold.
     """
     n = alternatives.size
-    known = np.zeros(n, dtype=np.bool_)
-    nullable = np.zeros(n, dtype=np.bool_)
-    sums = np.zeros(n, dtype=np.int64)
-    held = np.zeros(n, dtype=np.int64)
-    resolved = np.zeros(filled, dtype=np.bool_)
-    left_over = alternatives.copy()
-    seen = np.zeros(n, dtype=np.bool_)
+    derived = _Derived(
+        np.zeros(n, np.bool_), np.zeros(n, np.bool_), np.zeros(n, np.int64), np.zeros(n, np.int64)
+    )
+    resolved = np.zeros(table.used[ROWS], np.bool_)
+    missing = alternatives.copy()
+    seen = np.zeros(n, np.bool_)
     n_resolved = 0
-    while n_resolved < filled:
+    while n_resolved < table.used[ROWS]:
         before = n_resolved
-        for r in range(filled):
+        for r in range(table.used[ROWS]):
             if resolved[r]:
                 continue
-            ready, empty, value, bits, twice = True, True, 0, 0, 0
-            offset = table[r, OFFSET]
-            for k in range(offset, offset + table[r, LENGTH]):
-                symbol = text[k]
-                if symbol < n_terminals:
-                    value += weights[symbol]
-                    twice |= bits & marks[symbol]
-                    bits |= marks[symbol]
-                    empty = False
-                    continue
-                symbol -= n_terminals
-                if not known[symbol]:
-                    ready = False
-                    break
-                value += sums[symbol]
-                twice |= bits & held[symbol]
-                bits |= held[symbol]
-                empty = empty and nullable[symbol]
-            if not ready:
+            state, total, bits, empty = _read_right(table, r, laws, derived)
+            if state == _WAITS:
                 continue
-            left = table[r, LEFT] - n_terminals
-            if (seen[left] and sums[left] != value) or (empty and not empties) or twice:
+            left = table.rows[r, LEFT] - table.n_terminals
+            if state == _BREAKS or (seen[left] and derived.sums[left] != total):
                 return False
             seen[left] = True
-            sums[left] = value
-            held[left] |= bits
-            nullable[left] = nullable[left] or empty
-            left_over[left] -= 1
-            known[left] = left_over[left] == 0
+            derived.sums[left] = total
+            derived.held[left] |= bits
+            derived.nullable[left] = derived.nullable[left] or empty
+            missing[left] -= 1
+            derived.known[left] = missing[left] == 0
             resolved[r] = True
             n_resolved += 1
-        if n_resolved == before:
+        if n_resolved == before:  # a cycle
             return False
-    if sums[0] != total:
-        return False
-    for r in range(filled):
-        offset = table[r, OFFSET]
-        for k in range(offset + 1, offset + table[r, LENGTH]):
-            symbol = text[k]
-            if symbol == text[k - 1] and symbol >= n_terminals and nullable[symbol - n_terminals]:
-                return False
-    return True
+    return bool(derived.sums[0] == laws.total) and not _repeats_nullable(table, derived.nullable)
 
 
-@njit(cache=True)
-def below(table, text, filled, n_terminals, symbol, found):  # type: ignore[no-untyped-def]
-    """Fill ``found`` (nonterminals,) with what a nonterminal leads to, itself among it."""
-    found[:] = False
-    found[symbol - n_terminals] = True
+@compiled
+def _read_right(
+    table: RuleTable, r: int, laws: Laws, derived: _Derived
+) -> tuple[int, int, int, bool]:
+    """Return the state of a rule, its sum of weights, its single terminals, and if it is empty."""
+    total, bits, twice, empty = 0, 0, 0, True
+    offset = table.rows[r, OFFSET]
+    for k in range(offset, offset + table.rows[r, LENGTH]):
+        symbol = table.text[k]
+        if symbol < table.n_terminals:
+            total += laws.weights[symbol]
+            twice |= bits & laws.marks[symbol]
+            bits |= laws.marks[symbol]
+            empty = False
+            continue
+        symbol -= table.n_terminals
+        if not derived.known[symbol]:
+            return _WAITS, 0, 0, False
+        total += derived.sums[symbol]
+        twice |= bits & derived.held[symbol]
+        bits |= derived.held[symbol]
+        empty = empty and derived.nullable[symbol]
+    if twice or (empty and not laws.empties):
+        return _BREAKS, total, bits, empty
+    return _FITS, total, bits, empty
+
+
+@compiled
+def _repeats_nullable(table: RuleTable, nullable: BoolArray) -> bool:
+    """Whether a nonterminal that may be empty stands beside itself."""
+    text = table.text
+    for r in range(table.used[ROWS]):
+        offset = table.rows[r, OFFSET]
+        for k in range(offset + 1, offset + table.rows[r, LENGTH]):
+            symbol = text[k] - table.n_terminals
+            if symbol >= 0 and text[k] == text[k - 1] and nullable[symbol]:
+                return True
+    return False
+
+
+@compiled
+def mark_descendants(table: RuleTable, symbol: int, reached: BoolArray) -> None:
+    """Mark the nonterminals that a nonterminal leads to, itself among them.
+
+    Parameters
+    ----------
+    table : RuleTable
+        The rules.
+    symbol : int
+        A nonterminal.
+    reached : array (nonterminals,)
+        Filled with the marks.
+    """
+    reached[:] = False
+    reached[symbol - table.n_terminals] = True
     grown = True
     while grown:
         grown = False
-        for r in range(filled):
-            if found[table[r, LEFT] - n_terminals]:
-                offset = table[r, OFFSET]
-                for k in range(offset, offset + table[r, LENGTH]):
-                    other = text[k] - n_terminals
-                    if other >= 0 and not found[other]:
-                        found[other] = True
+        for r in range(table.used[ROWS]):
+            if reached[table.rows[r, LEFT] - table.n_terminals]:
+                offset = table.rows[r, OFFSET]
+                for k in range(offset, offset + table.rows[r, LENGTH]):
+                    other = table.text[k] - table.n_terminals
+                    if other >= 0 and not reached[other]:
+                        reached[other] = True
                         grown = True
 
 
-@njit(cache=True)
-def references(table, text, filled, n_terminals, numbers):  # type: ignore[no-untyped-def]
-    """Fill ``numbers`` (nonterminals,) with how often each stands in right sides."""
+@compiled
+def count_references(table: RuleTable, numbers: IntArray) -> None:
+    """Count how often each nonterminal stands in right sides.
+
+    Parameters
+    ----------
+    table : RuleTable
+        The rules.
+    numbers : array (nonterminals,)
+        Filled with the counts.
+    """
     numbers[:] = 0
-    for r in range(filled):
-        offset = table[r, OFFSET]
-        for k in range(offset, offset + table[r, LENGTH]):
-            if text[k] >= n_terminals:
-                numbers[text[k] - n_terminals] += 1
+    for r in range(table.used[ROWS]):
+        offset = table.rows[r, OFFSET]
+        for k in range(offset, offset + table.rows[r, LENGTH]):
+            if table.text[k] >= table.n_terminals:
+                numbers[table.text[k] - table.n_terminals] += 1

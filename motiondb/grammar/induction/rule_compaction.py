@@ -1,17 +1,16 @@
-"""Rules rewritten as long as the description length falls.
+"""Rewrite rules as long as the description length falls.
 
-Alignment-based learning proposes; description length disposes. The plain sentences are annealed
-some times over (``annealing``), each time with other random numbers; then again and again one of
-the best rule sets so far is taken apart somewhere and annealed anew (``perturbation``). What takes
-the fewest bits is returned.
+The plain sentences are annealed several times with different random numbers (:mod:`.annealing`).
+Then, again and again, one of the best rule sets so far is perturbed and annealed
+(:mod:`.perturbation`). The rule set of fewest bits is returned.
 
-Of many sentences only a sample is searched so, several times with other samples: what a search
-from all the plain sentences unites wrongly in its first steps, it seldom parts again, and the more
-sentences there are, the more wrong steps save bits. The rules of each sample are then made those
-of all sentences (``refitting``), and the search goes on from the best of them.
+Many sentences are searched by samples first. What a search from all plain sentences merges wrongly
+in its first steps, it rarely splits again, and the more sentences there are, the more wrong steps
+save bits. The rules of each sample are then refitted to all sentences (:mod:`.refitting`), and the
+search goes on from the best of them.
 
-The random numbers are the same each time, so the result depends on the sentences alone. The more
-symbols there are, the fewer are the searches.
+The random numbers are the same each time, so that the result depends on the sentences alone. The
+more symbols the sentences have, the fewer searches there are.
 """
 
 from __future__ import annotations
@@ -20,36 +19,68 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from motiondb.grammar.induction.annealing import WARMEST, anneal
-from motiondb.grammar.induction.perturbation import perturb, sample
+from motiondb.grammar.induction.perturbation import REWARMED, perturb, sample
 from motiondb.grammar.induction.planting import plant
-from motiondb.grammar.induction.proposals import draw
 from motiondb.grammar.induction.refitting import refit
 from motiondb.grammar.rules.rule_set import Right, RuleSet
 
-SeedArray = npt.NDArray[np.uint64]
 Pool = dict[float, RuleSet]
 """Rule sets by their bits, rounded."""
 
 _ELITE = 16
-"""Rule sets, those of fewest bits, that are taken apart."""
+"""Rule sets of fewest bits from which one is drawn to be perturbed. Chosen by hand."""
 
 _CARRIED = 2
-"""Rule sets of a sample, those of fewest bits, that are made those of all sentences."""
-
-_WARM = 2.0
-"""Bits: the first temperature where the search does not begin with plain sentences."""
+"""Rule sets of a sample that are refitted to all sentences. Chosen by hand."""
 
 _SEED = 1
-"""Of the random numbers, which are the same for all sentences (``proposals.next_bits``)."""
+"""Seed of the search: the same for all sentences."""
+
+_EFFORTS = ((20, 10, 20, 30), (50, 60, 160, 30), (170, 80, 600, 20))
+"""Symbols up to which an effort is spent; searches from plain sentences, searches from perturbed
+rules, and tries of each search for each symbol. Chosen by ``benchmarks/grammar_effort.py`` as the
+least effort that reaches the true grammar's bits as often as more does."""
+
+_FEWEST_TRIES = 200
+"""Tries of each search at least."""
+
+_TRIES_A_SYMBOL, _MOST_TRIES = 30, 40_000
+"""Tries of each search for each symbol, and at most, for more symbols than ``_EFFORTS`` knows.
+Chosen by ``benchmarks/grammar_effort.py``."""
+
+_SAMPLES, _SAMPLE_SIZE = 6, 160
+"""Samples, and symbols of each. Chosen by ``benchmarks/grammar_effort.py``: about as many symbols
+as are searched well without samples."""
+
+_OF_SAMPLE = 10, 60
+"""Searches from plain sentences and from perturbed rules of each sample."""
+
+_OF_ALL = 20, 100
+"""Searches of all sentences after the samples."""
+
+_LARGE = 800
+"""Symbols from which on there are fewer searches of all sentences, to bound the time."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """Searches from the plain sentences, from rules taken apart, and tries of each search;
-    samples that are searched first, if any, and of how many sentences each."""
+    """How much is searched.
+
+    Attributes
+    ----------
+    begun : int
+        Searches from the plain sentences.
+    repeated : int
+        Searches from perturbed rules.
+    tries : int
+        Tries of each search.
+    samples : int
+        Samples that are searched first, 0 for none.
+    sampled : int
+        Sentences of each sample.
+    """
 
     begun: int
     repeated: int
@@ -59,11 +90,11 @@ class Effort:
 
 
 def effort_for(flat: RuleSet) -> Effort:
-    """What is spent on so many symbols: some seconds at most, where the machine is idle."""
+    """Return the effort for flat rules of this size: a few seconds on an idle machine."""
     size = _size(flat)
     for most, begun, repeated, tries in _EFFORTS:
         if size <= most:
-            return Effort(begun, repeated, max(200, tries * size))
+            return Effort(begun, repeated, max(_FEWEST_TRIES, tries * size))
     n = len(flat.rules[flat.start])
     sampled = max(2, n * _SAMPLE_SIZE // size)
     tries = min(_TRIES_A_SYMBOL * size, _MOST_TRIES)
@@ -71,81 +102,73 @@ def effort_for(flat: RuleSet) -> Effort:
     return Effort(begun, repeated, tries, _SAMPLES if sampled < n else 0, sampled)
 
 
-_TRIES_A_SYMBOL = 30
-_MOST_TRIES = 40_000
-_EFFORTS = ((20, 10, 20, 30), (50, 60, 160, 30), (170, 80, 600, 20))
-_SAMPLES, _SAMPLE_SIZE = 6, 160
-_OF_SAMPLE = 10, 60
-"""Searches begun and repeated of each sample, and, below, of all sentences after the samples."""
-
-_OF_ALL = 20, 100
-_LARGE = 800
-"""Symbols from which on there are fewer searches of all sentences."""
-
-
 def compact(
     flat: RuleSet, donors: Sequence[RuleSet] = (), *, effort: Effort | None = None
 ) -> RuleSet:
-    """The rule set of fewest bits that annealing from the plain sentences finds.
+    """Search the rule set of fewest bits.
 
-    donors : further rule sets, of the same terminals, whose nonterminals may be planted.
+    Parameters
+    ----------
+    flat : RuleSet
+        One rule for each sentence.
+    donors : sequence of RuleSet
+        Rule sets of the same terminals whose nonterminals may be put into the sentences.
+    effort : Effort, optional
+        How much is searched; :func:`effort_for` unless given.
     """
     effort = effort or effort_for(flat)
-    state = np.array([_SEED], dtype=np.uint64)
+    rng = np.random.default_rng(_SEED)
     pool: Pool = {}
     _keep(pool, flat)
     for _ in range(effort.samples):
-        _grow(pool, flat, effort, state)
+        _search_sample(pool, flat, effort, rng)
     for _ in range(effort.begun):
-        _keep(pool, _annealed(flat, effort.tries, WARMEST, state))
+        _keep(pool, anneal(flat, rng, tries=effort.tries, warmest=WARMEST))
     for donor in donors:
-        planted = plant(flat, donor, state)
+        planted = plant(flat, donor, rng)
         if planted is not None:
-            _keep(pool, _annealed(planted, effort.tries, WARMEST, state))
-    _search(pool, flat, effort.repeated, effort.tries, state)
+            _keep(pool, anneal(planted, rng, tries=effort.tries, warmest=WARMEST))
+    _search(pool, flat, effort.repeated, effort.tries, rng)
     return pool[min(pool)]
 
 
-def _search(pool: Pool, flat: RuleSet, times: int, tries: int, state: SeedArray) -> None:
-    """Take one of the best apart and anneal it, so many times; the pool is filled."""
+def _search(pool: Pool, flat: RuleSet, times: int, tries: int, rng: np.random.Generator) -> None:
+    """Perturb and anneal one of the best ``times`` times; the results go into the pool."""
     for _ in range(times):
         best = sorted(pool)[:_ELITE]
-        begun = perturb(pool[best[draw(state, len(best))]], flat, tries, state)
+        begun = perturb(pool[best[int(rng.integers(len(best)))]], flat, tries, rng)
         if begun is not None:
-            _keep(pool, _annealed(begun, tries, _WARM, state))
+            _keep(pool, anneal(begun, rng, tries=tries, warmest=REWARMED))
 
 
-def _grow(pool: Pool, flat: RuleSet, effort: Effort, state: SeedArray) -> None:
-    """Search a sample, and make its best rules those of all sentences."""
-    some = sample(flat, effort.sampled, state)
+def _search_sample(pool: Pool, flat: RuleSet, effort: Effort, rng: np.random.Generator) -> None:
+    """Search a sample and refit its best rules to all sentences; they go into the pool."""
+    some = sample(flat, effort.sampled, rng)
     size = _size(some)
     tries = min(_TRIES_A_SYMBOL * size, effort.tries)
     begun, repeated = (max(2, min(n, n * _SAMPLE_SIZE // size)) for n in _OF_SAMPLE)
-    found: Pool = {}
-    _keep(found, some)
+    of_sample: Pool = {}
+    _keep(of_sample, some)
     for _ in range(begun):
-        _keep(found, _annealed(some, tries, WARMEST, state))
-    _search(found, some, repeated, tries, state)
-    for bits in sorted(found)[:_CARRIED]:
-        grown = refit(found[bits], flat)
-        if grown is not None:
-            _keep(pool, _annealed(grown, effort.tries, _WARM, state))
+        _keep(of_sample, anneal(some, rng, tries=tries, warmest=WARMEST))
+    _search(of_sample, some, repeated, tries, rng)
+    for bits in sorted(of_sample)[:_CARRIED]:
+        refitted = refit(of_sample[bits], flat)
+        if refitted is not None:
+            _keep(pool, anneal(refitted, rng, tries=effort.tries, warmest=REWARMED))
 
 
-def _annealed(begun: RuleSet, tries: int, warmest: float, state: SeedArray) -> RuleSet:
-    return anneal(begun, tries=tries, warmest=warmest, seed=int(draw(state, 1 << 30)))
-
-
-def _keep(pool: Pool, found: RuleSet) -> None:
-    pool.setdefault(round(found.bits(), 6), found)
+def _keep(pool: Pool, rules: RuleSet) -> None:
+    pool.setdefault(round(rules.bits(), 6), rules)
 
 
 def _size(rule_set: RuleSet) -> int:
+    """Symbols of all rules, with left sides and separators."""
     return sum(len(right) + 2 for _, right in rule_set.uses())
 
 
 def trim(rule_set: RuleSet) -> RuleSet:
-    """Write out, all at once, the nonterminals of one rule that cost more than they save."""
+    """Substitute the nonterminals of one rule that cost more symbols than they save."""
     current = rule_set.copy()
     while True:
         references = current.references()
@@ -162,15 +185,15 @@ def trim(rule_set: RuleSet) -> RuleSet:
         old, current.rules = current.rules, {}
         for left, rights in old.items():
             for right, count in rights.items():
-                current.add(left, _spelled_out(right, spelled), count)
+                current.add(left, _substituted(right, spelled), count)
 
 
 def _saved(length: int, number: int) -> int:
-    """Symbols saved by a nonterminal that stands for so many occurrences of a string."""
+    """Return the symbols that a nonterminal for ``number`` occurrences of a string saves."""
     return number * (length - 1) - length - 2
 
 
-def _spelled_out(right: Right, spelled: Mapping[int, Right]) -> Right:
+def _substituted(right: Right, spelled: Mapping[int, Right]) -> Right:
     while any(symbol in spelled for symbol in right):
         right = tuple(s for old in right for s in spelled.get(old, (old,)))
     return right

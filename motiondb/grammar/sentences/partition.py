@@ -276,7 +276,6 @@ def _judged(
     begun: RuleSet | None = None,
 ) -> Judged:
     """The best of rules annealed from plain sentences, and again from rules taken apart."""
-    state = np.array([rng.integers(1 << 62)], dtype=np.uint64)
     found = [_annealed(flat, rng) for _ in range(fresh)]
     if known is not None:
         found.append(known.rules)
@@ -284,14 +283,14 @@ def _judged(
         found.append(_annealed(begun, rng, _REWARMED))
     best = min(found, key=RuleSet.bits)
     for _ in range(again):
-        apart = perturb(best, flat, _tries(flat), state)
+        apart = perturb(best, flat, _tries(flat), rng)
         if apart is not None:
             best = min(best, _annealed(apart, rng, _REWARMED), key=RuleSet.bits)
     return Judged(cuts, best, best.bits())
 
 
 def _annealed(begun: RuleSet, rng: np.random.Generator, warmest: float = WARMEST) -> RuleSet:
-    return anneal(begun, tries=_tries(begun), warmest=warmest, seed=int(rng.integers(1 << 30)))
+    return anneal(begun, rng, tries=_tries(begun), warmest=warmest)
 
 
 def _tries(begun: RuleSet) -> int:

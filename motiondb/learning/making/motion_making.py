@@ -12,6 +12,7 @@ shows the action least (``generate.clarity``).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,7 +84,11 @@ class _Attempt:
 
 
 def make_motion(
-    learned: Learned, takes: Takes, text: str, seed: int, method: str = "stitched"
+    learned: Learned,
+    takes: Takes,
+    text: str,
+    rng: np.random.Generator,
+    method: str = "stitched",
 ) -> MadeMotion:
     """Make a motion that shows what a sentence says.
 
@@ -95,8 +100,8 @@ def make_motion(
         Motions of the captures.
     text : str
         The sentence.
-    seed : int
-        The same seed gives the same motion.
+    rng : numpy.random.Generator
+        Every attempt begins from its state; it is not advanced.
     method : str
         One of ``METHODS``.
 
@@ -114,7 +119,7 @@ def make_motion(
     avoided: list[set[int]] = [set() for _ in actions]
     best: _Attempt | None = None
     for _ in range(ATTEMPTS):
-        attempt = _attempt(learned, takes, (actions, avoided), seed, method)
+        attempt = _attempt(learned, takes, (actions, avoided), deepcopy(rng), method)
         if best is None or np.mean(attempt.clarities) > np.mean(best.clarities):
             best = attempt
         if not attempt.unclear:
@@ -130,11 +135,10 @@ def _attempt(
     learned: Learned,
     takes: Takes,
     wanted: tuple[tuple[tuple[str, ...], ...], Sequence[set[int]]],
-    seed: int,
+    rng: np.random.Generator,
     method: str,
 ) -> _Attempt:
     """One attempt; ``wanted``: the actions, and per action the symbols to avoid."""
-    rng = np.random.default_rng(seed)
     actions, avoided = wanted
     symbols, positions, decodings = decode_actions(learned, actions, avoided)
     plan = SymbolPlan(symbols, tuple(positions), actions)

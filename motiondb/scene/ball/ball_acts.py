@@ -1,4 +1,4 @@
-"""Who has the ball when, and by which hand: read off a scene's actions and their instants."""
+"""Possession of the ball over time, and by which hand, from a scene's actions and their events."""
 
 from __future__ import annotations
 
@@ -16,12 +16,24 @@ from motiondb.scene.language.tactics import SHOTS
 from motiondb.scene.timing.timeline import Timeline, measure
 
 _SHORTEST, _PERIOD, _RAMP = 6, 20, 8
+"""Frames: of the shortest dribble and bounce, from bounce to bounce if no events are known, and of
+the transition between hands. Chosen by hand."""
 _HANDS = {"l_wrist": 0, "r_wrist": 1}
 
 
 @dataclass(frozen=True)
 class Bounce:
-    """The ball leaves a hand (0 left, 1 right) at frame ``release`` and is back at ``catch``."""
+    """A bounce of the ball.
+
+    Attributes
+    ----------
+    release : int
+        Frame at which it leaves the hand.
+    catch : int
+        Frame at which it is back.
+    hand : int
+        0 for the left, 1 for the right.
+    """
 
     release: int
     catch: int
@@ -32,8 +44,20 @@ class Bounce:
 class Possession:
     """A player has the ball from frame ``since`` to ``until``, both included.
 
-    ``hand`` : which lets it go (0 left, 1 right), where the hands are apart. ``dribbles`` : the
-    stretches [start, end) of dribbling, ``bounces`` in them.
+    Attributes
+    ----------
+    player : int
+        Index of the player.
+    since : int
+        First frame.
+    until : int
+        Last frame.
+    hand : int
+        The hand that releases it (0 left, 1 right), if the hands are apart.
+    dribbles : tuple of tuple[int, int]
+        Intervals [start, end) of dribbling.
+    bounces : tuple of Bounce
+        Bounces in them.
     """
 
     player: int
@@ -44,21 +68,21 @@ class Possession:
     bounces: tuple[Bounce, ...] = ()
 
     def dribbled(self, n_frames: int) -> FloatArray:
-        """1 at frames of dribbling, else 0: array (frames,)."""
+        """Return 1 at frames of dribbling, else 0: array (frames,)."""
         found = np.zeros(n_frames)
         for start, end in self.dribbles:
             found[max(start, 0) : end] = 1.0
         return found
 
     def one_handed(self, n_frames: int, gap: FloatArray) -> FloatArray:
-        """1 at frames when one hand has the ball: dribbling, and letting go with hands apart."""
+        """Return 1 at frames when one hand has the ball: dribbling, or releasing hands apart."""
         found = self.dribbled(n_frames)
         if self.until < n_frames - 1 and gap[self.until] > APART:
             found[max(self.until - _RAMP, self.since) :] = 1.0
         return found
 
     def hand_at(self, n_frames: int) -> IntArray:
-        """Which hand, where it is one: array (frames,); a ball changes hands while it bounces."""
+        """Return which hand has the ball: array (frames,); it changes hands while it bounces."""
         hands = np.full(n_frames, self.hand)
         if self.bounces:
             hands[: self.bounces[-1].catch + _RAMP] = self.bounces[-1].hand
@@ -69,7 +93,17 @@ class Possession:
 
 @dataclass(frozen=True)
 class BallActs:
-    """Possessions one after another; whether the last ends with a shot, and where the ring is."""
+    """The course of the ball.
+
+    Attributes
+    ----------
+    possessions : tuple of Possession
+        One after another.
+    shot : bool
+        Whether the last ends with a shot.
+    rim : (float, float), m
+        x and z of the ring.
+    """
 
     possessions: tuple[Possession, ...]
     shot: bool
@@ -82,7 +116,7 @@ def ball_acts(
     table: RuleTable,
     timeline: Timeline,
 ) -> BallActs | None:
-    """Who has the ball when; None where nobody passes, shoots or dribbles."""
+    """Return who has the ball when; None if nobody passes, shoots or dribbles."""
     releases = sorted(_releases(table, timeline))
     holder, since = _first(table, releases), 0
     if holder < 0:
@@ -102,7 +136,7 @@ def ball_acts(
 
 
 def _releases(table: RuleTable, timeline: Timeline) -> list[tuple[int, int, int, int, int]]:
-    """Release frame, player, catch frame, partner (-1: a shot) and clip of passes and shots."""
+    """Return release frame, player, catch frame, partner (-1: a shot) and clip of each throw."""
     found = []
     for number, row in enumerate(table.rows):
         if row["kind"] == kinds.SYNCHRONISATION and np.isnan(row["lag"]):
@@ -120,7 +154,7 @@ def _releases(table: RuleTable, timeline: Timeline) -> list[tuple[int, int, int,
 
 
 def _first(table: RuleTable, releases: list[tuple[int, int, int, int, int]]) -> int:
-    """Who has the ball at first: who lets it go first, else who dribbles; -1 for nobody."""
+    """Return the first player with the ball: who releases it first, else who dribbles; or -1."""
     if releases:
         return releases[0][1]
     dribblers = [p for p, actions in enumerate(table.actions) if "dribble" in actions]
@@ -128,7 +162,7 @@ def _first(table: RuleTable, releases: list[tuple[int, int, int, int, int]]) -> 
 
 
 def _rim(table: RuleTable) -> tuple[float, float]:
-    """Where shots face."""
+    """Return the place that shots face."""
     for row in table.rows:
         shoots = table.actions[row["player"]][row["first"]] in SHOTS
         if shoots and row["kind"] == kinds.DIRECTION and row["target"] == kinds.POINT:
@@ -137,7 +171,7 @@ def _rim(table: RuleTable) -> tuple[float, float]:
 
 
 def _hand(state: SceneState, library: ClipLibrary, player: int, clip: int) -> int:
-    """The hand of a clip's last release; the right where nobody said."""
+    """Return the hand of a clip's last release; the right one if no event says."""
     entry = int(state.players[player].entries[clip])
     events = library.events[library.seam_class[entry]] if library.events else ()
     hands = [_HANDS[e.joint] for e in events if e.name == "release" and e.joint in _HANDS]
@@ -151,7 +185,7 @@ def _possession(
     timeline: Timeline,
     what: tuple[int, int, int, int],
 ) -> Possession:
-    """A possession with its dribbles and bounces."""
+    """Return a possession with its dribbles and bounces."""
     player, since, until, hand = what
     dribbles: list[tuple[int, int]] = []
     bounces: list[Bounce] = []
@@ -192,9 +226,9 @@ def _touches(
     clip: int,
     shown: tuple[int, int],
 ) -> list[tuple[str, int, int]]:
-    """Releases and catches of a dribbling clip that is ``shown`` from and to frames of the scene.
+    """Return releases and catches of a dribbling clip that is ``shown`` between two frames.
 
-    Every 2/3 s where nobody wrote them down.
+    Without annotated events there is one every 2/3 s.
     """
     entry = int(state.players[player].entries[clip])
     n_frames = int(library.n_frames[entry])

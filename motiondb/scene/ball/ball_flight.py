@@ -1,16 +1,17 @@
-"""The ball: in hands, from hand to floor and back, from hands to hands, and through the ring.
+"""The path of the ball: in hands, from hand to floor and back, from player to player, to the ring.
 
-Captures have no ball. Who has it follows from the actions: the first to pass or shoot has it at
-first, who is passed to from the catch on, nobody after a shot. It moves
+Captures have no ball. The actions tell who has it: the first to pass or shoot has it at first, the
+receiver of a pass from the catch on, and nobody after a shot. It moves
 
-* in the hands: between the palms; where these are far apart, before the chest, and the hands come;
-* dribbled: under the palm of the clip's own hand, and between its release and its catch down to the
-  floor and up again, each way a fall under gravity in the time there is;
-* passed: level at even speed, with gravity, in the time from release to catch;
-* shot: so that it enters the ring from above at 45 degrees, then it falls and bounces out.
+* in the hands: between the palms; if these are far apart, in front of the chest, and the hands are
+moved to it;
+* dribbled: under the palm of the clip's hand, and between its release and its catch down to the
+floor and up again, each way a fall under gravity in the given time;
+* passed: at constant horizontal speed, with gravity, in the time from release to catch;
+* shot: so that it enters the ring from above at 45 degrees; then it falls and bounces.
 
-Hands are brought to the ball where the capture's are not: a few frames before the catch to where it
-will be caught, and while it is held in both hands.
+Hands are moved to the ball where the capture's hands are not: during a few frames before the catch,
+and while the ball is held in both hands.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 6: trajectories of the ball are added when a scene is done.
@@ -32,25 +33,29 @@ from motiondb.scene.ball.hands import palms, reach
 from motiondb.scene.ball.hold import BALL, HeldBall, clearance, held_ball
 
 RADIUS, RIM, GRAVITY = BALL, 3.05, 9.81
-"""Metres of a ball and of the ring over the floor; metres a second squared."""
+"""Radius of the ball, m; height of the ring, m; gravity, m/s^2."""
 ENTRY = math.radians(45.0)
-"""The angle at which a shot comes down into the ring."""
+"""Angle at which a shot comes down into the ring, rad; 43 to 47 degrees are usual."""
 BOUNCE = 0.7
-"""Share of the speed that is left after the floor."""
+"""Fraction of the speed after the floor. Chosen by hand: the rules of basketball ask for 0.82 to
+0.87 for a new ball dropped from 1.8 m; the net takes more."""
 REACHING = 8
-"""Frames over which hands come to the ball, and leave it."""
+"""Frames over which hands move to the ball and away from it. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
 class Ball:
-    """Where the ball is.
+    """The path of the ball.
 
     Attributes
     ----------
-    positions : array (frames, 3), its middle, metres.
-    holder : array (frames,), the number of who has it in the hands or dribbles it; -1 in flight.
-    gap : array (frames,), metres between the ball's middle and the nearest palm of the holder; NaN
-        in flight and while it bounces.
+    positions : array (frames, 3), m
+        Its centre.
+    holder : array of int (frames,)
+        The player who has it in the hands or dribbles it; -1 in flight.
+    gap : array (frames,), m
+        Distance from the centre to the nearest palm of the holder; NaN in flight and while it
+        bounces.
     """
 
     positions: FloatArray
@@ -59,7 +64,7 @@ class Ball:
 
 
 def fly(acts: BallActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]:
-    """The ball's way, and the motions with hands brought to it."""
+    """Return the path of the ball, and the motions with hands moved to it."""
     n_frames = motions[0].n_frames
     positions, holder = np.zeros((n_frames, 3)), np.full(n_frames, -1)
     moved = list(motions)
@@ -85,9 +90,10 @@ def fly(acts: BallActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]:
 
 
 def bounced(start: FloatArray, end: FloatArray, n_frames: int) -> FloatArray:
-    """From a hand to the floor half way and up to a hand: array (n_frames, 3), ends included.
+    """Return the path from a hand to the floor and up to a hand: array (n_frames, 3).
 
-    The floor is touched in a frame, the middle one or the one before; 3 frames at least.
+    The ends are included. The floor is touched in the middle frame or the one before; at least 3
+    frames.
 
     >>> bounced(np.array([0.0, 1.0, 0.0]), np.array([1.0, 1.0, 0.0]), 3)[1].round(3).tolist()
     [0.5, 0.12, 0.0]
@@ -106,13 +112,13 @@ def bounced(start: FloatArray, end: FloatArray, n_frames: int) -> FloatArray:
 
 
 def thrown(start: float, end: float, seconds: float, time: FloatArray) -> FloatArray:
-    """Heights at times of what goes from ``start`` to ``end``, metres, in so many seconds."""
+    """Return heights, m, at times of a ball that goes from ``start`` to ``end`` in ``seconds``."""
     speed = (end - start) / seconds + GRAVITY * seconds / 2.0
     return np.asarray(start + speed * time - GRAVITY * time * time / 2.0)
 
 
 def shot_seconds(distance: float, height: float) -> float:
-    """How long a shot flies that comes down at :data:`ENTRY`: metres to go, and to rise.
+    """Return how long a shot flies that comes down at :data:`ENTRY`, from distance and rise, m.
 
     >>> round(shot_seconds(4.5, 0.85), 2)
     1.04
@@ -130,7 +136,7 @@ def _pass(positions: FloatArray, release: int, catch: int) -> None:
 
 
 def _shoot(positions: FloatArray, release: int, rim: tuple[float, float]) -> None:
-    """Fill the frames after a shot: to the ring, down, and bouncing on."""
+    """Fill the frames after a shot: to the ring, down, and bouncing."""
     start, end = positions[release].copy(), np.array([rim[0], RIM, rim[1]])
     distance = float(np.hypot(end[0] - start[0], end[2] - start[2]))
     seconds = shot_seconds(distance, RIM - float(start[1]))
@@ -144,7 +150,7 @@ def _shoot(positions: FloatArray, release: int, rim: tuple[float, float]) -> Non
 
 
 def _falling(time: FloatArray) -> FloatArray:
-    """Heights of a ball that the net has stopped, from the ring to the floor and up again."""
+    """Return heights of a ball that the net has stopped: down to the floor and up again."""
     heights, speed = np.full(len(time), RADIUS), 0.0
     start, begin = RIM, 0.0
     for _ in range(12):
@@ -158,7 +164,7 @@ def _falling(time: FloatArray) -> FloatArray:
 
 
 def _around(way: FloatArray, joints: FloatArray) -> FloatArray:
-    """By how much a bounce has to go round the legs: array (frames, 3), 0 at its ends."""
+    """Return how far a bounce has to avoid the legs: array (frames, 3), 0 at its ends."""
     from scipy.ndimage import gaussian_filter1d
 
     out = gaussian_filter1d(clearance(way, joints), 2.0, axis=0, mode="constant")
@@ -166,7 +172,7 @@ def _around(way: FloatArray, joints: FloatArray) -> FloatArray:
 
 
 def _brought(motion: Motion, own: Possession, held: HeldBall) -> Motion:
-    """A motion with its palms at the ball while it is held, and on the way to it."""
+    """Return a motion with its palms at the ball while it is held, and moving to it before."""
     n_frames = motion.n_frames
     frames = np.arange(n_frames)
     inside = np.clip(frames, own.since, own.until)

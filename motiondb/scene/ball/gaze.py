@@ -1,7 +1,7 @@
 """Heads that follow the ball, as far as necks turn.
 
-Who lets it go looks where it is to go for a while before: at the receiver, or at the ring.
-Neck and head share the turn: yaw and pitch from the chest's own forward to the ball, clamped and
+Before a release its player looks where the ball is to go: at the receiver, or at the ring. Neck and
+head share the turn: yaw and pitch from the forward direction of the chest to the ball, clamped and
 smoothed over a third of a second. Captures on the canonical body hold the head still, so nothing is
 lost.
 
@@ -23,14 +23,26 @@ from motiondb.scene.ball.ball_acts import BallActs
 from motiondb.scene.ball.ball_flight import RIM
 
 MOST_YAW, MOST_PITCH = math.radians(60.0), math.radians(30.0)
+"""Largest turns of neck and head together, rad: within what people turn without effort."""
 AIMING = 20
-"""Frames before a release in which its player looks where the ball is to go."""
+"""Frames before a release in which its player looks where the ball is to go. Chosen by hand."""
 _SMOOTH = 5.0
+"""Standard deviation of the smoothing, frames. Chosen by hand."""
 _I = body.INDEX
 
 
 def look(acts: BallActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Motion]:
-    """Everybody's motion with the head turned to what they look at; ball (frames, 3), metres."""
+    """Return every player's motion with the head turned to what they look at.
+
+    Parameters
+    ----------
+    acts : BallActs
+        Who has the ball.
+    ball : array (frames, 3), m
+        Its centre.
+    motions : sequence of Motion
+        The motions.
+    """
     heads = [retarget.motion_positions(motion)[0][:, _I["head"]] for motion in motions]
     seen = [ball.copy() for _ in motions]
     for number, own in enumerate(acts.possessions):
@@ -46,17 +58,17 @@ def look(acts: BallActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Mo
 
 
 def follow(motion: Motion, ball: FloatArray) -> Motion:
-    """The motion with its head turned to the ball, or what else; array (frames, 3), metres."""
+    """Return the motion with its head turned to a point: array (frames, 3), m."""
     from scipy.ndimage import gaussian_filter1d
 
     positions, world = retarget.motion_positions(motion)
     chest = rotation.conjugate(world[:, _I["chest"]])
     away = rotation.rotate(chest, ball - positions[:, _I["head"]])
     flat = np.hypot(away[:, 0], away[:, 2])
-    ahead = np.clip(flat / 0.3, 0.0, 1.0)  # a ball overhead has no bearing
+    ahead = np.clip(flat / 0.3, 0.0, 1.0)  # a ball overhead has no direction
     yaw = np.clip(np.arctan2(away[:, 0], away[:, 2]), -MOST_YAW, MOST_YAW) * ahead
     behind = np.clip((np.abs(np.arctan2(away[:, 0], away[:, 2])) - 2.4) / 0.7, 0.0, 1.0)
-    yaw = yaw * (1.0 - behind)  # nobody turns the head for what is straight behind
+    yaw = yaw * (1.0 - behind)  # people do not turn the head to something straight behind them
     pitch = np.clip(-np.arctan2(away[:, 1], np.maximum(flat, 0.3)), -MOST_PITCH, MOST_PITCH)
     turns = gaussian_filter1d(np.stack([pitch, yaw], axis=1), _SMOOTH, axis=0, mode="nearest") / 2.0
     half = rotation.multiply(

@@ -1,7 +1,7 @@
-"""Hands: where they are, and how arms bring them somewhere else.
+"""Hands: where they are, and how arms move them somewhere else.
 
-A palm is a little beyond its wrist, along the forearm. Arms are chains of two bones; the hand goes
-where it is asked as far as they reach, with the elbow bent in the plane in which it is.
+A palm is a little beyond its wrist, along the forearm. Arms are chains of two bones. The hand goes
+to its target as far as the arm reaches, with the elbow bent in its plane.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from motiondb.pose import body, kinematics, retarget, rotation
 from motiondb.records import FloatArray, Motion
 
 PALM = 0.09
-"""Metres from wrist to palm."""
+"""Distance from wrist to palm, m: half the length of a hand."""
 _I = body.INDEX
 
 
 def palms(positions: FloatArray) -> FloatArray:
-    """Both palms: array (frames, 2, 3), left and right, from joints (frames, 21, 3), metres."""
+    """Return both palms: array (frames, 2, 3), left and right, from joints (frames, 21, 3), m."""
     found = []
     for side in "lr":
         elbow, wrist = positions[:, _I[f"{side}_elbow"]], positions[:, _I[f"{side}_wrist"]]
@@ -28,12 +28,16 @@ def palms(positions: FloatArray) -> FloatArray:
 
 
 def reach(motion: Motion, targets: FloatArray, weights: FloatArray) -> Motion:
-    """The motion with its palms brought towards targets.
+    """Return the motion with its palms moved towards targets.
 
     Parameters
     ----------
-    targets : array (frames, 2, 3), metres, for the left and the right palm.
-    weights : array (frames, 2), 0 (as it is) to 1 (at the target, if the arm is long enough).
+    motion : Motion
+        The motion.
+    targets : array (frames, 2, 3), m
+        For the left and the right palm.
+    weights : array (frames, 2)
+        From 0 (unchanged) to 1 (at the target, if the arm is long enough).
     """
     if not np.any(weights > 0.0):
         return motion

@@ -1,4 +1,4 @@
-"""Where a ball is that somebody holds or dribbles, and which hands are on it."""
+"""Where a held or dribbled ball is, and which hands are on it."""
 
 from __future__ import annotations
 
@@ -12,20 +12,24 @@ from motiondb.scene.ball.ball_acts import Possession
 from motiondb.scene.ball.hands import palms
 
 HALF_WIDTH = 0.11
-"""Metres from the ball's middle to a palm at its side."""
+"""Distance from the centre of the ball to a palm at its side, m: a little less than its radius."""
 UNDER = 0.11
-"""Metres from a palm to the middle of the ball that it dribbles."""
+"""Distance from a palm to the centre of the ball that it dribbles, m: a little less than its
+radius."""
 CARRIED = np.array([0.0, -0.06, 0.34])
-"""Where a ball is carried, from the chest, in the frame of the heading: left, up, ahead."""
+"""Where a ball is carried relative to the chest, m, in the frame of the heading: left, up, ahead.
+Chosen by hand."""
 CLOSE, FAR = 0.34, 0.55
-"""Metres between palms that are both on the ball, and that are not."""
+"""Distances between palms, m: up to the first both are on the ball, from the second on they are
+not. Chosen by hand."""
 LEAST_AHEAD = 0.24
-"""Metres before the chest of a ball below the neck."""
+"""Least distance of a ball below the neck in front of the chest, m. Chosen by hand."""
 BALL = 0.12
-"""Metres, the ball's radius."""
+"""Radius of the ball, m: size 7."""
 _TURN = 8
-"""Frames in which a ball goes from both hands to one."""
+"""Frames in which a ball goes from both hands to one. Chosen by hand."""
 _OUT = 2.0
+"""Standard deviation of the smoothing of :func:`clearance`, frames. Chosen by hand."""
 _LIMBS = (
     ("pelvis", "neck", 0.1),
     ("neck", "head", 0.08),
@@ -34,16 +38,23 @@ _LIMBS = (
     ("l_knee", "l_ankle", 0.05),
     ("r_knee", "r_ankle", 0.05),
 )
-"""Capsules of the body: from joint to joint, with their radius in metres."""
+"""Capsules of the body: from joint to joint, with their radius in m. Chosen by hand: slimmer than
+limbs, so that a held ball may touch clothes."""
 _I = body.INDEX
 
 
 @dataclass(frozen=True, eq=False)
 class HeldBall:
-    """Per frame, whether held or not: what it would be.
+    """Per frame, whether held or not: where the ball would be.
 
-    ball : array (frames, 3), metres. hands : array (frames, 2), how far the left and the right
-    palm are to be at ``palms``, array (frames, 2, 3), metres.
+    Attributes
+    ----------
+    ball : array (frames, 3), m
+        Its centre.
+    hands : array (frames, 2)
+        Weight with which the left and the right palm are to be at ``palms``.
+    palms : array (frames, 2, 3), m
+        Targets of the palms.
     """
 
     ball: FloatArray
@@ -52,9 +63,18 @@ class HeldBall:
 
 
 def held_ball(own: Possession, joints: FloatArray, rotations: FloatArray) -> HeldBall:
-    """Where the ball is while a player has it, from their joints (frames, 21, 3) and rotations.
+    """Return where the ball is while a player has it.
 
-    Where it would be in the player's body it is brought out, and the hands with it.
+    If it would be inside the player's body, it is moved out, and the hands with it.
+
+    Parameters
+    ----------
+    own : Possession
+        The possession.
+    joints : array (frames, 21, 3), m
+        The player's joints.
+    rotations : array (frames, 21, 4)
+        Their world rotations.
     """
     from scipy.ndimage import gaussian_filter1d
 
@@ -87,9 +107,9 @@ def _smooth(values: FloatArray) -> FloatArray:
 
 
 def clearance(ball: FloatArray, joints: FloatArray) -> FloatArray:
-    """The least level way out of a body, array (frames, 3), of balls (frames, 3); 0 outside.
+    """Return the least horizontal displacement (frames, 3) of balls (frames, 3) out of a body.
 
-    Trunk, head, thighs and shins are capsules; joints (frames, 21, 3), metres.
+    It is 0 outside. Trunk, head, thighs and shins are capsules; joints (frames, 21, 3), m.
     """
     out = np.zeros_like(ball)
     for first, second, radius in _LIMBS:
@@ -109,7 +129,7 @@ def _gap(both: FloatArray) -> FloatArray:
 
 
 def _between(both: FloatArray, joints: FloatArray, heading: FloatArray) -> FloatArray:
-    """The ball in both hands: between the palms, or before the chest where these are far apart."""
+    """Return the ball in both hands: between the palms, or in front of the chest if far apart."""
     chest = joints[:, _I["chest"]]
     middle = rotation.rotate(rotation.conjugate(heading), both.mean(axis=1) - chest)
     share = np.clip((_gap(both) - CLOSE) / (FAR - CLOSE), 0.0, 1.0)[:, None]

@@ -1,9 +1,9 @@
-"""A capture as scenes look at it: where the body is on the ground, and its pose seen from there.
+"""A capture as scenes use it: where the body is on the ground, and its pose seen from there.
 
-Per frame: the place (x, z, heading) of the pelvis on the ground, the joints in the frame of that
-place (x left, y up, z ahead; the root's height stays in), and their velocities, turned into the
-same frame but not freed of the body's own travel, so that running and standing in the same pose
-are far apart.
+Each frame has the place (x, z, heading) of the pelvis on the ground, the joints in the frame of
+that place (x left, y up, z ahead; the height of the root is kept), and their velocities. Velocities
+are rotated into the same frame but include the travel of the body, so that running and standing in
+the same pose are far apart.
 """
 
 from __future__ import annotations
@@ -20,18 +20,23 @@ from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.clips.ground import compose, relative
 
 WRISTS = (body.INDEX["l_wrist"], body.INDEX["r_wrist"])
+"""Indices of the wrists among the 21 joints."""
 
 
 @dataclass(frozen=True, eq=False)
 class BodyFrames:
-    """A motion, frame by frame, as seen from its own places on the ground.
+    """A motion, frame by frame, seen from its own places on the ground.
 
     Attributes
     ----------
-    places : array (frames, 3), x, z in metres and heading in radians, unwrapped, world.
-    joints : array (frames, 21, 3), metres, in the frame of the place.
-    velocities : array (frames, 21, 3), metres a second in the world, along the place's axes.
-    contacts : array (frames, 2), whether the left and the right foot is on the ground.
+    places : array (frames, 3), m and rad
+        x, z and unwrapped heading in the world.
+    joints : array (frames, 21, 3), m
+        Joints in the frame of the place.
+    velocities : array (frames, 21, 3), m/s
+        Velocities relative to the world, along the axes of the place.
+    contacts : array of bool (frames, 2)
+        Whether the left and the right foot is on the ground.
     """
 
     places: FloatArray
@@ -46,14 +51,19 @@ class BodyFrames:
 
     @cached_property
     def speeds(self) -> FloatArray:
-        """Mean speed of all joints, array (frames,), metres a second."""
+        """Mean speed of all joints, array (frames,), m/s."""
         return np.asarray(np.linalg.norm(self.velocities, axis=2).mean(axis=1))
 
     def path(self, start: int, end: int) -> FloatArray:
-        """Places of the frames ``start`` to ``end``, both included, as seen from the first.
+        """Return the places of frames ``start`` to ``end``, both included, seen from the first.
 
-        array (end - start + 1, 3). Where the capture ends before ``end``, its last step is
-        repeated, so that the last row is where the next clip begins.
+        If the capture ends before ``end``, its last step is repeated, so that the last row is where
+        the next clip begins.
+
+        Returns
+        -------
+        array (end - start + 1, 3), m and rad
+            x, z, heading.
         """
         inside = np.minimum(np.arange(start, end + 1), self.n_frames - 1)
         path = relative(self.places[inside], self.places[start])
@@ -65,7 +75,7 @@ class BodyFrames:
         return path
 
     def mirrored(self) -> BodyFrames:
-        """The mirror image, left and right exchanged."""
+        """Return the mirror image, with left and right exchanged."""
         flip = np.array([-1.0, 1.0, 1.0])
         return BodyFrames(
             self.places * np.array([-1.0, 1.0, -1.0]),
@@ -76,7 +86,7 @@ class BodyFrames:
 
 
 def body_frames(motion: Motion) -> BodyFrames:
-    """See :class:`BodyFrames`."""
+    """Return a motion seen from its own places on the ground; see :class:`BodyFrames`."""
     positions, rotations = retarget.motion_positions(motion)
     headings = features.headings(rotations)
     places = np.column_stack([positions[:, 0, [0, 2]], headings])

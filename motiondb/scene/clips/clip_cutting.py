@@ -1,18 +1,22 @@
-"""What people show, cut into the pieces that a scene is put together from.
+"""Captures cut into the pieces that scenes are made of.
 
-A capture of "run" goes from rest to rest over many steps; a motion grammar's terminal is a unit
-action, such as half a cycle of walking. So that an action can be chained and can be short:
+A capture of "run" goes from rest to rest over many steps, while a terminal of a motion grammar is a
+unit action, such as half a cycle of walking. So that actions can be chained and can be short:
 
 * the still frames before and after the action are dropped;
-* an action that travels, without an instant of its own, is cut where feet strike the ground; a
-  first step out of rest and a last one into rest are pieces of their own kind;
-* an action that goes on in place (dribbling, guarding, waiting) is cut where hands catch the
-  ball, or else into equal pieces;
-* pieces of one and of two spans are made (in place also four), so that there are long ones too;
-* an action with an instant (a shot's release), a turn and a short action stay whole.
+* an action that travels and has no event is cut where feet strike the ground; a first step from
+rest and a last one to rest are pieces of their own kinds;
+* an action that continues in place (dribbling, guarding, waiting) is cut where hands catch the
+ball, or else into equal pieces;
+* pieces of one and of two spans between cuts are made (in place also of four), so that there are
+long ones too;
+* an action with an event (the release of a shot), a turn and a short action stay whole.
 
-Cuts are taken from events that people wrote down, or else from the feet
+Cuts are taken from annotated events, or else from the contacts of the feet
 (:mod:`motiondb.generate.contact`).
+
+The constants below were chosen by hand, by looking at the pieces of the sample captures; none was
+tuned on a benchmark.
 """
 
 from __future__ import annotations
@@ -27,27 +31,29 @@ from motiondb.records import Event, Motion
 from motiondb.scene.clips.body_frames import WRISTS, BodyFrames
 
 WHOLE, START, MIDDLE, STOP = "whole", "start", "middle", "stop"
-"""Kinds of pieces: an uncut action; out of rest, in the flow, and into rest."""
+"""Kinds of pieces: an uncut action; from rest, in motion at both ends, and to rest."""
 
 STILL_SPEED = 0.12
-"""Mean speed of the joints, metres a second, below which a body stands still."""
+"""Mean speed of the joints, m/s, below which a body stands still."""
 MOVING = 0.25
-"""Share of the frames of an action that must move for its still ends to be no part of it."""
+"""Fraction of an action's frames that must move; otherwise the whole action is standing, and its
+still ends are kept."""
 REST_TRAVEL = 0.5
-"""Ground speed of the pelvis, metres a second, below which a clip begins or ends at rest."""
+"""Ground speed of the pelvis, m/s, below which a clip begins or ends at rest."""
 TRAVEL = 1.0
-"""Metres that an action which travels comes away from where it begins."""
+"""Largest distance from the start, m, from which on an action counts as travelling."""
 TURNED = np.radians(45.0)
-"""An action that turns by more stays whole."""
+"""Change of heading, rad, above which an action that does not travel stays whole."""
 GOES_ON = 60
-"""Frames of an action that goes on in place, at least; 2 s."""
+"""Fewest frames of an action that continues in place: 2 s."""
 PIECE = 24
-"""Frames of a piece of such an action where nothing tells where to cut."""
+"""Frames of a piece of such an action if no event tells where to cut: 0.8 s."""
 SHORTEST = 6
+"""Fewest frames of a piece: 0.2 s."""
 MARGIN = 2
 """Still frames that are kept before and after an action."""
 AROUND = 45
-"""Frames of an action that are kept before and after its instant, at most."""
+"""Most frames of an action that are kept before and after its event: 1.5 s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +62,22 @@ class ShownMotion:
 
     Attributes
     ----------
-    terminal, event : the action's name and the name of its instant, "" where it has none.
-    capture, licence : the capture's name and licence.
-    motion : of the whole capture; frames [start, end) show the action.
-    events : instants of the whole capture, frames of the motion.
+    terminal : str
+        Name of the action.
+    capture : str
+        Name of the capture.
+    motion : Motion
+        Motion of the whole capture.
+    start : int
+        First frame that shows the action.
+    end : int
+        Frame after the last one that shows it.
+    event : str
+        Name of the action's event, "" if it has none.
+    events : tuple of Event
+        Events of the whole capture, in frames of the motion.
+    licence : str
+        Licence of the capture.
     """
 
     terminal: str
@@ -74,7 +92,17 @@ class ShownMotion:
 
 @dataclass(frozen=True, order=True)
 class Piece:
-    """Frames [start, end) of a capture, and which part of the action they are."""
+    """A part of an action.
+
+    Attributes
+    ----------
+    start : int
+        First frame of the capture.
+    end : int
+        Frame after the last one.
+    kind : str
+        Which part of the action it is.
+    """
 
     start: int
     end: int
@@ -82,7 +110,7 @@ class Piece:
 
 
 def cut_action(shown: ShownMotion, frames: BodyFrames) -> list[Piece]:
-    """The pieces of an action, in the order of time; see the module."""
+    """Return the pieces of an action in the order of time; see the module."""
     start, end = without_rest(frames, shown.start, shown.end)
     going = travels(frames, start, end)
     turns = bool(abs(frames.places[end - 1, 2] - frames.places[start, 2]) > TURNED)
@@ -99,13 +127,13 @@ def cut_action(shown: ShownMotion, frames: BodyFrames) -> list[Piece]:
 
 
 def travels(frames: BodyFrames, start: int, end: int) -> bool:
-    """Whether the body comes TRAVEL metres away from where it was, in frames [start, end)."""
+    """Return whether the body gets TRAVEL metres away from its start in frames [start, end)."""
     away = frames.places[start:end, :2] - frames.places[start, :2]
     return bool(np.hypot(away[:, 0], away[:, 1]).max() >= TRAVEL)
 
 
 def without_rest(frames: BodyFrames, start: int, end: int) -> tuple[int, int]:
-    """[start, end) without its still ends; as it is where nearly all of it is still (waiting)."""
+    """Return [start, end) without its still ends; unchanged if nearly all of it is still."""
     moving = frames.speeds[start:end] > STILL_SPEED
     if moving.mean() < MOVING:
         return start, end
@@ -114,16 +142,18 @@ def without_rest(frames: BodyFrames, start: int, end: int) -> tuple[int, int]:
 
 
 def instant(shown: ShownMotion, frames: BodyFrames, start: int, end: int) -> tuple[int, str]:
-    """The frame of an action's instant within [start, end), and where it is known from.
+    """Return the frame of an action's event within [start, end), and how it is known.
 
-    Of several catches or contacts the first counts, of several releases the last. Where nobody
-    wrote it down, it is taken from the wrists: for a catch the frame in which they are farthest
-    ahead of the body, for a release or a contact that in which one is farthest ahead and up.
+    The first of several catches or contacts counts, and the last of several releases. Without an
+    annotation the wrists tell: a catch is where they are farthest ahead of the body, a release or a
+    contact where one is farthest ahead and up.
 
     Returns
     -------
-    (-1, "") where the action has no instant; else the frame of the capture and "events" or
-    "wrists".
+    frame : int
+        Frame of the capture; -1 if the action has no event.
+    known : str
+        "events" if annotated, "wrists" if estimated; "" if the action has no event.
     """
     if not shown.event:
         return -1, ""
@@ -138,13 +168,13 @@ def instant(shown: ShownMotion, frames: BodyFrames, start: int, end: int) -> tup
 
 
 def farthest_up(frames: BodyFrames, start: int, end: int) -> int:
-    """The frame of [start, end) in which a wrist is farthest ahead and up."""
+    """Return the frame of [start, end) in which a wrist is farthest ahead and up."""
     wrists = frames.joints[start:end, WRISTS]
     return start + int(np.argmax((wrists[:, :, 1] + wrists[:, :, 2]).max(axis=1)))
 
 
 def _around_instant(shown: ShownMotion, frames: BodyFrames, start: int, end: int) -> Piece:
-    """An action with its instant: widened to hold it, cut down to AROUND frames about it."""
+    """Return an action widened to include its event, cut to AROUND frames on each side of it."""
     frame, _ = instant(shown, frames, shown.start, shown.end)
     if frame < 0:
         return Piece(start, end)
@@ -164,7 +194,7 @@ def _catches(shown: ShownMotion) -> list[int]:
 
 
 def _spread(cuts: Iterable[int], start: int, end: int) -> list[int]:
-    """The cuts that leave at least SHORTEST frames between one another and to the ends."""
+    """Return the cuts that are at least SHORTEST frames from one another and from the ends."""
     kept: list[int] = []
     for cut in cuts:
         if cut - (kept[-1] if kept else start) >= SHORTEST and end - cut >= SHORTEST:
@@ -173,7 +203,7 @@ def _spread(cuts: Iterable[int], start: int, end: int) -> list[int]:
 
 
 def _steps(frames: BodyFrames, start: int, end: int, cuts: list[int]) -> list[Piece]:
-    """Pieces of a travelling action between foot strikes, and out of and into rest."""
+    """Return pieces of a travelling action between foot strikes, and from and to rest."""
     if len(cuts) < 2:
         return [Piece(start, end)]
     from_rest = _pelvis_speed(frames, start) < REST_TRAVEL
@@ -186,7 +216,7 @@ def _steps(frames: BodyFrames, start: int, end: int, cuts: list[int]) -> list[Pi
 
 
 def _spans(edges: list[int], lengths: tuple[int, ...]) -> list[Piece]:
-    """Pieces from edge to edge, over every number of spans that is asked for."""
+    """Return pieces from edge to edge, for every number of spans in ``lengths``."""
     pairs = {(edges[k], edges[k + n]) for n in lengths for k in range(len(edges) - n)}
     return [Piece(a, b, MIDDLE) for a, b in sorted(pairs)]
 

@@ -1,6 +1,6 @@
-"""The poses of a library's entry: its capture's frames, mirrored, bent and stretched as it says.
+"""The poses of a library entry: frames of its capture, mirrored, bent and stretched.
 
-Only polishing needs them; a scene is sampled with places alone.
+Only polishing needs poses; sampling uses places alone.
 """
 
 from __future__ import annotations
@@ -18,10 +18,25 @@ from motiondb.scene.clips.ground import compose, inverse
 
 
 def source_frames(source: ClipSource, n_frames: int, before: int = 0, after: int = 0) -> IntArray:
-    """Frames of the capture, with ``before`` and ``after`` more of them to blend seams with.
+    """Return the frames of an entry's capture, with more frames at both ends for blending.
 
-    Where the capture (of ``n_frames``) begins or ends, its end is held. array (before + frames +
-    after,).
+    Before the beginning and after the end of the capture its first and last frames are repeated.
+
+    Parameters
+    ----------
+    source : ClipSource
+        The entry's source.
+    n_frames : int
+        Frames of the capture.
+    before : int
+        Frames added before the entry.
+    after : int
+        Frames added after it.
+
+    Returns
+    -------
+    array of int (before + frames + after,)
+        Frames of the capture.
     """
     frames = np.arange(source.start - before, source.end + after)
     return np.asarray(np.clip(frames, 0, n_frames - 1))
@@ -34,22 +49,31 @@ def clip_motion(
     before: int = 0,
     after: int = 0,
 ) -> Motion:
-    """The motion of an entry whose first frame stands ``at`` (x, z in metres, heading in radians).
+    """Return the motion of an entry, placed on the ground.
 
     Parameters
     ----------
-    source : the entry's, ``library.source[k]``.
-    motions : capture name -> the motion of the whole capture.
-    before, after : frames of the capture that are added at both ends, for blending; they go on
-        as the capture does, with the edit's stretch, and bend no further.
+    source : ClipSource
+        The entry's source, ``library.source[k]``.
+    motions : dict of str to Motion
+        Motions of whole captures by name.
+    at : (float, float, float), m and rad
+        x, z and heading of the entry's first frame.
+    before : int
+        Frames of the capture added before the entry, for blending. They are stretched like the
+        entry, and bend no further.
+    after : int
+        Frames added after it.
 
     Returns
     -------
-    Motion of before + n_frames + after frames; feet slide by what was edited.
+    Motion
+        before + n_frames + after frames. Feet slide by what was edited.
 
     Raises
     ------
-    SceneError : the capture is not among the motions.
+    SceneError
+        The capture is not among the motions.
     """
     motion = _motion_of(source, motions)
     frames = source_frames(source, motion.n_frames, before, after)

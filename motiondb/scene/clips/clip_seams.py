@@ -1,14 +1,16 @@
-"""How well one clip follows another: the cost of every seam.
+"""The cost of a seam: how badly one clip follows another.
 
-Notation: clip a ends in the frame after its last one, with joints x and velocities v as seen from
-its place on the ground; clip b begins with x', v'. The cost is 0 where b is what truly follows a in
-its capture, else
+Notation: clip a ends in the frame after its last one, with joints x and velocities v seen from its
+place on the ground. Clip b begins with x' and v'. The cost is 0 if b truly follows a in its
+capture; otherwise
 
     g(a, b) = mean_j |x_j - x'_j| / POSE_SCALE  +  mean_j |v_j - v'_j| / VELOCITY_SCALE
 
-over the 21 joints: 1 for joints 10 cm off, or 1 m/s too fast, in the mean. The form is that of
+over the 21 joints: 1 for joints that are 10 cm apart, or differ by 1 m/s, on average. The form is
+that of
 J. Lee, J. Chai, P. Reitsma, J. Hodgins and N. Pollard, "Interactive control of avatars animated
-with human motion data" (SIGGRAPH 2002); paper C names pose and velocity and gives no weights.
+with human motion data" (SIGGRAPH 2002). The paper on motion grammars names pose and velocity and
+gives no weights; ours were chosen by hand.
 """
 
 from __future__ import annotations
@@ -20,22 +22,29 @@ import numpy as np
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 POSE_SCALE = 0.10
-"""Metres."""
+"""Distance of joints, m, that costs 1. Chosen by hand: a viewer sees the blend."""
 VELOCITY_SCALE = 1.0
-"""Metres a second."""
+"""Difference of velocities, m/s, that costs 1. Chosen by hand."""
 _BLOCK = 128
+"""Clips compared at once. It bounds the memory; the result does not depend on it."""
 
 
 @dataclass(frozen=True, eq=False)
 class SeamEnds:
-    """Where clips begin and end.
+    """The beginnings and ends of clips.
 
     Attributes
     ----------
-    captures : array (clips,), a number per capture, another one for its mirror image.
-    starts, ends : arrays (clips,), frames of the capture, half-open.
-    entries, exits : arrays (clips, 2, joints, 3), joints (metres) and velocities (metres a second)
-        at the first frame and at the frame after the last.
+    captures : array of int (clips,)
+        A number per capture, and another one for its mirror image.
+    starts : array of int (clips,)
+        First frame in the capture.
+    ends : array of int (clips,)
+        Frame after the last one.
+    entries : array (clips, 2, joints, 3), m and m/s
+        Joints and velocities at the first frame.
+    exits : array (clips, 2, joints, 3), m and m/s
+        Joints and velocities at the frame after the last.
     """
 
     captures: IntArray
@@ -46,7 +55,7 @@ class SeamEnds:
 
 
 def seam_costs(clips: SeamEnds) -> Float32Array:
-    """g(a, b) of every clip a and b: array (clips, clips), float32; see the module."""
+    """Return g(a, b) of every clip a and b: array (clips, clips), float32; see the module."""
     scales = np.array([POSE_SCALE, VELOCITY_SCALE])[:, None, None]
     exits = (clips.exits / scales).astype(np.float32)
     entries = (clips.entries / scales).astype(np.float32)
@@ -67,9 +76,14 @@ def seam_costs(clips: SeamEnds) -> Float32Array:
 
 
 def rest_costs(clips: SeamEnds) -> Float32Array:
-    """What it costs to begin every clip from standing in its first pose, and to stop after it.
+    """Return what it costs to start every clip from standing in its first pose, and to stop after.
 
-    array (clips, 2), float32: the cost of a seam between equal poses, one without velocity.
+    It is the cost of a seam between equal poses, one of them without velocity.
+
+    Returns
+    -------
+    array of float32 (clips, 2)
+        Cost of starting and of stopping.
     """
     ends = np.stack([clips.entries[:, 1], clips.exits[:, 1]], axis=1)
     speeds = np.linalg.norm(ends, axis=-1).mean(axis=-1)

@@ -1,15 +1,15 @@
-"""Clips bent, stretched and mirrored: what a clip's path on the ground becomes.
+"""Variants of clips: the path of a clip on the ground, bent and stretched.
 
-A capture walks straight on and as far as it did; a scene wants other ways. A variant of a clip has
+A capture follows its own path; a scene needs others. A variant of a clip has
 
     heading'(t) = heading(t) + bend * t / n                     bend in radians, n frames
     step'(t)    = stretch * R(bend * (t + 1/2) / n) step(t)     the steps between frames
 
-so that poses, seen from the place where they stand, are those of the clip. Feet then slide by what
-the path was edited; polishing holds them again.
+so that its poses, seen from the place where they stand, are those of the clip. Feet slide by what
+the path was edited; polishing removes that.
 
-Travelling clips are bent and stretched; those that begin or end at rest may turn farther, as who
-starts to run turns with the first step. Clips in place are turned a little.
+Travelling clips are bent and stretched. Those that begin or end at rest may turn farther, because
+people turn with their first step. Clips in place are turned a little.
 """
 
 from __future__ import annotations
@@ -31,14 +31,23 @@ def _radians(*degrees: float) -> tuple[float, ...]:
 class VariantSettings:
     """Which variants are made of every clip.
 
+    The values were chosen by hand: bends and stretches beyond these look wrong in pictures.
+
     Attributes
     ----------
-    bends, stretches : of clips that travel; radians, and factors of the steps.
-    rest_bends : bends of first and last steps, radians.
-    turns : bends of clips that stay in place, radians.
-    mirror : whether mirror images are made.
-    most : pieces of one terminal before variants, about, of those that travel and of those that
-        stay; beyond, captures are left out evenly.
+    bends : tuple of float, rad
+        Bends of clips that travel.
+    stretches : tuple of float
+        Factors of the steps of clips that travel.
+    rest_bends : tuple of float, rad
+        Bends of first and last steps.
+    turns : tuple of float, rad
+        Bends of clips that stay in place.
+    mirror : bool
+        Whether mirror images are made.
+    most : int
+        Approximate largest number of pieces of one terminal before variants, separately for those
+        that travel and those that stay. Above it, captures are left out evenly.
     """
 
     bends: tuple[float, ...] = _radians(-40, -20, -10, 0, 10, 20, 40)
@@ -50,20 +59,30 @@ class VariantSettings:
 
 
 TRAVELS = 0.3
-"""Metres between the ends of a piece that travels."""
+"""Distance between the ends of a piece, m, from which on it counts as travelling. Chosen by
+hand."""
 STEPS = 0.1
-"""Metres between the ends of a first or last step."""
+"""The same for a first or last step, m. Chosen by hand."""
 MOST_TURNING = math.radians(240.0)
-"""Radians a second of the fastest bend; people who run turn no faster."""
+"""Fastest bend, rad/s. Chosen by hand: people who run turn no faster."""
 
 
 def edits_of(path: FloatArray, kind: str, settings: VariantSettings) -> FloatArray:
-    """The variants of a piece: array (variants, 2), bend in radians and stretch.
+    """Return the variants of a piece.
 
     Parameters
     ----------
-    path : array (n + 1, 3), places of the piece's frames and of the frame after it.
-    kind : of the piece, see :mod:`motiondb.scene.clips.clip_cutting`.
+    path : array (n + 1, 3), m and rad
+        Places of the piece's frames and of the frame after it.
+    kind : str
+        Kind of the piece, see :mod:`motiondb.scene.clips.clip_cutting`.
+    settings : VariantSettings
+        Which variants are made.
+
+    Returns
+    -------
+    array (variants, 2), rad and factor
+        Bend and stretch.
     """
     way, seconds = float(np.hypot(path[-1, 0], path[-1, 1])), (len(path) - 1) / MOTION_FPS
     bends = settings.bends if way >= TRAVELS else settings.turns
@@ -80,7 +99,7 @@ def edits_of(path: FloatArray, kind: str, settings: VariantSettings) -> FloatArr
 
 
 def edited_paths(path: FloatArray, edits: FloatArray) -> FloatArray:
-    """The path of every variant: array (variants, n + 1, 3), from path (n + 1, 3); see the module.
+    """Return the path of every variant: array (variants, n + 1, 3), from path (n + 1, 3).
 
     >>> straight = np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     >>> edited_paths(straight, np.array([[np.pi, 0.5]])).round(6).tolist()
@@ -90,7 +109,7 @@ def edited_paths(path: FloatArray, edits: FloatArray) -> FloatArray:
 
 
 def edited_stretch(path: FloatArray, shares: FloatArray, bend: float, stretch: float) -> FloatArray:
-    """One variant's path (frames, 3) where frame t has turned by ``shares[t] * bend``."""
+    """Return one variant's path (frames, 3); frame t has turned by ``shares[t] * bend``."""
     return np.asarray(_edited(path, shares, np.array([[bend, stretch]]))[0])
 
 

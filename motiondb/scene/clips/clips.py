@@ -1,18 +1,17 @@
-"""The clips that a scene is put together from, all in a few arrays.
+"""The library of clips that a scene is made of, in a few arrays.
 
-Notation: the library has K entries; entry k is a piece of a capture, as it is or edited (mirrored,
+Notation: the library has K entries. Entry k is a piece of a capture, as it is or edited (mirrored,
 bent, stretched), of terminal[k]. Entries are sorted by terminal, so that those of terminal t are
 first[t] to first[t + 1], and drawing one of them uniformly is drawing one integer. Which entry may
-follow which is a matter of poses, which bending and stretching leave as they are: the cost of a
-seam is kept by clip, ``seam[seam_class[a], seam_class[b]]``, not by entry.
+follow which depends on poses, and bending and stretching do not change poses. So the cost of a seam
+is stored by clip, ``seam[seam_class[a], seam_class[b]]``, and not by entry.
 
-Places on the ground are (x, z, theta), see :mod:`motiondb.scene.clips.ground`;
-"in the entry frame" is as seen from where the body stands in the clip's first frame.
-``step`` leads from there to the frame
-after the last one, where the next clip begins.
+Places on the ground are (x, z, theta), see :mod:`motiondb.scene.clips.ground`. "In the entry frame"
+means seen from where the body stands in the clip's first frame. ``step`` leads from there to the
+frame after the last one, where the next clip begins.
 
-Source: paper C, section 3.1 (clips of a terminal) and section 6 (key frames of events); K. Hyun,
-K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics Forum 35 (2016).
+Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 3.1 (clips of a terminal) and section 6 (key frames of events).
 """
 
 from __future__ import annotations
@@ -38,11 +37,27 @@ _ONE_HANDED = "release"
 
 @dataclass(frozen=True)
 class ClipSource:
-    """Where an entry comes from: frames [start, end) of a capture, and what was done to them.
+    """Where an entry comes from.
 
-    ``bend`` in radians, ``stretch`` a factor of the steps. ``instant`` says how its event is
-    known: "events" where somebody wrote it down, "wrists" where it was taken from the motion, ""
-    where the action has none.
+    Attributes
+    ----------
+    capture : str
+        Name of the capture.
+    start : int
+        Its first frame in the capture.
+    end : int
+        The frame after its last one.
+    mirrored : bool
+        Whether left and right are exchanged.
+    bend : float, rad
+        Turn over the whole entry.
+    stretch : float
+        Factor of the steps.
+    licence : str
+        Licence of the capture.
+    instant : str
+        How the event is known: "events" if annotated, "wrists" if estimated from the motion, "" if
+        the action has none.
     """
 
     capture: str
@@ -56,7 +71,7 @@ class ClipSource:
 
     @property
     def edit(self) -> str:
-        """What was done, for provenance; "" for nothing.
+        """What was done to the capture's frames, for provenance; "" for nothing.
 
         >>> ClipSource("run", 0, 9, mirrored=True, bend=np.radians(20), stretch=0.85).edit
         'mirror, bend 20 deg, stretch 0.85'
@@ -69,26 +84,41 @@ class ClipSource:
 
 @dataclass(frozen=True, eq=False)
 class ClipLibrary:
-    """All entries of all terminals; T terminals, K entries, C clips (see the module).
+    """All entries of all terminals: T terminals, K entries, C clips (see the module).
 
     Attributes
     ----------
-    terminals : names; ``terminal`` int32 (K,), index into them, ascending.
-    first : int32 (T + 1,), the entries of terminal t are first[t]:first[t + 1].
-    n_frames : int32 (K,), at 30 a second.
-    step : array (K, 3), from an entry's first frame to where the next clip begins.
-    event_frame : int32 (K,), frame of the instant counted from the entry's first; -1: none, the
-        middle counts.
-    path_start : int32 (K,), row of ``path`` of an entry's first frame.
-    path : array (sum of frames, 3), places of all frames in the entry frame.
-    seam : float32 (C, C), cost of a seam; ``seam_class`` int32 (K,), the clip of an entry.
-    hand : array (K, 3), x, y, z in the entry frame, metres: where the ball is at the instant, the
-        mean of the wrists (or the one that has it, where they are far apart).
-    source : (K,), where the entries come from.
-    events : (C,), instants of each clip, frames counted from its first.
-    rest : float32 (C, 2), what a seam costs from standing still in a clip's first pose to the clip,
-        and from the clip to standing still in the pose after its last: for who begins later, or
-        ends earlier, than others.
+    terminals : tuple of str
+        Names of the terminals.
+    terminal : array of int32 (K,)
+        Index into ``terminals``, ascending.
+    first : array of int32 (T + 1,)
+        The entries of terminal t are first[t]:first[t + 1].
+    n_frames : array of int32 (K,)
+        Frames, 30 a second.
+    step : array (K, 3), m and rad
+        From an entry's first frame to where the next clip begins.
+    event_frame : array of int32 (K,)
+        Frame of the event counted from the entry's first; -1 if there is none, then the middle
+        counts.
+    path_start : array of int32 (K,)
+        Row of ``path`` of an entry's first frame.
+    path : array (sum of frames, 3), m and rad
+        Places of all frames in the entry frame.
+    seam : array of float32 (C, C)
+        Cost of a seam.
+    seam_class : array of int32 (K,)
+        The clip of an entry.
+    hand : array (K, 3), m
+        x, y, z in the entry frame of the ball at the event: the mean of the wrists, or the wrist
+        that has the ball if they are far apart.
+    source : tuple of ClipSource
+        Where the entries come from.
+    events : tuple of tuple[Event, ...]
+        Events of each of the C clips, frames counted from its first.
+    rest : array of float32 (C, 2)
+        Cost of a seam from standing in a clip's first pose to the clip, and from the clip to
+        standing in the pose after its last: for players who begin later or end earlier than others.
     """
 
     terminals: tuple[str, ...]
@@ -107,17 +137,17 @@ class ClipLibrary:
     rest: Float32Array = field(default_factory=lambda: np.zeros((0, 2), dtype=np.float32))
 
     def of(self, terminal: str) -> range:
-        """The entries of a terminal by its name."""
+        """Return the entries of a terminal by its name."""
         number = self.terminals.index(terminal)
         return range(int(self.first[number]), int(self.first[number + 1]))
 
     def path_of(self, entry: int) -> FloatArray:
-        """Places of an entry's frames in the entry frame, array (n_frames, 3)."""
+        """Return the places of an entry's frames in the entry frame, array (n_frames, 3)."""
         begin = int(self.path_start[entry])
         return self.path[begin : begin + int(self.n_frames[entry])]
 
     def instant_of(self, entry: int) -> int:
-        """The frame at which rules look, counted from the first: the event, or the middle."""
+        """Return the frame at which rules look, counted from the first: the event or the middle."""
         event = int(self.event_frame[entry])
         return event if event >= 0 else (int(self.n_frames[entry]) - 1) // 2
 
@@ -142,14 +172,17 @@ def make_library(
     terminals: Sequence[str],
     settings: VariantSettings | None = None,
 ) -> ClipLibrary:
-    """Cut what is shown into clips, mirror, bend and stretch them, and compare all their ends.
+    """Cut captures into clips; mirror, bend and stretch these; and compare all their ends.
 
     Parameters
     ----------
-    shown : parts of captures; several of one capture must hold the same ``motion`` object, or are
-        analysed anew.
-    terminals : names in the order that the library is to have; one without a clip has no entries.
-    settings : default :class:`VariantSettings`.
+    shown : sequence of ShownMotion
+        Parts of captures. Parts of one capture must hold the same ``motion`` object, or it is
+        analysed more than once.
+    terminals : sequence of str
+        Names in the order of the library; one without a clip has no entries.
+    settings : VariantSettings or None
+        Which variants are made; by default those of :class:`VariantSettings`.
     """
     settings = settings or VariantSettings()
     clips = _clips(shown, tuple(terminals), settings)
@@ -200,7 +233,7 @@ def _edited(source: ClipSource, bend: float, stretch: float) -> ClipSource:
 def _clips(
     shown: Sequence[ShownMotion], terminals: tuple[str, ...], settings: VariantSettings
 ) -> list[_Clip]:
-    """All clips before their variants, with mirror images, at most about ``most`` a terminal."""
+    """Return all clips before their variants, with mirror images, about ``most`` a terminal."""
     analysed: dict[int, BodyFrames] = {}
     for one in shown:
         if id(one.motion) not in analysed:
@@ -226,7 +259,7 @@ def _clips(
 def _enough(
     shown: Sequence[ShownMotion], analysed: Mapping[int, BodyFrames], most: int
 ) -> list[ShownMotion]:
-    """Of every terminal, apart for travelling and standing, as many as give ``most`` pieces."""
+    """Return parts of every terminal with ``most`` pieces, apart for travelling and standing."""
     kinds: dict[tuple[str, bool], list[tuple[ShownMotion, int]]] = {}
     for one in shown:
         frames = analysed[id(one.motion)]
@@ -236,7 +269,7 @@ def _enough(
 
 
 def _evenly(counted: list[tuple[ShownMotion, int]], most: int) -> list[ShownMotion]:
-    """Evenly spaced, as many as together have ``most`` pieces; at least one."""
+    """Return evenly spaced parts that together have at most ``most`` pieces; at least one part."""
     for count in range(len(counted), 1, -1):
         chosen = [counted[k] for k in np.linspace(0, len(counted) - 1, count).round().astype(int)]
         if sum(pieces for _, pieces in chosen) <= most:
@@ -261,9 +294,9 @@ def _clip(
 
 
 def _image_of(terminals: tuple[str, ...], clip: _Clip) -> int | None:
-    """The terminal that a clip's mirror image shows: pivot_right for pivot_left; None for none.
+    """Return the terminal that a clip's mirror image shows (pivot_right for pivot_left), or None.
 
-    Shots and passes have no mirror image: it would be thrown with the other hand.
+    Shots and passes have no mirror image: the ball would be thrown with the other hand.
     """
     name = terminals[clip.terminal]
     if clip.thrown:
@@ -290,11 +323,12 @@ def _other_side(joint: str) -> str:
 
 
 APART = 0.4
-"""Metres between the wrists beyond which one of them has the ball."""
+"""Distance between the wrists, m, above which one of them has the ball. Chosen by hand: a ball is
+0.24 m wide."""
 
 
 def _hands(clip: _Clip, paths: FloatArray) -> FloatArray:
-    """The ball point of every variant, array (variants, 3), in the entry frame."""
+    """Return the position of the ball of every variant, array (variants, 3), in the entry frame."""
     piece = clip.piece
     frame = clip.event if clip.event >= 0 else (piece.start + piece.end - 1) // 2
     wrists = clip.frames.joints[min(frame, clip.frames.n_frames - 1), WRISTS]

@@ -1,12 +1,13 @@
-"""Places on the ground with a heading, and how they follow one another.
+"""Places on the ground with a heading, and their composition.
 
-A place is (x, z, theta): metres and radians, theta from +z towards +x, so that ahead is
-(sin theta, cos theta). Read as a transform it takes what stands in its own frame (x to the left of
-who looks along +z, z ahead) to the world::
+A place is (x, z, theta): metres and radians, theta from +z towards +x, so that ahead is (sin theta,
+cos theta). As a transform it maps coordinates in its own frame (x to the left of a viewer who looks
+along +z, z ahead) to the world::
 
     a b = (a.x + b.x cos a.th + b.z sin a.th,  a.z - b.x sin a.th + b.z cos a.th,  a.th + b.th)
 
-This is the group SE(2) with the ground's axes; a test compares it with a yaw in space.
+This is the group SE(2) with the axes of the ground. A test compares it with a yaw rotation in
+space.
 """
 
 from __future__ import annotations
@@ -17,12 +18,17 @@ from motiondb.records import FloatArray
 
 
 def compose(first: FloatArray, second: FloatArray) -> FloatArray:
-    """``second``, given in the frame of ``first``, in the frame that ``first`` is given in.
+    """Return ``second``, given in the frame of ``first``, in the frame in which ``first`` is given.
 
     Parameters
     ----------
-    first, second : arrays (..., 3), x and z in metres, theta in radians; leading axes broadcast.
+    first : array (..., 3), m and rad
+        x, z, theta.
+    second : array (..., 3), m and rad
+        x, z, theta; leading axes broadcast.
 
+    Examples
+    --------
     >>> compose(np.array([1.0, 0.0, np.pi / 2]), np.array([0.0, 2.0, 0.0])).round(6).tolist()
     [3.0, 0.0, 1.570796]
     """
@@ -40,7 +46,7 @@ def compose(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def inverse(place: FloatArray) -> FloatArray:
-    """The transform that undoes ``place``: array (..., 3).
+    """Return the transform that undoes ``place``: array (..., 3).
 
     >>> place = np.array([3.0, -1.0, 0.7])
     >>> abs(compose(place, inverse(place))).round(12).tolist()
@@ -53,5 +59,5 @@ def inverse(place: FloatArray) -> FloatArray:
 
 
 def relative(places: FloatArray, to: FloatArray) -> FloatArray:
-    """Places (..., 3) as seen from the place ``to`` (3,) or (..., 3)."""
+    """Return places (..., 3) as seen from the place ``to`` (3,) or (..., 3)."""
     return compose(inverse(to), places)

@@ -1,14 +1,14 @@
-"""Where in a capture somebody throws, where its caption tells only that they do.
+"""The frames in which a capture shows a throw, if its caption only says that there is one.
 
-"dribble, shoot" tells of two actions and of no times. Hands tell more: before a ball leaves them at
-frame r (where a wrist is farthest ahead and up), they come together about it, and after it they
-sink. So of frames [start, end) the throw is [a, b)::
+"dribble, shoot" names two actions and no times. The hands tell more: before a ball leaves them at
+frame r (where a wrist is farthest ahead and up), they come together around it, and afterwards they
+sink. Within frames [start, end) the throw is [a, b)::
 
-    a   the first frame of the last stretch before r in which the wrists are at most HELD apart
+    a   the first frame of the last interval before r in which the wrists are at most HELD apart
     b   the first frame after r + LANDED in which both wrists are below the chest
 
-and at most AROUND frames lie on either side of r. What comes before a is what the caption tells of
-before. It holds where nothing that is told before looks like a throw (a feigned shot does).
+with at most AROUND frames on either side of r. The frames before a show what the caption names
+before the throw. The method fails if an earlier action looks like a throw, as a feigned shot does.
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ from motiondb.scene.clips.body_frames import WRISTS, BodyFrames
 from motiondb.scene.clips.clip_cutting import AROUND, farthest_up
 
 HELD = 0.3
-"""Metres between the wrists of who has a ball in both hands, at most."""
+"""Largest distance between the wrists with a ball in both hands, m. Chosen by hand: a ball is 0.24
+m wide."""
 LANDED = 25
-"""Frames after which who jumped is on the ground again."""
+"""Frames after which a jumping player is on the ground again. Chosen by hand on the sample
+captures."""
 _CHEST = body.INDEX["chest"]
 
 
 def throw_frames(frames: BodyFrames, start: int, end: int) -> tuple[int, int]:
-    """The frames [a, b) of a throw somewhere in [start, end); see the module."""
+    """Return the frames [a, b) of a throw within [start, end); see the module."""
     release = farthest_up(frames, start, end)
     wrists = frames.joints[start:end, WRISTS]
     together = np.linalg.norm(wrists[:, 0] - wrists[:, 1], axis=1) <= HELD

@@ -1,15 +1,16 @@
-"""Binding: from a grammar's and a diagram's semantic rules to the table of a scene's trees.
+"""Binding: from the semantic rules of a grammar and a diagram to the rule table of a scene's trees.
 
-Every action comes under the rules of its symbol, below the ancestors that it has in its tree; a
-nonterminal's rules are about the stretch of actions that it derives; the diagram's rules are about
-its items. Roles are resolved by the diagram's items: who is passed to or screened is the receiver,
-who is screened, guarded, blocked or run at the opponent; elsewhere the opponent is
-``diagram.opponent_of``. Where nobody fills a role (a pass that no item asks for) the rule is unmet.
+Every action is subject to the rules of its symbol, below the ancestors that it has in its tree. The
+rules of a nonterminal are about the sequence of actions that it derives, those of the diagram about
+its items. Roles are resolved by the diagram's items: the player who is passed to or screened is the
+receiver; the player who is screened, guarded, blocked or run at is the opponent; elsewhere the
+opponent is ``diagram.opponent_of``. A rule is unmet if nobody fills its role (a pass that no item
+asks for).
 
-Choices, print being silent: of several actions of one item in a row that all have the same rule
-``at end`` (``at start``), only the last (first) comes under it, as a circle is meant for the end of
-a move and not of each step. A synchronisation whose partner's action no item names means that of
-the partner's actions which fulfils it best.
+Choices where the paper says nothing: if several consecutive actions of one item have the same rule
+``at end`` (``at start``), it holds only for the last (first), because a circle is the end of a move
+and not of each step. A synchronisation whose partner's action no item names refers to the partner's
+action that fulfils it best.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), sections 3.1 and 4.
@@ -66,7 +67,7 @@ from motiondb.scene.language.tactics import Diagram
 
 _MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
 _MATES = (("pass",), ("catch",))
-"""Items whose other player is of the same side."""
+"""Items whose other player is on the same team."""
 
 
 @dataclass(frozen=True)
@@ -83,17 +84,17 @@ class _Stretch:
 
 @dataclass(frozen=True)
 class _String:
-    """A player's actions with their rules: what of a tree does not depend on others."""
+    """A player's actions with their rules: what of the binding depends on no other player."""
 
     actions: tuple[str, ...]
     spans: tuple[tuple[int, int], ...]
     stretches: tuple[_Stretch, ...]
     rows: tuple[tuple[float, ...], ...]
-    """Of synchronisations, which need others' strings, ()."""
+    """Rows of the rule table; () for synchronisations, which depend on other players."""
 
     @property
     def stray(self) -> int:
-        """How many actions belong to no class of the expression."""
+        """Number of actions that belong to no class of the expression."""
         return len(self.actions) - sum(end - first for first, end in self.spans)
 
 
@@ -103,7 +104,15 @@ _Resolved = tuple[int, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Binder:
-    """What binding needs to know of a diagram and a grammar, for many trees."""
+    """Binding for many trees of one diagram and grammar.
+
+    Attributes
+    ----------
+    diagram : Diagram
+        The diagram.
+    grammar : MotionGrammar
+        The grammar.
+    """
 
     diagram: Diagram
     grammar: MotionGrammar
@@ -117,7 +126,7 @@ class Binder:
 
     @cached_property
     def items(self) -> tuple[tuple[Item, ...], ...]:
-        """Every player's expression."""
+        """The expression of every player."""
         found = expressions(self.diagram)
         return tuple(found[name] for name in self.names)
 
@@ -139,11 +148,12 @@ class Binder:
         return tuple(tuple(r for r in rules if r.player == name) for name in self.names)
 
     def bind(self, trees: Sequence[Tree]) -> RuleTable:
-        """The table of the players' trees, in the order of the diagram.
+        """Return the table of the players' trees, in the order of the diagram.
 
         Raises
         ------
-        SceneError where the number of trees is another, a string is empty, or misses an item.
+        SceneError
+            There is another number of trees than players, a string is empty, or it misses an item.
         """
         if len(trees) != len(self.names):
             raise SceneError(
@@ -168,10 +178,10 @@ class Binder:
         )
 
     def _string(self, player: int, tree: Tree) -> _String:
-        """A player's rules; of trees that were seen lately, as they were found.
+        """Return a player's rules; those of recently seen trees are kept.
 
-        The same object is found without looking at the whole tree. Chains in several threads may
-        ask at once.
+        The same tree object is found without comparing whole trees. Chains in several threads may
+        call this at the same time.
         """
         kept, same = self._kept.get((player, id(tree)), (None, None))
         if kept is tree and same is not None:
@@ -225,7 +235,7 @@ class Binder:
         partners: list[int],
         contacts: set[tuple[int, int, int, int]],
     ) -> tuple[float, ...]:
-        """The numbers of one rule; its partners are added to ``partners``."""
+        """Return the numbers of one rule; its partners are added to ``partners``."""
         rule = stretch.rule
         target: _Resolved | None = (POINT, 0.0, 0.0)
         other: _Resolved | None = (POINT, 0.0, 0.0)
@@ -256,7 +266,7 @@ class Binder:
         )
 
     def _resolved(self, target: Target | float, stretch: _Stretch) -> _Resolved | None:
-        """A target of a rule of a stretch; None where it is a role that nobody fills."""
+        """Return a target of a rule, or None if it is a role that nobody fills."""
         if isinstance(target, Spot):
             return POINT, target.x, target.z
         if isinstance(target, float | int):
@@ -269,7 +279,7 @@ class Binder:
         return (POINT, spot.x, spot.z) if spot else None
 
     def _role(self, role: str, stretch: _Stretch) -> str:
-        """Who fills a role in a stretch, or ""."""
+        """Return the player who fills a role in a sequence of actions, or ""."""
         item = self.items[stretch.player][stretch.item] if stretch.item >= 0 else None
         if item is not None and item.other and (role == "receiver" or item.actions not in _MATES):
             return item.other
@@ -278,7 +288,7 @@ class Binder:
     def _partner(
         self, rule: SynchronisationRule, stretch: _Stretch, strings: Sequence[_String]
     ) -> tuple[int, list[int]]:
-        """The partner of a synchronisation, and which of their actions it may mean."""
+        """Return the partner of a synchronisation, and the partner's actions that may be meant."""
         name = rule.partner
         if name in ("receiver", "opponent"):
             name = self._role(name, stretch)
@@ -298,11 +308,12 @@ class Binder:
 def bind(
     diagram: Diagram, grammar: MotionGrammar, trees: Sequence[Tree] | Mapping[str, Tree]
 ) -> RuleTable:
-    """The table of the players' trees, in the order of the diagram or by name.
+    """Return the table of the players' trees, given in the order of the diagram or by name.
 
     Raises
     ------
-    SceneError where a string is empty or misses an item of the diagram.
+    SceneError
+        A string is empty or misses an item of the diagram.
     """
     if isinstance(trees, Mapping):
         trees = [trees[player.name] for player in diagram.players]
@@ -319,9 +330,10 @@ class _Node:
 
 
 def _nodes(tree: Tree) -> Iterator[_Node]:
-    """All nodes with the actions [first, last) that they derive and the symbols above them.
+    """Yield all nodes with the actions [first, last) that they derive and their ancestors.
 
-    In postorder; without recursion, as strings may nest as deep as they are long.
+    The order is postorder. There is no recursion, because strings may nest as deep as they are
+    long.
     """
     done = 0
     waiting: list[tuple[Tree, frozenset[str], int]] = [(tree, frozenset(), -1)]
@@ -344,7 +356,7 @@ def _counts_elsewhere(
     item_of: Sequence[int],
     of_action: Sequence[tuple[SemanticRule, ...]],
 ) -> bool:
-    """Whether the next (before: for ``at start``) action of the same item has the rule, too."""
+    """Return whether the next (for ``at start`` the previous) action of the item has the rule."""
     step = {END: 1, START: -1}.get(rule.moment.name, 0)
     m = k + step
     if step == 0 or not 0 <= m < len(of_action):

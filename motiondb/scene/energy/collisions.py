@@ -1,7 +1,8 @@
-"""Who touches whom: discs round the pelvis on the ground, at the points of a scene's grid.
+"""Collisions: discs around the pelvis on the ground, compared at the points of a scene's time grid.
 
-A scene's g_collision is 1 where any two touch that should not. Those who are to touch (a screen and
-who is screened) may come closer, but not into one another, within half a second of their contact.
+g_collision of a scene is 1 if any two players touch who should not. Two who are meant to touch (a
+screen and the screened player) may come closer, but not into one another, within half a second of
+their contact.
 """
 
 from __future__ import annotations
@@ -13,20 +14,24 @@ from motiondb.scene.energy.placement import ClipArrays
 from motiondb.scene.energy.scene_arrays import SceneArrays
 
 RADIUS = 0.25
-"""Metres: nobody is nearer to anybody than twice this."""
+"""Radius of a disc, m; two players are at least twice this apart. Chosen by hand: half the width of
+a body."""
 CONTACT_RADIUS = 0.15
-"""The same of those who are to touch, about their contact."""
+"""Radius for players who are meant to touch, around their contact, m. Chosen by hand: half the
+depth of a body."""
 CONTACT_FRAMES = 15
-"""Frames before and after the contact in which they may."""
+"""Frames before and after the contact in which the smaller radius holds: half a second. Chosen by
+hand."""
 
 _APART = (2.0 * RADIUS) ** 2
 _CONTACT_APART = (2.0 * CONTACT_RADIUS) ** 2
 _ROUNDING = 1.0 - 1e-9
+"""Makes the skipped time of :func:`overlaps` shorter than any rounding error."""
 
 
 @compiled
 def _in_contact(scene: SceneArrays, library: ClipArrays, p: int, q: int, frame: int) -> bool:
-    """Whether two may touch at a frame: near the event of either's clip that is for it."""
+    """Return whether two may touch at a frame: it is near the event of their contact."""
     for n in range(len(scene.contacts)):
         one, k, other, m = scene.contacts[n]
         if (one == p and other == q) or (one == q and other == p):
@@ -39,7 +44,7 @@ def _in_contact(scene: SceneArrays, library: ClipArrays, p: int, q: int, frame: 
 
 @compiled
 def touch(scene: SceneArrays, library: ClipArrays, p: int, q: int, g: int) -> bool:
-    """Whether two touch that should not, at point ``g`` of the grid."""
+    """Return whether two players touch who should not, at point ``g`` of the grid."""
     i, j = min(g, scene.filled[p]), min(g, scene.filled[q])
     dx = scene.grid[p, i, 0] - scene.grid[q, j, 0]
     dz = scene.grid[p, i, 1] - scene.grid[q, j, 1]
@@ -53,9 +58,9 @@ def touch(scene: SceneArrays, library: ClipArrays, p: int, q: int, g: int) -> bo
 
 @compiled
 def overlaps(scene: SceneArrays, library: ClipArrays, p: int, q: int) -> int:
-    """Points of the grid at which two touch, up to where both stand.
+    """Return the number of grid points at which two players touch, until both have ended.
 
-    Two who are far apart are looked at again only when they can have met.
+    Players who are far apart are compared again only when they can have met.
     """
     one, other = scene.grid[p], scene.grid[q]
     last_p, last_q = scene.filled[p], scene.filled[q]

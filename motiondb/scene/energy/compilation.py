@@ -1,14 +1,15 @@
-"""How the loops of scenes are compiled: cached, without the interpreter's lock, nothing counted.
+"""How the loops over scenes are compiled: cached, without the global lock or reference counts.
 
-A function that is given a tuple of many arrays otherwise counts the references of each of them on
-the way in and out, which takes ten times as long as what most of these functions do. Without
-counting, a compiled function may read, write and slice the arrays it is given, and return numbers;
-it must not make arrays, nor return one.
+numba counts references to each array of a tuple of arrays on the way into a function and out of it,
+which takes ten times as long as what most of these functions do. Without counting, a compiled
+function may read, write and slice the arrays it is given, and return numbers. It must not create
+arrays or return them.
 """
 
 from __future__ import annotations
 
 from numba import njit
 
+# numba's stubs do not know the option _nrt
 compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]
 """Decorator of functions over a scene's arrays."""

@@ -1,26 +1,26 @@
-"""How implausible a scene is, and what exchanging a clip or moving a player makes of it.
+"""The energy -log P(Y) of a scene, and its change when a clip is exchanged or a player moved.
 
     -log P(Y) = sum_k f_k / c_k + g_smooth / w_2 + g_collision / w_3 + g_effort / w_4         (7)
 
-over the semantic rules k: g_smooth sums the mismatch of poses and velocities at all seams,
-g_collision is 1 where anybody touches anybody, g_effort is the metres that all travel.
-What fails by more than its weight, but for time, can often not be polished into holding. To a
-search, what is beyond may cost more: x = f / c then counts x + excess max(x - 1, 0); an excess of 0
-is the paper's measure.
+over the semantic rules k. g_smooth is the sum of the mismatch of poses and velocities at all seams.
+g_collision is 1 if any two players touch. g_effort is the distance that all travel, in metres. A
+rule that fails by more than its weight can often not be polished into holding, except in time. For
+a search, the part beyond the weight may cost more: x = f / c then counts x + excess max(x - 1, 0).
+An excess of 0 is the measure of the paper.
 
-:func:`swap`, :func:`move` and :func:`shift` change a scene's arrays in place, evaluate anew only
-what the change can touch (the rest of one player's string, the rules that read it, their pairs),
-and return the new -log P(Y); :func:`undo` takes the last of them back. All are compiled and release
-the interpreter's lock, to be called from compiled loops::
+:func:`swap`, :func:`move` and :func:`shift` change a scene's arrays in place, evaluate only what
+the change can affect (the rest of one player's string, the rules that depend on it, its pairs), and
+return the new -log P(Y). :func:`undo` takes the last of them back. All are compiled and release the
+global lock, to be called from compiled loops::
 
     before = scene.total[0]
     if rng.random() >= exp(before - swap(scene, library, player, k, entry)):
         undo(scene)
 
-The error of a clip, by which proposals choose it, is 1 and its share of -log P(Y): a rule's cost in
-equal parts on the clips of its stretch (a synchronisation's in halves on both partners' clips), a
-seam's in halves, the collision's by the points at which the clip touches somebody, its own metres.
-The errors of a scene's n clips sum to n - log P(Y).
+The error of a clip, by which proposals choose it, is 1 plus its share of -log P(Y): the cost of a
+rule is divided equally among the clips of its actions (that of a synchronisation in halves among
+both partners' clips), a seam's cost in halves, the collision's by the grid points at which the clip
+touches somebody, and effort by the distance. The errors of a scene's n clips sum to n - log P(Y).
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), equation (7) and section 5.
@@ -46,7 +46,7 @@ from motiondb.scene.energy.scene_state import SceneState
 from motiondb.scene.language.semantic_rules import Weights
 
 TOTAL, RULES, SMOOTH, COLLISION, EFFORT = range(5)
-"""Places in ``scene.total``."""
+"""Indices into ``scene.total``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +55,20 @@ class Energy:
 
     Attributes
     ----------
-    rules : array (rules,), f_k / c_k of every row of the table.
-    by_token : for every player the errors of their clips, array (clips,): 1 and their shares.
-    overlaps : array (players, players), looks at which two touch.
+    total : float
+        The sum of all parts.
+    rules : array (rules,)
+        f_k / c_k of every row of the table.
+    smooth : float
+        The part of the seams.
+    collision : float
+        The part of collisions.
+    effort : float
+        The part of the distance travelled.
+    by_token : tuple of array (clips,)
+        For every player the errors of their clips: 1 and their shares.
+    overlaps : array of int (players, players)
+        Number of grid points at which two touch.
     """
 
     total: float
@@ -72,7 +83,7 @@ class Energy:
 def energy(
     state: SceneState, library: ClipArrays, table: RuleTable, weights: Weights, every: int = 1
 ) -> Energy:
-    """-log P(Y) of a scene from nothing; looks at every ``every``-th frame."""
+    """Return -log P(Y) of a scene, evaluated at every ``every``-th frame."""
     scene = scene_arrays(state, library, table, weights, every)
     errors = np.zeros(scene.entry.shape)
     token_errors(scene, library, errors)
@@ -89,7 +100,7 @@ def scene_arrays(
     every: int = EVERY,
     excess: float = 0.0,
 ) -> SceneArrays:
-    """A scene's arrays, evaluated: what compiled loops work on."""
+    """Return a scene's arrays, evaluated: what compiled loops work on."""
     scene = empty_scene(state, library, table, weights, every, excess)
     evaluate(scene, library)
     return scene
@@ -97,7 +108,7 @@ def scene_arrays(
 
 @compiled
 def evaluate(scene: SceneArrays, library: ClipArrays) -> float:
-    """-log P(Y) from nothing but clips, origins and delays; fills everything else."""
+    """Return -log P(Y) from clips, origins and delays alone, and fill all other arrays."""
     n_players = len(scene.n_clips)
     for p in range(n_players):
         place_string(scene, library, p, -1)
@@ -112,7 +123,7 @@ def evaluate(scene: SceneArrays, library: ClipArrays) -> float:
 
 @compiled
 def swap(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int) -> float:
-    """Exchange clip ``k`` of a player; -log P(Y) of what comes out."""
+    """Exchange clip ``k`` of a player, and return the new -log P(Y)."""
     _keep(scene, player, k)
     scene.entry[player, k] = entry
     return _refresh(scene, library, player, k)
@@ -122,7 +133,7 @@ def swap(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: in
 def move(
     scene: SceneArrays, library: ClipArrays, player: int, x: float, z: float, theta: float
 ) -> float:
-    """Let a player begin elsewhere; -log P(Y) of what comes out."""
+    """Change where a player begins, and return the new -log P(Y)."""
     _keep(scene, player, -1)
     put_origin(scene.placed[player], x, z, theta)
     return _refresh(scene, library, player, -1)
@@ -130,9 +141,10 @@ def move(
 
 @compiled
 def shift(scene: SceneArrays, library: ClipArrays, player: int, delay: int) -> float:
-    """Let a player begin at another frame; -log P(Y) of what comes out.
+    """Change the frame at which a player begins, and return the new -log P(Y).
 
-    Infinite for a delay below 0 or over MOST_DELAY, with the scene as it was (undo is harmless).
+    The result is infinite for a delay below 0 or above MOST_DELAY; the scene is then unchanged, and
+    undo does no harm.
     """
     _keep(scene, player, -1)
     if delay < 0 or delay > MOST_DELAY:
@@ -148,16 +160,18 @@ def change(
     player: int,
     k: int,
     entry: int,
-    origin: tuple[float, float, float],
-    delay: int,
+    start: tuple[float, float, float, int],
 ) -> float:
-    """Exchange clip ``k`` of a player and let them begin elsewhere and at another frame.
+    """Exchange clip ``k`` of a player, change where and when they begin, and return -log P(Y).
 
-    -log P(Y) of what comes out; infinite for a delay out of range, with the scene as it was.
-    :func:`unchange` takes it back.
+    ``start`` is x, z, theta and delay.
+
+    The result is infinite for a delay out of range; the scene is then unchanged. :func:`unchange`
+    takes the change back.
     """
-    start = scene.placed[player, 0]
-    same = start[0] == origin[0] and start[1] == origin[1] and start[2] == origin[2]
+    x, z, theta, delay = start
+    origin = scene.placed[player, 0]
+    same = origin[0] == x and origin[1] == z and origin[2] == theta
     if same and delay == scene.begin[player, 0]:
         return swap(scene, library, player, k, entry)
     _keep(scene, player, -1)
@@ -165,13 +179,13 @@ def change(
         return math.inf
     scene.entry[player, k] = entry
     scene.begin[player, 0] = delay
-    put_origin(scene.placed[player], origin[0], origin[1], origin[2])
+    put_origin(scene.placed[player], x, z, theta)
     return _refresh(scene, library, player, -1)
 
 
 @compiled
 def unchange(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int) -> None:
-    """Take the last :func:`change` back; ``entry`` is what clip ``k`` was before."""
+    """Take the last :func:`change` back; ``entry`` is the former clip ``k``."""
     undo(scene)
     scene.entry[player, k] = entry
     for m in range(max(k, 1), min(k + 2, scene.n_clips[player])):
@@ -182,11 +196,25 @@ def unchange(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry
 
 @compiled
 def undo(scene: SceneArrays) -> None:
-    """Take the last swap, move or shift back; without one, do nothing."""
+    """Take the last swap, move or shift back; do nothing if there is none."""
     player = scene.back[0]
     if player < 0:
         return
-    k, n_rules = scene.back[1], scene.back[4]
+    _restore_string(scene, player, scene.back[1])
+    for i in range(scene.back[4]):
+        r = scene.back_rules[i, 0]
+        scene.cost[r] = scene.back_cost[i]
+        scene.seen[r], scene.meant[r] = scene.back_rules[i, 1], scene.back_rules[i, 2]
+    for q in range(len(scene.n_clips)):
+        scene.overlaps[player, q] = scene.overlaps[q, player] = scene.back_overlaps[q]
+    for a in range(5):
+        scene.total[a] = scene.back_total[a]
+    scene.back[0] = -1
+
+
+@compiled
+def _restore_string(scene: SceneArrays, player: int, k: int) -> None:
+    """Restore the clips, places and grid that a change of clip ``k`` (-1: of all) overwrote."""
     n, since = scene.n_clips[player], max(k, 0)
     if k >= 0:
         scene.entry[player, k] = scene.back[2]
@@ -201,20 +229,11 @@ def undo(scene: SceneArrays) -> None:
     for g in range(grid_since(scene, player, k), scene.filled[player] + 1):
         for a in range(3):
             scene.grid[player, g, a] = scene.back_grid[g, a]
-    for i in range(n_rules):
-        r = scene.back_rules[i, 0]
-        scene.cost[r] = scene.back_cost[i]
-        scene.seen[r], scene.meant[r] = scene.back_rules[i, 1], scene.back_rules[i, 2]
-    for q in range(len(scene.n_clips)):
-        scene.overlaps[player, q] = scene.overlaps[q, player] = scene.back_overlaps[q]
-    for a in range(5):
-        scene.total[a] = scene.back_total[a]
-    scene.back[0] = -1
 
 
 @compiled
 def token_errors(scene: SceneArrays, library: ClipArrays, errors: FloatArray) -> float:
-    """The errors of all clips (P, L), 0 where there is none; returns their sum."""
+    """Fill ``errors`` (P, L) with the errors of all clips, 0 elsewhere; return their sum."""
     total = 0.0
     for p in range(len(scene.n_clips)):
         for k in range(errors.shape[1]):
@@ -242,7 +261,7 @@ def token_errors(scene: SceneArrays, library: ClipArrays, errors: FloatArray) ->
 
 @compiled
 def _share_collisions(scene: SceneArrays, library: ClipArrays, errors: FloatArray) -> None:
-    """Add the collision's cost to the clips that touch, by the points at which they do."""
+    """Add the cost of collisions to the clips that touch, by the grid points at which they do."""
     n_players = len(scene.n_clips)
     points = 0
     for p in range(n_players):
@@ -263,7 +282,7 @@ def _share_collisions(scene: SceneArrays, library: ClipArrays, errors: FloatArra
 
 @compiled
 def _keep(scene: SceneArrays, player: int, k: int) -> None:
-    """Note what a change of clip ``k`` (-1: of all) of a player will overwrite."""
+    """Save what a change of clip ``k`` (-1: of all) of a player will overwrite."""
     n, since = scene.n_clips[player], max(k, 0)
     back = scene.back
     back[0], back[1], back[3], back[4] = player, k, scene.filled[player], 0
@@ -287,12 +306,12 @@ def _keep(scene: SceneArrays, player: int, k: int) -> None:
 
 @compiled
 def _refresh(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> float:
-    """Evaluate what a change of clip ``k`` (-1: of all) of a player can touch."""
+    """Evaluate everything that a change of clip ``k`` (-1: of all) of a player can affect."""
     place_string(scene, library, player, k)
     for q in range(len(scene.n_clips)):
         if q != player:
-            found = overlaps(scene, library, player, q)
-            scene.overlaps[player, q] = scene.overlaps[q, player] = found
+            touching = overlaps(scene, library, player, q)
+            scene.overlaps[player, q] = scene.overlaps[q, player] = touching
     since = scene.begin[player, max(k, 0)]
     kept = 0
     for i in range(scene.depends_first[player], scene.depends_first[player + 1]):
@@ -318,7 +337,7 @@ def _set_rule(scene: SceneArrays, library: ClipArrays, r: int) -> None:
 
 @compiled
 def _sum(scene: SceneArrays, library: ClipArrays) -> float:
-    """Put -log P(Y) together; sums are made anew, so that no rounding piles up."""
+    """Sum the parts of -log P(Y); from scratch, so that rounding errors do not accumulate."""
     total = scene.total
     total[RULES] = total[SMOOTH] = total[COLLISION] = total[EFFORT] = 0.0
     for r in range(len(scene.cost)):

@@ -1,14 +1,15 @@
 """Strings of clips on the ground: where and when each begins, by products of ground transforms.
 
-A clip takes whoever plays it from its entry to its exit by a ground transform S = (x, z, theta).
-With the origin G and the delay t, clip k of a string c_1 .. c_n begins at
+A clip takes its player from its entry to its exit by a ground transform S = (x, z, theta). With the
+origin G and the delay t, clip k of a string c_1 .. c_n begins at
 
     placed[k] = G S_c1 .. S_c(k-1),       begin[k] = t + n_c1 + .. + n_c(k-1)  frames.
 
-Exchanging clip k leaves everything up to placed[k] as it is, and moves everything behind it by one
+Exchanging clip k leaves everything up to placed[k] unchanged and moves everything after it by one
 rigid motion, D = placed'[k + 1] placed[k + 1]^-1, and one number of frames. Multiplying the rest of
-the string anew from placed[k] is that very motion, costs the same, and does not pile up rounding.
-Cosines and sines go along in the products, so that no trigonometry is needed.
+the string again from placed[k] gives the same motion at the same cost, and does not accumulate
+rounding errors. Cosines and sines are carried along in the products, so that no trigonometry is
+needed.
 
 The axes, and compose() over whole arrays, are those of :mod:`.ground`.
 """
@@ -34,21 +35,26 @@ CLIP = np.dtype(
     ]
     + [(name, np.float64) for name in ("x", "z", "theta", "cos", "sin", "length")]
 )
-"""What compiled code knows of a clip: frames, frame of its event (the middle where it has none),
-where its path begins, its class of seams, the clips [first, last) of its action, the frames of the
-longest of them, its step, and the metres that it travels."""
+"""Fields of a clip for compiled code: its frames, the frame of its event (or its middle), the first
+row of its path, its seam class, the clips [first, last) of its action, the frames of the longest of
+them, its step with cosine and sine, and the length of its path in metres."""
 
 
 class ClipArrays(NamedTuple):
-    """A library of clips as compiled code reads it.
+    """A library of clips for compiled code.
 
     Attributes
     ----------
-    clips : array (clips,) of :data:`CLIP`.
-    path : array (frames of all clips, 3), x, z, theta in the frame of the clip's entry.
-    way : array (frames of all clips,), metres travelled since the clip's entry.
-    seams : array (classes, classes), mismatch of the exit of one and the entry of another.
-    fastest : array (1,), most metres from one frame to the next.
+    clips : array of :data:`CLIP` (clips,)
+        The clips.
+    path : array (frames of all clips, 3), m and rad
+        x, z, theta in the frame of the clip's entry.
+    way : array (frames of all clips,), m
+        Distance travelled since the clip's entry.
+    seams : array (classes, classes)
+        Mismatch of the exit of one class and the entry of another.
+    fastest : array (1,), m
+        Largest distance from one frame to the next.
     """
 
     clips: NDArray[np.void]
@@ -59,7 +65,7 @@ class ClipArrays(NamedTuple):
 
 
 def clip_arrays(library: ClipLibrary) -> ClipArrays:
-    """The library as compiled code reads it; make it once, scenes share it."""
+    """Return the library for compiled code; call it once, scenes share the result."""
     clips = np.zeros(len(library.n_frames), CLIP)
     step = np.asarray(library.step, dtype=float)
     clips["n_frames"], clips["path_start"] = library.n_frames, library.path_start
@@ -84,7 +90,7 @@ def clip_arrays(library: ClipLibrary) -> ClipArrays:
 
 
 def _longest(library: ClipLibrary) -> NDArray[np.int64]:
-    """Frames of every terminal's longest clip: array (terminals,)."""
+    """Return the frames of every terminal's longest clip: array (terminals,)."""
     longest = np.zeros(len(library.terminals), np.int64)
     np.maximum.at(longest, np.asarray(library.terminal), np.asarray(library.n_frames))
     return longest
@@ -92,7 +98,7 @@ def _longest(library: ClipLibrary) -> NDArray[np.int64]:
 
 @compiled
 def put_origin(placed: FloatArray, x: float, z: float, theta: float) -> None:
-    """Let a string begin at a place: ``placed`` (clips + 1, 5) holds x, z, theta, cos, sin."""
+    """Set where a string begins: ``placed`` (clips + 1, 5) holds x, z, theta, cos, sin."""
     placed[0, 0], placed[0, 1], placed[0, 2] = x, z, theta
     placed[0, 3], placed[0, 4] = math.cos(theta), math.sin(theta)
 
@@ -106,12 +112,22 @@ def chain(
     since: int,
     count: int,
 ) -> None:
-    """Place the clips behind number ``since`` of a string of ``count``; its own place stands.
+    """Place the clips of a string after number ``since``, whose own place is kept.
 
     Parameters
     ----------
-    placed : array (at least count + 1, 5), x, z, theta, cos, sin of every clip's beginning.
-    begin : array (at least count + 1,), frames; the last are the string's end.
+    placed : array (at least count + 1, 5)
+        x, z, theta, cos, sin of every clip's beginning; changed in place.
+    begin : array of int (at least count + 1,)
+        First frames of the clips; after the last the string's end; changed in place.
+    entry : array of int (at least count,)
+        The clips.
+    clips : array of :data:`CLIP`
+        The library.
+    since : int
+        The clip whose place is known.
+    count : int
+        Number of clips.
     """
     x, z, theta = placed[since, 0], placed[since, 1], placed[since, 2]
     c, s, frame = placed[since, 3], placed[since, 4], begin[since]
@@ -128,7 +144,7 @@ def chain(
 
 @compiled
 def clip_at(begin: NDArray[np.int64], count: int, frame: int) -> int:
-    """The clip that plays at a frame; the first before the string begins, the last behind it."""
+    """Return the clip that plays at a frame: the first before the string, the last after it."""
     k = count - 1
     while k > 0 and begin[k] > frame:
         k -= 1
@@ -139,6 +155,6 @@ def clip_at(begin: NDArray[np.int64], count: int, frame: int) -> int:
 def place_in_clip(
     placed: FloatArray, path: FloatArray, row: int, k: int
 ) -> tuple[float, float, float]:
-    """x, z, theta at row ``row`` of the library's paths, which is a frame of clip ``k``."""
+    """Return x, z, theta at row ``row`` of the library's paths, a frame of clip ``k``."""
     c, s, x, z = placed[k, 3], placed[k, 4], path[row, 0], path[row, 1]
     return placed[k, 0] + x * c + z * s, placed[k, 1] - x * s + z * c, placed[k, 2] + path[row, 2]

@@ -1,4 +1,6 @@
-"""The values f_k of semantic rules over a scene's arrays, compiled; :mod:`.rules` is the measure.
+"""The values f_k of semantic rules over a scene's arrays, compiled.
+
+They equal those of :mod:`motiondb.scene.language.semantic_rules`, which tests compare.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), equations (1) to (5).
@@ -30,14 +32,14 @@ from motiondb.scene.language.semantic_rules import PASS_SPEED, SMALLEST
 
 @compiled
 def wrapped(turn: float) -> float:
-    """The size of a turn, radians in [0, pi]."""
+    """Return the size of a turn, radians in [0, pi]."""
     turn = abs(turn) % (2.0 * math.pi)
     return min(turn, 2.0 * math.pi - turn)
 
 
 @compiled
 def segment_distance(x: float, z: float, ax: float, az: float, bx: float, bz: float) -> float:
-    """Metres from a point to the segment between two."""
+    """Return the distance of a point from the segment between two points, m."""
     dx, dz = bx - ax, bz - az
     share = ((x - ax) * dx + (z - az) * dz) / max(dx * dx + dz * dz, SMALLEST)
     share = min(max(share, 0.0), 1.0)
@@ -46,7 +48,7 @@ def segment_distance(x: float, z: float, ax: float, az: float, bx: float, bz: fl
 
 @compiled
 def moment_of(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int]:
-    """The clip and the frame within it at which rule ``r`` looks (not where throughout)."""
+    """Return the clip and the frame within it at which rule ``r`` looks (not for throughout)."""
     row = scene.rows[r]
     entry = scene.entry[row.player]
     if row.moment == AT_START:
@@ -60,7 +62,7 @@ def moment_of(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int
 
 @compiled
 def _on_the_way(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int]:
-    """Where a share of the metres of a stretch is behind: the first such frame."""
+    """Return the first frame at which a fraction of a sequence's distance has been covered."""
     row = scene.rows[r]
     entry = scene.entry[row.player]
     metres = 0.0
@@ -86,14 +88,14 @@ def _on_the_way(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, i
 @compiled
 def _measure(
     kind: int,
-    own: tuple[float, float, float],
+    place: tuple[float, float, float],
     target: tuple[float, float, float],
     other: tuple[float, float, float],
     heading: bool,
     bounds: tuple[float, float],
 ) -> float:
-    """One rule at one instant, all places known."""
-    x, z, theta = own
+    """Return f of one rule at one instant from all places."""
+    x, z, theta = place
     if kind == DIRECTION:
         wanted = target[0] if heading else math.atan2(target[0] - x, target[1] - z)
         return wrapped(theta - wanted)
@@ -107,7 +109,7 @@ def _measure(
 
 @compiled
 def _throughout(scene: SceneArrays, r: int) -> tuple[float, int]:
-    """The mean over the points of the grid within a stretch (the one before, if there is none)."""
+    """Return the mean over the grid points of a rule's actions (the point before if none)."""
     row = scene.rows[r]
     every = scene.every[0]
     begin = scene.begin[row.player]
@@ -120,20 +122,20 @@ def _throughout(scene: SceneArrays, r: int) -> tuple[float, int]:
     total = 0.0
     for g in range(g0, g1):
         i = min(g, filled[row.player])
-        own = (grid[row.player, i, 0], grid[row.player, i, 1], grid[row.player, i, 2])
+        place = (grid[row.player, i, 0], grid[row.player, i, 1], grid[row.player, i, 2])
         if row.target >= 0:
             i = min(g, filled[row.target])
             target = (grid[row.target, i, 0], grid[row.target, i, 1], 0.0)
         if row.other >= 0:
             i = min(g, filled[row.other])
             other = (grid[row.other, i, 0], grid[row.other, i, 1], 0.0)
-        total += _measure(row.kind, own, target, other, row.target == HEADING, bounds)
+        total += _measure(row.kind, place, target, other, row.target == HEADING, bounds)
     return total / (g1 - g0), (g1 - 1) * every
 
 
 @compiled
 def _synchronisation(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, int]:
-    """f_synch against the partner's clip that fulfils it best, seconds, and which that is."""
+    """Return f_synch, s, for the partner's clip that fulfils it best, and that clip."""
     row = scene.rows[r]
     k, frame = moment_of(scene, library, r)
     time = scene.begin[row.player, k] + frame
@@ -157,7 +159,7 @@ def _synchronisation(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[f
 
 @compiled
 def rule_value(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, int, int]:
-    """f of rule ``r``, the last frame at which it looks at others, and the partner's clip meant."""
+    """Return f of rule ``r``, the last frame at which it looks at others, the partner's clip."""
     row = scene.rows[r]
     if row.kind == UNMET:
         return 1.0, -1, -1
@@ -169,7 +171,7 @@ def rule_value(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, 
         return value, seen, -1
     k, frame = moment_of(scene, library, r)
     clip = library.clips[scene.entry[row.player, k]]
-    own = place_in_clip(scene.placed[row.player], library.path, clip.path_start + frame, k)
+    place = place_in_clip(scene.placed[row.player], library.path, clip.path_start + frame, k)
     time = scene.begin[row.player, k] + frame
     target, other = (row.x, row.z, 0.0), (row.other_x, row.other_z, 0.0)
     if row.target >= 0:
@@ -177,4 +179,4 @@ def rule_value(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, 
     if row.other >= 0:
         other = place_of(scene, library, row.other, time)
     bounds = (row.near, row.far)
-    return _measure(row.kind, own, target, other, row.target == HEADING, bounds), time, -1
+    return _measure(row.kind, place, target, other, row.target == HEADING, bounds), time, -1

@@ -1,23 +1,23 @@
-"""All semantic rules of a scene in one table of numbers, which compiled code reads.
+"""The semantic rules of a scene in one table of numbers for compiled code.
 
-A row is one rule f_k of one stretch of a player's actions, with everybody it is about resolved to
-a player's number or a point on the ground::
+A row is one rule f_k of a sequence of a player's actions. All players that it is about are resolved
+to a player's number or a point on the ground::
 
-    kind      what is measured: POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE; UNMET where
-              nobody fills a role, which fails: f = 1
-    player    whose rule it is; first, last: the stretch of their actions, half-open
-    moment    AT_START (first frame of the stretch), AT_END (its last frame), AT_EVENT (the event of
-              its first action, the middle where its clip has none), THROUGHOUT (mean over the
-              frames), ON_THE_WAY (the frame at which ``fraction`` of the way is behind)
+    kind      what is measured: POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE; UNMET if
+              nobody fills a role: then f = 1
+    player    whose rule it is; first, last: the actions, half-open
+    moment    AT_START (first frame of the actions), AT_END (their last frame), AT_EVENT (the event
+              of the first action, or the middle of its clip), THROUGHOUT (mean over the frames),
+              ON_THE_WAY (the frame at which ``fraction`` of the distance has been covered)
     target    a player, or POINT (x, z), or HEADING (theta in ``x``); other, other_x, other_z: the
               second end of a line
     near, far of a distance, metres; lag of a synchronisation, seconds, NaN for a ball's flight
     partner   of a synchronisation, whose actions are ``partners[partner_first:partner_last]``; the
-              one nearest to fulfilling the rule counts
+              action that fulfils the rule best counts
     weight    c_k: f_k / c_k is the row's part of -log P(Y)
 
-A table depends on the trees alone, not on clips and places: it is made anew when the structure
-changes and stays as it is while clips are exchanged.
+A table depends on the trees alone, not on clips and places. It is made anew when the structure
+changes, and stays as it is while clips are exchanged.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 3.1.
@@ -51,10 +51,10 @@ KINDS: dict[type, int] = {
     DistanceRule: DISTANCE,
     LineRule: LINE,
 }
-"""The number of a rule's kind."""
+"""Number of each kind of rule."""
 
 UNMET_WEIGHT = 0.1
-"""c_k of a rule whose role nobody fills: it costs 10, as a distance that is not kept."""
+"""c_k of a rule whose role nobody fills: it costs 10, like a broken distance. Chosen by hand."""
 
 ROW = np.dtype(
     [(name, np.int64) for name in ("kind", "player", "first", "last", "moment")]
@@ -64,7 +64,7 @@ ROW = np.dtype(
     + [(name, np.int64) for name in ("partner", "partner_first", "partner_last")]
     + [("weight", np.float64)]
 )
-"""A row of the table, aligned to 8 bytes a field."""
+"""Fields of a row, each aligned to 8 bytes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +73,22 @@ class RuleTable:
 
     Attributes
     ----------
-    players : names, in the order of the diagram; their numbers are what the rows hold.
-    actions : every player's action string.
-    rows : array (rules,) of :data:`ROW`.
-    partners : array (n,), actions that synchronisation rules may mean.
-    contacts : array (n, 4): player, action, player, action of those who are to touch.
-    rules : what each row was made from; of an unmet one, too.
-    items : array (rules,), the class of the player's expression that the row belongs to, or -1.
-    stray : number of actions, of all players, that belong to no class.
+    players : tuple of str
+        Names in the order of the diagram; the rows hold their indices.
+    actions : tuple of tuple[str, ...]
+        The action string of every player.
+    rows : array of :data:`ROW` (rules,)
+        The rules.
+    partners : array of int (n,)
+        Actions that synchronisation rules may refer to.
+    contacts : array of int (n, 4)
+        Player, action, player, action of those who are meant to touch.
+    rules : tuple of SemanticRule
+        The rule that each row was made from; also for unmet rules.
+    items : array of int (rules,)
+        The class of the player's expression that the row belongs to, or -1.
+    stray : int
+        Number of actions of all players that belong to no class.
     """
 
     players: tuple[str, ...]

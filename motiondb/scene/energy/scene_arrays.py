@@ -1,8 +1,8 @@
-"""A scene as compiled code keeps it: plain arrays that are changed in place, with one step back.
+"""A scene for compiled code: arrays that are changed in place, with one step of undo.
 
-Everybody's place is kept at every ``every``-th frame of the scene's clock (the grid), where rules
-that hold throughout and collisions are looked at: all read it, only who moves writes it. Frames
-before a player begins show the first pose, frames behind their last one the last.
+The place of every player is stored at every ``every``-th frame of the scene's clock (the grid),
+where rules that hold throughout and collisions are evaluated. Frames before a player begins show
+the first pose, frames after the last one the last pose.
 """
 
 from __future__ import annotations
@@ -27,35 +27,78 @@ from motiondb.scene.energy.scene_state import PlayerState, SceneState
 from motiondb.scene.language.semantic_rules import Weights
 
 EVERY = 3
-"""Frames from one look to the next while sampling; reports and tests may look at all (1)."""
+"""Frames between grid points while sampling; reports and tests may use all frames (1). Chosen by
+hand: players move by at most 0.8 m in between."""
 MOST_DELAY = 900
-"""Frames that a player may stand before their first clip; 30 s."""
+"""Most frames that a player may stand before the first clip: 30 s. Chosen by hand."""
 ANY_TIME = -1
 """Reach of a rule that looks at a player at a time, not at one of their clips."""
 
 
 class SceneArrays(NamedTuple):
-    """Arrays of P players, at most L clips each, R rules, G points of the grid.
+    """Arrays of P players, at most L clips each, R rules, G grid points.
 
     Attributes
     ----------
-    n_clips (P,), entry (P, L) : clips of every player, numbers of the library.
-    begin (P, L + 1) : first frame of every clip; behind the last, the end. begin[:, 0]: the delay.
-    placed (P, L + 1, 5) : x, z, theta, cos, sin where every clip begins; placed[:, 0] the origin.
-    grid (P, G, 3), filled (P,) : x, z, theta at frames 0, every, 2 every ..; behind the ``filled``
-        points that lie within the player's string stands the last pose, once.
-    cost (R,) : f_k / c_k, dearer beyond 1 (:mod:`.energy`). seen (R,) : last frame at which the
-        rule looks at others.
-    meant (R,) : the partner's clip that counts for a synchronisation.
-    seams (P, L) : mismatch at the beginning of every clip, unweighted.
-    overlaps (P, P) : points of the grid at which two touch. near (P, P) : 1 where two may.
-    total (5,) : -log P(Y), and its parts: rules, smoothness, collision, effort.
-    scale (4,) : 1 / w_2, 1 / w_3, 1 / w_4, excess. every (1,) : frames between points of the
-        grid.
-    rows, partners, contacts : of the rule table.
-    depends (n, 2), depends_first (P + 1,) : for every player the rules that read them, and their
-        reach: the exchange of clip k matters where k < reach (or :data:`ANY_TIME`).
-    back_* : what the last change has overwritten.
+    n_clips : array of int (P,)
+        Number of clips of every player.
+    entry : array of int (P, L)
+        Clips, as entries of the library.
+    begin : array of int (P, L + 1)
+        First frame of every clip; after the last, the end. begin[:, 0] is the delay.
+    placed : array (P, L + 1, 5)
+        x, z, theta, cos, sin where every clip begins; placed[:, 0] is the origin.
+    grid : array (P, G, 3)
+        x, z, theta at frames 0, every, 2 every ..
+    filled : array of int (P,)
+        Number of grid points within the player's string; the last pose follows once.
+    cost : array (R,)
+        f_k / c_k, with the excess beyond 1 (:mod:`.energy`).
+    seen : array of int (R,)
+        Last frame at which the rule looks at others.
+    meant : array of int (R,)
+        The partner's clip that counts for a synchronisation.
+    seams : array (P, L)
+        Mismatch at the beginning of every clip, unweighted.
+    overlaps : array of int (P, P)
+        Number of grid points at which two touch.
+    near : array of int (P, P)
+        1 if two are meant to touch.
+    total : array (5,)
+        -log P(Y), and its parts: rules, smoothness, collision, effort.
+    scale : array (4,)
+        1 / w_2, 1 / w_3, 1 / w_4, excess.
+    every : array of int (1,)
+        Frames between grid points.
+    rows : array of ROW (R,)
+        Of the rule table.
+    partners : array of int (n,)
+        Of the rule table.
+    contacts : array of int (n, 4)
+        Of the rule table.
+    depends : array of int (n, 2)
+        For every player the rules that depend on them, and their reach: exchanging clip k matters
+        if k < reach (or :data:`ANY_TIME`).
+    depends_first : array of int (P + 1,)
+        First row of ``depends`` of each player.
+    back : array of int (5,)
+        The last change: player, clip, its former entry, ``filled``, and number of rules.
+    back_begin : array of int (L + 1,)
+        Overwritten row of ``begin``.
+    back_placed : array (L + 1, 5)
+        Overwritten row of ``placed``.
+    back_grid : array (G, 3)
+        Overwritten row of ``grid``.
+    back_cost : array (R,)
+        Overwritten costs, in the order of ``back_rules``.
+    back_rules : array of int (R, 3)
+        Overwritten rules: number, ``seen``, ``meant``.
+    back_seams : array (2,)
+        Overwritten seams before and after the clip.
+    back_overlaps : array of int (P,)
+        Overwritten row of ``overlaps``.
+    back_total : array (5,)
+        Overwritten ``total``.
     """
 
     n_clips: IntArray
@@ -97,7 +140,7 @@ def empty_scene(
     every: int = EVERY,
     excess: float = 0.0,
 ) -> SceneArrays:
-    """The arrays of a scene with its clips, origins and delays, nothing evaluated yet."""
+    """Return the arrays of a scene with its clips, origins and delays, not yet evaluated."""
     players = state.players
     n, most = len(players), max(len(player.entries) for player in players)
     longest = _longest(state, library) + max(MOST_DELAY, *(p.delay for p in players))
@@ -143,7 +186,7 @@ def empty_scene(
 
 
 def scene_state(scene: SceneArrays, trees: Sequence[Tree]) -> SceneState:
-    """The clips, origins and delays that the arrays hold, with the trees that they belong to."""
+    """Return the clips, origins and delays in the arrays, with the trees that they belong to."""
     players = []
     for number, tree in enumerate(trees):
         x, z, theta = scene.placed[number, 0, :3].tolist()
@@ -153,7 +196,7 @@ def scene_state(scene: SceneArrays, trees: Sequence[Tree]) -> SceneState:
 
 
 def _longest(state: SceneState, library: ClipArrays) -> int:
-    """Frames of the longest string, each clip exchanged for the longest of its action."""
+    """Return the frames of the longest string if each clip were the longest of its action."""
     most = library.clips["most"]
     return max(int(most[np.asarray(player.entries)].sum()) for player in state.players)
 
@@ -166,7 +209,7 @@ def _near(table: RuleTable, n: int) -> IntArray:
 
 
 def _dependencies(table: RuleTable) -> tuple[IntArray, IntArray]:
-    """For every player the rules that read them, with how far; see :class:`SceneArrays`."""
+    """Return for every player the rules that depend on them, and their reach; see SceneArrays."""
     of: list[dict[int, int]] = [{} for _ in table.players]
     names = ("kind", "player", "first", "last", "moment", "target", "other", "partner")
     columns = [table.rows[name].tolist() for name in names]

@@ -1,4 +1,4 @@
-"""Where the players of a scene are: their strings of clips, the seams between, and the grid."""
+"""Where the players of a scene are: their clips, the seams between them, and the grid."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from motiondb.scene.energy.scene_arrays import SceneArrays
 def place_of(
     scene: SceneArrays, library: ClipArrays, player: int, frame: int
 ) -> tuple[float, float, float]:
-    """Where a player is at a frame of the scene: x, z, theta."""
+    """Return where a player is at a frame of the scene: x, z, theta."""
     begin = scene.begin[player]
     k = clip_at(begin, scene.n_clips[player], frame)
     clip = library.clips[scene.entry[player, k]]
-    own = min(max(frame - begin[k], 0), clip.n_frames - 1)
-    return place_in_clip(scene.placed[player], library.path, clip.path_start + own, k)
+    inside = min(max(frame - begin[k], 0), clip.n_frames - 1)
+    return place_in_clip(scene.placed[player], library.path, clip.path_start + inside, k)
 
 
 @compiled
 def grid_since(scene: SceneArrays, player: int, k: int) -> int:
-    """The first point of the grid that a change of clip ``k`` (-1: of all) can touch."""
+    """Return the first grid point that a change of clip ``k`` (-1: of all) can affect."""
     return 0 if k < 0 else -(-scene.begin[player, k] // scene.every[0])
 
 
 @compiled
 def place_string(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> None:
-    """Place all behind clip ``k`` (-1: everything) of a player; their seams and their grid."""
+    """Place everything after clip ``k`` (-1: everything) of a player; update seams and grid."""
     n, since, every = scene.n_clips[player], max(k, 0), scene.every[0]
     entry, begin, placed = scene.entry[player], scene.begin[player], scene.placed[player]
     chain(placed, begin, entry, library.clips, since, n)

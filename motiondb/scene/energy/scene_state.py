@@ -1,10 +1,11 @@
-"""A scene as it is sampled: for every player a tree of actions, a clip for each, a place and time.
+"""A scene as it is sampled: for every player a tree of actions, their clips, a place and a time.
 
-An instance Y of an action string puts one clip after the other: where the first begins is free (the
-origin, a ground transform), and so is when (the delay); everything else follows from the clips.
+An instance Y of an action string plays one clip after the other. Where the first clip begins is
+free (the origin, a ground transform), and so is when (the delay). Everything else follows from the
+clips.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-Forum 35 (2016), sections 3.1 and 5. Print does not say where a string of clips begins.
+Forum 35 (2016), sections 3.1 and 5. The paper does not say where a string of clips begins.
 """
 
 from __future__ import annotations
@@ -17,14 +18,18 @@ from motiondb.records import IntArray
 
 @dataclass(frozen=True, eq=False)
 class PlayerState:
-    """One player.
+    """The sampled state of one player.
 
     Attributes
     ----------
-    tree : derivation of the action string, which is its leaves.
-    entries : array (actions,), numbers of clips in the library, one for each action.
-    origin : x, z (metres) and heading (radians, from +z towards +x) of the first clip's beginning.
-    delay : frames, 0 or more, for which the player stands before the first clip begins.
+    tree : Tree
+        Derivation of the action string, which is its leaves.
+    entries : array of int (actions,)
+        Entries of the library, one for each action.
+    origin : (float, float, float), m and rad
+        x, z and heading (from +z towards +x) where the first clip begins.
+    delay : int
+        Frames, 0 or more, for which the player stands before the first clip.
     """
 
     tree: Tree
@@ -35,7 +40,7 @@ class PlayerState:
 
 @dataclass(frozen=True, eq=False)
 class SceneState:
-    """All players, in the order of the diagram."""
+    """The sampled states of all players, in the order of the diagram."""
 
     players: tuple[PlayerState, ...]
 

@@ -1,20 +1,21 @@
-"""Where and when a string of clips begins best, in closed form: what a search starts from.
+"""The best origin and delay of a string of clips, in closed form: what a search starts from.
 
-The origin of a player's string is the rigid motion of the plane that brings the places at which the
-string stands when its position rules look nearest to the places that they ask for, and its headings
-nearest to those of its direction rules: it maximises, over the turn phi,
+The origin of a player's string is a rigid motion of the plane. It brings the places where the
+string is when its position rules look as near as possible to the places that they ask for, and its
+headings to those of its direction rules. It maximises, over the turn phi,
 
     sum_k w_k p_k . R(phi) q_k  +  sum_d w_d cos(phi + theta_d - wanted_d) (1 m)^2,
 
-q_k where the string stands and p_k where it should, both from their weighted means, w = 1 / c; the
-first sum alone is Procrustes' problem. Where nothing tells a heading, who keeps a distance or a
-line to somebody faces them.
+with q_k where the string is and p_k where it should be, both relative to their weighted means, and
+w = 1 / c. The first sum alone is Procrustes' problem. If no rule determines the heading, a player
+with a distance or line rule faces its target.
 
-Delays: each synchronisation rule asks that one string begins so much later than another; the least
-squares solution, every group of linked players beginning at 0, is found by relaxation.
+Delays: each synchronisation rule asks that one string begins a certain time after another. The
+least squares solution, with every group of linked players beginning at 0, is found by relaxation.
 
 Source: P. H. Schönemann, "A generalized solution of the orthogonal Procrustes problem",
-Psychometrika 31 (1966), here in the plane. Print does not say where a string begins.
+Psychometrika 31 (1966), here in the plane. The paper on motion grammars does not say where a string
+begins.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import math
 import numpy as np
 from numba import njit
 
-from motiondb.records import MOTION_FPS
+from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.scene.energy.compilation import compiled
 from motiondb.scene.energy.energy import evaluate
 from motiondb.scene.energy.placement import ClipArrays, place_in_clip, put_origin
@@ -43,16 +44,19 @@ from motiondb.scene.energy.scene_places import place_of, place_string
 from motiondb.scene.language.semantic_rules import PASS_SPEED
 
 _SWEEPS = 4
-"""Rounds over all players: directions and delays depend on where the others have come to stand."""
+"""Rounds over all players: directions and delays depend on the places of the others. Chosen by
+hand."""
 _RELAXATIONS = 200
+"""Rounds of relaxation; enough for chains of a dozen players to converge. Chosen by hand."""
 _SURE = 1e-9
+"""Length below which a vector has no direction."""
 
 
 @njit(cache=True, nogil=True)
 def place_start(scene: SceneArrays, library: ClipArrays) -> float:
-    """Give all players their best origins and delays; -log P(Y) of what comes out.
+    """Set the best origins and delays of all players, and return -log P(Y).
 
-    There is no undo of it.
+    It cannot be undone.
     """
     n_players = len(scene.n_clips)
     for sweep in range(_SWEEPS):
@@ -64,9 +68,9 @@ def place_start(scene: SceneArrays, library: ClipArrays) -> float:
 
 @compiled
 def place_player(scene: SceneArrays, library: ClipArrays, player: int, facing: bool) -> None:
-    """Give one player the best origin, where the others are; ``facing``: heed directions, too.
+    """Set the best origin of one player, given the others; ``facing`` includes direction rules.
 
-    Changes the origin, the string and its grid, nothing else: evaluate() must follow.
+    It changes the origin, the string and its grid, nothing else: evaluate() must follow.
     """
     weight, px, pz, qx, qz = _means(scene, library, player)
     c, s = _turn_of_places(scene, library, player, (px, pz, qx, qz))
@@ -89,9 +93,9 @@ def place_player(scene: SceneArrays, library: ClipArrays, player: int, facing: b
 
 @njit(cache=True, nogil=True)
 def set_delays(scene: SceneArrays, library: ClipArrays) -> None:
-    """Give all players the delays that fulfil the synchronisation rules best.
+    """Set the delays of all players that fulfil the synchronisation rules best.
 
-    Changes delays, strings and grids, nothing else: evaluate() must follow. Players whom no rule
+    It changes delays, strings and grids, nothing else: evaluate() must follow. Players whom no rule
     links with anybody begin at 0. Of several actions of a partner the first is taken.
     """
     n_players = len(scene.n_clips)
@@ -102,20 +106,7 @@ def set_delays(scene: SceneArrays, library: ClipArrays) -> None:
         place_string(scene, library, player, -1)
     for _ in range(_RELAXATIONS):
         for player in range(n_players):
-            later, links = 0.0, 0.0
-            for r in range(len(scene.rows)):
-                row = scene.rows[r]
-                if row.kind != SYNCHRONISATION or row.player == row.partner:
-                    continue
-                if row.player == player or row.partner == player:
-                    asked = _lateness(scene, library, r)
-                    asked += starts[row.partner] - starts[row.player]
-                    later += (asked if row.player == player else -asked) / row.weight
-                    links += 1.0 / row.weight
-                    linked = min(group[row.player], group[row.partner])
-                    group[row.player] = group[row.partner] = linked
-            if links > 0.0:
-                starts[player] += later / links
+            starts[player] += _later(scene, library, player, starts, group)
     for player in range(n_players):
         first = starts[player]
         for other in range(n_players):
@@ -128,8 +119,31 @@ def set_delays(scene: SceneArrays, library: ClipArrays) -> None:
 
 
 @compiled
+def _later(
+    scene: SceneArrays, library: ClipArrays, player: int, starts: FloatArray, group: IntArray
+) -> float:
+    """Return by how many seconds a player should begin later, given the others' ``starts``.
+
+    Players linked by a rule get the same ``group``.
+    """
+    later, links = 0.0, 0.0
+    for r in range(len(scene.rows)):
+        row = scene.rows[r]
+        if row.kind != SYNCHRONISATION or row.player == row.partner:
+            continue
+        if row.player == player or row.partner == player:
+            asked = _lateness(scene, library, r)
+            asked += starts[row.partner] - starts[row.player]
+            later += (asked if row.player == player else -asked) / row.weight
+            links += 1.0 / row.weight
+            linked = min(group[row.player], group[row.partner])
+            group[row.player] = group[row.partner] = linked
+    return later / links if links > 0.0 else 0.0
+
+
+@compiled
 def _lateness(scene: SceneArrays, library: ClipArrays, r: int) -> float:
-    """Seconds by which a synchronisation's own player should begin later than they do."""
+    """Return by how many seconds a synchronisation's player should begin later than now."""
     row = scene.rows[r]
     k, frame = moment_of(scene, library, r)
     m = scene.partners[row.partner_first]
@@ -149,7 +163,7 @@ def _lateness(scene: SceneArrays, library: ClipArrays, r: int) -> float:
 def _where(
     scene: SceneArrays, library: ClipArrays, r: int
 ) -> tuple[float, float, float, float, float]:
-    """Where the string stands when rule ``r`` looks, x, z, theta, and the x, z that it is about."""
+    """Return x, z, theta of the string when rule ``r`` looks, and x, z of the rule's target."""
     row = scene.rows[r]
     k, frame = moment_of(scene, library, r)
     clip = library.clips[scene.entry[row.player, k]]
@@ -164,7 +178,7 @@ def _where(
 def _means(
     scene: SceneArrays, library: ClipArrays, player: int
 ) -> tuple[float, float, float, float, float]:
-    """The weight of a player's position rules, the mean of where to stand, and of where they do."""
+    """Return the weight of a player's position rules, the mean of wanted and of actual places."""
     weight = px = pz = qx = qz = 0.0
     for r in range(len(scene.rows)):
         row = scene.rows[r]
@@ -182,7 +196,7 @@ def _means(
 def _turn_of_places(
     scene: SceneArrays, library: ClipArrays, player: int, means: tuple[float, float, float, float]
 ) -> tuple[float, float]:
-    """The sums whose angle is the turn that the position rules ask for."""
+    """Return the sums whose angle is the turn that the position rules ask for."""
     c = s = 0.0
     for r in range(len(scene.rows)):
         row = scene.rows[r]
@@ -196,7 +210,7 @@ def _turn_of_places(
 
 @compiled
 def _turn_of_headings(scene: SceneArrays, library: ClipArrays, player: int) -> tuple[float, float]:
-    """The same for the direction rules."""
+    """Return the sums whose angle is the turn that the direction rules ask for."""
     c = s = 0.0
     for r in range(len(scene.rows)):
         row = scene.rows[r]
@@ -210,7 +224,7 @@ def _turn_of_headings(scene: SceneArrays, library: ClipArrays, player: int) -> t
 
 @compiled
 def _turn_to_others(scene: SceneArrays, library: ClipArrays, player: int) -> float:
-    """The turn that faces whom the player keeps a distance or a line to; 0 without anybody."""
+    """Return the turn that faces the target of a distance or line rule; 0 without one."""
     x, z, theta = scene.placed[player, 0, 0], scene.placed[player, 0, 1], scene.placed[player, 0, 2]
     for r in range(len(scene.rows)):
         row = scene.rows[r]

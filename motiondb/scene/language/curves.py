@@ -1,7 +1,8 @@
-"""Smooth curves through points: how the moves of a diagram are drawn, and meant.
+"""Smooth curves through points, used to draw and to interpret the moves of a diagram.
 
-A centripetal Catmull-Rom spline passes through its points without loops between them; the ends are
-mirrored, so that it starts towards the second point and comes from the last but one.
+A centripetal Catmull-Rom spline passes through its points without loops between them. The points at
+both ends are mirrored, so that the curve starts towards the second point and arrives from the last
+point but one.
 
 Source: P. J. Barry and R. N. Goldman, "A Recursive Evaluation Algorithm for a Class of Catmull-Rom
 Splines", SIGGRAPH 1988.
@@ -15,10 +16,25 @@ from motiondb.records import FloatArray
 
 
 def smooth_curve(points: FloatArray, per_part: int = 24) -> FloatArray:
-    """A curve through points: array (points, 2) to ((points - 1) * per_part + 1, 2).
+    """Return the smooth curve through points.
 
-    Points that follow one another at the same place count once; one point gives itself.
+    Consecutive points at the same place count once. A single point is returned as it is.
 
+    Parameters
+    ----------
+    points : array (points, 2), m
+        Points that the curve passes through, in order.
+    per_part : int
+        Number of samples between two consecutive points. 24 leaves no visible corners in a picture;
+        chosen by hand.
+
+    Returns
+    -------
+    array ((points - 1) * per_part + 1, 2), m
+        Samples of the curve; the given points are among them.
+
+    Examples
+    --------
     >>> smooth_curve(np.array([[0.0, 0.0], [2.0, 0.0]]), 2).round(6).tolist()
     [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]
     """
@@ -28,14 +44,14 @@ def smooth_curve(points: FloatArray, per_part: int = 24) -> FloatArray:
     if len(points) < 2:
         return points
     ends = [2.0 * points[:1] - points[1:2], points, 2.0 * points[-1:] - points[-2:-1]]
-    around = np.concatenate(ends)
+    extended = np.concatenate(ends)
     u = np.arange(per_part) / per_part
-    parts = [_part(around[i : i + 4], u) for i in range(len(points) - 1)]
+    parts = [_part(extended[i : i + 4], u) for i in range(len(points) - 1)]
     return np.concatenate([*parts, points[-1:]])
 
 
 def _part(p: FloatArray, u: FloatArray) -> FloatArray:
-    """The part between the second and third of four points, at shares ``u`` of the parameter."""
+    """Return the curve between the second and third of four points at fractions ``u``."""
     knots = np.concatenate([[0.0], np.cumsum(np.sqrt(np.linalg.norm(np.diff(p, axis=0), axis=1)))])
     t = (knots[1] + u * (knots[2] - knots[1]))[:, None]
 
@@ -47,14 +63,14 @@ def _part(p: FloatArray, u: FloatArray) -> FloatArray:
 
 
 def path_fractions(points: FloatArray) -> FloatArray:
-    """At which share of the way along the curve each of its points lies, from 0 to 1.
+    """Return at which fraction of the curve's length each of its points lies, from 0 to 1.
 
     >>> path_fractions(np.array([[0.0, 0.0], [1.0, 0.0], [4.0, 0.0]])).round(3).tolist()
     [0.0, 0.25, 1.0]
     """
     points = np.asarray(points, dtype=float)
-    new = np.concatenate([[False], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9])
-    per_part = 64
+    moved = np.concatenate([[False], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9])
+    per_part = 64  # samples for the length; chosen by hand
     steps = np.linalg.norm(np.diff(smooth_curve(points, per_part), axis=0), axis=1)
     lengths = np.concatenate([[0.0], np.cumsum(steps.reshape(-1, per_part).sum(axis=1))])
-    return np.asarray(lengths[np.cumsum(new)] / max(float(lengths[-1]), 1e-12))
+    return np.asarray(lengths[np.cumsum(moved)] / max(float(lengths[-1]), 1e-12))

@@ -1,19 +1,20 @@
 """What a diagram asks of each player: an expression of actions, and rules of space and time.
 
-The expression is the paper's, such as ``(walk|run)*(catch)(dribble)*(shoot)``: a class of actions
-for each act, starred where it may go on. A string X of actions fits as far as members of the
-classes are a subsequence of it::
+The expression is that of the paper, such as ``(walk|run)*(catch)(dribble)*(shoot)``: one class of
+actions for each act, with a star where the act may consist of several actions. A string X of
+actions fits if members of the classes are a subsequence of it::
 
-    g_user = length - longest common subsequence(X, expression, stars dropped)
+    g_user = number of classes - longest common subsequence(X, expression without stars)
 
-The classes: a move is walk or run, and dribble with the ball; a cut is run; who has the ball at
-first holds it; who is passed to catches; who is screened pushes; a pivot or fake is its own action.
+A move is the class walk or run, or dribble for the player with the ball. A cut is a run. The first
+holder of the ball has the class hold. The receiver of a pass has the class catch. A screened player
+has the class push. A pivot or a fake is its own action.
 
-Beside the expression stand auxiliary rules: circles and the ends of moves are places to be at,
-points that a curve passes are places on the way, and everything begins where the drawing says that
-its player is then (or else they could go somewhere that nobody drew, and catch there). A shot faces
-the rim, a pass faces its receiver and is synchronised with the catch, a screen faces the screened
-and is synchronised with the push.
+Auxiliary rules accompany the expression. Circles and the ends of moves are positions to reach, and
+the points that a curve passes are positions on the way. Each act begins where the drawing puts its
+player at that time; otherwise the player could go to a place that nobody drew, and catch the ball
+there. A shot faces the rim. A pass faces its receiver and is synchronised with the catch. A screen
+faces the screened player and is synchronised with the push.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 4, equation (8).
@@ -47,16 +48,19 @@ ONLY_ASKED = (
     *("hold", "catch", "pass", "shoot", "layup"),
     *("screen", "push", "block", "feint", "fake_shot"),
 )
-"""Actions that somebody else takes part in, or that the ball's course depends on: nobody does them
-unless the diagram asks, or else there were balls from nowhere and passes to nobody. (A choice; the
-paper's strings may do what the grammar allows beside what is asked.)"""
+"""Actions that are drawn only where the diagram asks for them.
+
+Each involves another player or decides the course of the ball; without a request there would be
+balls from nowhere and passes to nobody. This is a choice of this program: the paper's strings may
+contain whatever the grammar allows."""
 
 MOST_ACTIONS = 40
-"""Actions of a player at most."""
+"""Largest number of actions of a player. Chosen by hand: more than twice the longest string of the
+measured scenes."""
 _VIA_WEIGHT = 1.0
-"""Metres: a curve is drawn by hand, so what it passes is a wish, not a place to be at."""
+"""Weight of a point on the way, m. It is loose because a curve is drawn by hand. Chosen by hand."""
 _STAND_WEIGHT = 0.5
-"""Metres: where something begins that was drawn; half a step is near."""
+"""Weight of the place where a drawn act begins, m: about half a step. Chosen by hand."""
 
 
 @dataclass(frozen=True)
@@ -65,11 +69,18 @@ class Item:
 
     Attributes
     ----------
-    actions : the terminals that match; ``repeated`` where more than one may follow.
-    element : number of the diagram's element, -1 for holding the ball at first.
-    other, other_item : the player at the other end of a pass, screen, guard or block, and the
-        class of their expression that belongs to it (-1 where there is none).
-    way : points from where the player stands to where the item leads; one where it leads nowhere.
+    actions : tuple of str
+        Names of the terminals that match.
+    repeated : bool
+        Whether several actions in a row may match.
+    element : int
+        Index of the diagram's element, or -1 for holding the ball at first.
+    other : str
+        The other player of a pass, screen, guard or block, or "".
+    other_item : int
+        Index of the class in the other player's expression that belongs to this one, or -1.
+    way : tuple of Spot
+        Points from the player's place to the end of the move; one point if the player stays.
     """
 
     actions: tuple[str, ...]
@@ -80,14 +91,24 @@ class Item:
     way: tuple[Spot, ...] = ()
 
     def __str__(self) -> str:
+        """Return the class in the notation of the paper."""
         return f"({'|'.join(self.actions)}){'*' if self.repeated else ''}"
 
 
 @dataclass(frozen=True)
 class DiagramRule:
-    """A semantic rule of one player's item; item -1 is the whole action string.
+    """A semantic rule of one player's item.
 
-    ``partner_item`` is the partner's item that a synchronisation rule means, else -1.
+    Attributes
+    ----------
+    player : str
+        Name of the player.
+    item : int
+        Index of the item, or -1 for the whole action string.
+    rule : SemanticRule
+        The rule.
+    partner_item : int
+        Index of the partner's item that a synchronisation rule refers to, or -1.
     """
 
     player: str
@@ -97,7 +118,10 @@ class DiagramRule:
 
 
 def expressions(diagram: Diagram) -> dict[str, tuple[Item, ...]]:
-    """Every player's expression; the diagram must have passed :func:`.possession.check_diagram`."""
+    """Return the expression of every player.
+
+    The diagram must have passed :func:`.possession.check_diagram`.
+    """
     found: dict[str, list[Item]] = {}
     at: dict[tuple[int, str], int] = {}
     for name, acts in diagram.acts.items():
@@ -125,7 +149,7 @@ def expressions(diagram: Diagram) -> dict[str, tuple[Item, ...]]:
 
 
 def _classes(kind: str, ball: bool) -> list[tuple[tuple[str, ...], bool]]:
-    """The classes of a player's own element, with whether they repeat."""
+    """Return the classes of a player's own element, each with whether it repeats."""
     if kind in MOVES:
         if kind == "dribble" or (kind == "move" and ball):
             return [(("dribble",), True)]
@@ -136,7 +160,7 @@ def _classes(kind: str, ball: bool) -> list[tuple[tuple[str, ...], bool]]:
 
 
 def g_user(string: Sequence[str], expression: Sequence[Collection[str]]) -> int:
-    """How many classes of an expression a string of actions misses (equation 8).
+    """Return the number of classes of an expression that a string of actions misses (equation 8).
 
     >>> wanted = [{"walk", "run"}, {"catch"}, {"dribble"}, {"shoot"}]
     >>> g_user("walk run catch dribble dribble shoot".split(), wanted)
@@ -155,12 +179,19 @@ def g_user(string: Sequence[str], expression: Sequence[Collection[str]]) -> int:
 
 
 def spans(string: Sequence[str], items: Sequence[Item]) -> tuple[tuple[int, int], ...] | None:
-    """Which actions of a string belong to which item, as intervals; None where g_user is not 0.
+    """Return which actions of a string belong to each item, or None where g_user is not 0.
 
-    Each item takes the first action that it can; a repeated one also those behind it that it
-    matches, as far as the next item. Where repeated items of the same actions follow one another
-    (a run and then a cut), actions in a row are shared out by the metres of their ways.
+    Each item takes the first action that matches. A repeated item also takes the matching actions
+    that follow directly, up to the next item. Consecutive repeated items with the same actions (a
+    run and then a cut) divide their common actions in proportion to the lengths of their ways.
 
+    Returns
+    -------
+    tuple of (int, int) or None
+        For each item its first action, and the one after its last action.
+
+    Examples
+    --------
     >>> items = [Item(("walk", "run"), True), Item(("catch",))]
     >>> spans("idle walk run catch".split(), items)
     ((1, 3), (3, 4))
@@ -185,7 +216,7 @@ def spans(string: Sequence[str], items: Sequence[Item]) -> tuple[tuple[int, int]
 
 
 def _shared_out(found: list[tuple[int, int]], items: Sequence[Item]) -> list[tuple[int, int]]:
-    """Stretches of repeated items of the same actions in a row, divided by their ways."""
+    """Divide actions between repeated items with the same actions, by the lengths of their ways."""
     number = 0
     while number < len(items):
         last = number + 1
@@ -211,19 +242,23 @@ def _shared_out(found: list[tuple[int, int]], items: Sequence[Item]) -> list[tup
 
 
 def _metres(item: Item) -> float:
-    """The length of an item's way."""
+    """Return the length of an item's way, m."""
     return sum(float(np.hypot(b.x - a.x, b.z - a.z)) for a, b in pairwise(item.way))
 
 
 def auxiliary_rules(
     diagram: Diagram, grammar: MotionGrammar | None = None
 ) -> tuple[DiagramRule, ...]:
-    """The rules that follow from a diagram.
+    """Return the rules that follow from a diagram.
 
     Parameters
     ----------
-    grammar : where given, rules of a kind that it has for the same action are left out: it says
-        them of every pass, shot and screen, and the items say who is meant.
+    diagram : Diagram
+        The diagram.
+    grammar : MotionGrammar or None
+        The grammar. If given, a rule of the diagram is left out where the grammar has a rule of the
+        same kind for the same action: the grammar then states it for every pass, shot and screen,
+        and the items say who is meant.
     """
     found: list[DiagramRule] = []
     for name, items in expressions(diagram).items():
@@ -241,6 +276,7 @@ def auxiliary_rules(
 
 
 def _place_rules(item: Item) -> Iterator[SemanticRule]:
+    """Yield the positions that an item asks for: its start, the points of its curve, its end."""
     yield PositionRule(item.way[0], Moment(START), _STAND_WEIGHT)
     if len(item.way) < 2:
         return
@@ -251,6 +287,7 @@ def _place_rules(item: Item) -> Iterator[SemanticRule]:
 
 
 def _link_rules(item: Item, kind: str) -> Iterator[SemanticRule]:
+    """Yield the rules that link an item with the rim or with another player."""
     if item.actions == ("pass",):
         yield DirectionRule(item.other, Moment("release"))
         yield SynchronisationRule(item.other, ("catch",), None, Moment("release"))
@@ -262,6 +299,7 @@ def _link_rules(item: Item, kind: str) -> Iterator[SemanticRule]:
 
 
 def _stated(grammar: MotionGrammar | None, actions: Sequence[str]) -> set[type]:
+    """Return the kinds of rule that the grammar states for actions in every context."""
     if grammar is None:
         return set()
     return {type(a.rule) for a in grammar.annotations if a.symbol in actions and not a.within}

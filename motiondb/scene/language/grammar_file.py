@@ -1,11 +1,11 @@
 """Reading motion grammars from text: a small format that people can read and write.
 
-A statement a line; it goes on where a line ends with ``,``, ``:`` or ``|``, or the next begins with
-``|``; ``#`` begins a comment. The order of statements is free::
+A statement is one line. It continues where a line ends with ``,``, ``:`` or ``|``, or where the
+next line begins with ``|``. ``#`` begins a comment. The order of statements is free::
 
     grammar carrying                       # its name
     start S                                # or: start S_A for attack
-    place object, goal                     # places that a scene says where they are
+    place object, goal                     # places whose positions a scene gives
 
     S -> Walk Carry Walk                   # rules of order; | divides alternatives
     Walk -> walk+                          # X* X+ X? and ( ) repeat, [0.3] is a probability,
@@ -19,17 +19,18 @@ A statement a line; it goes on where a line ends with ``,``, ``:`` or ``|``, or 
     S: position(goal) at end               # of everything that S derives
 
     weight collision 0.1                   # of the terms that belong to no action
-    weight position 0.3 m                  # of all position rules that name none
+    weight position 0.3 m                  # of all position rules without a weight
 
 Semantic rules are ``position(TARGET)``, ``direction(TARGET)`` or ``direction(90 deg)``,
 ``distance(TARGET, <= 2.5 m)``, ``>=``, ``0.5 m .. 2 m``, ``line(TARGET, TARGET)`` and
 ``synchronisation(ROLE, ACTION | ACTION, LAG)``, where the lag is a time or ``flight``. A target is
-a place, or the role ``receiver`` or ``opponent``. After a rule may stand ``at start``, ``at end``,
-``at EVENT`` or ``throughout``, and ``weight`` with a unit: the deviation that costs 1. Without a
-moment, a rule looks at its terminal's event, or throughout where there is none.
+a place, or the role ``receiver`` or ``opponent``. A rule may be followed by ``at start``, ``at
+end``,
+``at EVENT`` or ``throughout``, and by ``weight`` with a unit: the deviation that costs 1. Without a
+moment, a rule looks at the event of its terminal, or throughout where the terminal has none.
 
-Repetitions become helping nonterminals, named after the left side: ``Walk.1``. A rule's bounds are
-inclusive, whether written ``<`` or ``<=``.
+Repetitions become auxiliary nonterminals named after the left side: ``Walk.1``. The bounds of a
+distance are inclusive, whether written ``<`` or ``<=``.
 """
 
 from __future__ import annotations
@@ -56,12 +57,12 @@ from motiondb.scene.language.tactics import TEAMS
 from motiondb.scene.language.tokens import Cursor, Token, refuse, statements
 
 _SLACK = 0.02
-"""Probabilities that people write down are rounded: 0.33, three times."""
+"""Tolerance of sums of probabilities. People round what they write: 0.33, three times, is 0.99."""
 _STATEMENT = "a statement such as 'S -> run', 'run := \"run\"' or 'run: position(goal)'"
 
 
 class _Reading:
-    """What a file has said so far."""
+    """What has been read of a file so far."""
 
     def __init__(self, where: str) -> None:
         self.where = where
@@ -79,16 +80,20 @@ class _Reading:
 
 
 def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
-    """The motion grammar that a text describes.
+    """Read a motion grammar from its text.
 
     Parameters
     ----------
-    where : the file's name, for messages.
+    text : str
+        The contents of the file.
+    where : str
+        Name of the file, for messages.
 
     Raises
     ------
-    SceneError with file, line and column where something else was expected: a sign, a name that is
-    not declared, a weight of 0, a nonterminal that never ends.
+    SceneError
+        The message names file, line and column, what was expected there and what was found: a sign,
+        a name that is not declared, a weight of 0, a nonterminal that never ends.
     """
     reading = _Reading(where)
     for cursor in statements(text, where):
@@ -109,6 +114,7 @@ def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
 
 
 def _read_statement(cursor: Cursor, reading: _Reading) -> None:
+    """Read one statement and add it to what has been read."""
     first, second = cursor.here, cursor.after
     if first.kind != "name":
         cursor.fail(_STATEMENT, "Begin the line with a name; comments begin with '#'.")
@@ -169,6 +175,7 @@ def _read_terminal(cursor: Cursor, reading: _Reading) -> None:
 
 
 def _phrases(cursor: Cursor) -> tuple[str, ...]:
+    """Read quoted words, divided by commas."""
     found: list[str] = []
     while not found or cursor.meets(","):
         if cursor.here.kind != "text" or not cursor.here.text.strip():
@@ -213,7 +220,7 @@ def _read_weight(cursor: Cursor, reading: _Reading) -> None:
 
 
 def _check(reading: _Reading) -> None:
-    """Names that are used must be declared, once and in one sense."""
+    """Check that every name is declared, once and in one sense."""
     where, lefts = reading.where, {left for left, _, _ in reading.alternatives}
     if not lefts:
         refuse(where, "at least one rule such as 'S -> run'", "none", "Write the rules of order.")
@@ -231,20 +238,28 @@ def _check(reading: _Reading) -> None:
         what = "a nonterminal with rules, or a terminal declared with ':='"
         _known(name, known, what, token, where, f'Write {name} := "{name}" for an action.')
     for draft in reading.rules:
-        for token in draft.symbols:
-            _known(token.text, known, "a symbol of the grammar", token, where)
-        if draft.within is not None:
-            _known(draft.within.text, lefts, "a nonterminal", draft.within, where)
-        for token in draft.targets:
-            targets = {*reading.places, *ROLES}
-            advice = f"Declare it: 'place {token.text}'."
-            _known(token.text, targets, "a place or a role", token, where, advice)
-        for token in draft.actions:
-            _known(token.text, set(reading.terminals), "a terminal", token, where)
+        _check_rule_names(draft, known, lefts, reading)
+
+
+def _check_rule_names(
+    draft: rule_text.Draft, known: set[str], lefts: set[str], reading: _Reading
+) -> None:
+    """Check that the symbols, targets and actions of a semantic rule are declared."""
+    where = reading.where
+    for token in draft.symbols:
+        _known(token.text, known, "a symbol of the grammar", token, where)
+    if draft.within is not None:
+        _known(draft.within.text, lefts, "a nonterminal", draft.within, where)
+    for token in draft.targets:
+        targets = {*reading.places, *ROLES}
+        advice = f"Declare it: 'place {token.text}'."
+        _known(token.text, targets, "a place or a role", token, where, advice)
+    for token in draft.actions:
+        _known(token.text, set(reading.terminals), "a terminal", token, where)
 
 
 def _check_probabilities(reading: _Reading) -> None:
-    """Probabilities of a symbol's alternatives that are written leave the others their share."""
+    """Check that stated probabilities of a symbol's alternatives leave a share for the others."""
     rows: dict[str, list[float | None]] = {}
     for left, _, chance in reading.alternatives:
         rows.setdefault(left, []).append(chance)
@@ -266,6 +281,7 @@ def _check_probabilities(reading: _Reading) -> None:
 def _known(
     name: str, known: Iterable[str], expected: str, token: Token, where: str, advice: str = ""
 ) -> None:
+    """Refuse a name that is not among the known ones, and suggest a similar one."""
     if name not in known:
         near = suggestion(name, sorted(known)).strip()
         _refuse_at(
@@ -278,6 +294,7 @@ def _refuse_at(token: Token, where: str, expected: str, advice: str) -> None:
 
 
 def _refuse_endless(grammar: Grammar, reading: _Reading) -> None:
+    """Refuse nonterminals that derive no finite string."""
     productive = productive_symbols(grammar)
     for left in grammar.nonterminals:
         if left not in productive:
@@ -290,7 +307,7 @@ def _refuse_endless(grammar: Grammar, reading: _Reading) -> None:
 
 
 def _annotations(reading: _Reading) -> Iterable[Annotation]:
-    """Every rule at each of its symbols, with the moments and weights that were left out."""
+    """Yield every rule at each of its symbols, with default moments and weights filled in."""
     for draft in reading.rules:
         for symbol in draft.symbols:
             within = draft.within.text if draft.within else ""
@@ -301,6 +318,7 @@ def _annotations(reading: _Reading) -> Iterable[Annotation]:
 def _completed(
     rule: SemanticRule, draft: rule_text.Draft, symbol: str, reading: _Reading
 ) -> SemanticRule:
+    """Return the rule with its default weight and moment filled in."""
     if math.isnan(rule.weight):
         default = reading.kinds.get(draft.kind, type(rule).weight)
         rule = replace(rule, weight=default)
@@ -321,7 +339,7 @@ def _completed(
 
 
 def _refuse_moment(moment: str, draft: rule_text.Draft, symbol: str, reading: _Reading) -> None:
-    """An instant that the symbol's clips do not have: nobody would ever look at it."""
+    """Refuse an instant that the symbol's clips do not have; its rule would never be evaluated."""
     token, known = draft.symbols[0], reading.terminals.get(symbol)
     event = known[0].event if known else ""
     what = f"a moment of {symbol} ({', '.join([START, END, THROUGHOUT, *([event] * bool(event))])})"

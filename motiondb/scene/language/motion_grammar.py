@@ -1,12 +1,13 @@
 """A motion grammar: rules of order, words that find clips, and rules of space and time.
 
-A context-free grammar says which actions may follow one another; each terminal is an action, found
-among the clips by words; semantic rules are attached to symbols, and pass down to every clip that
-a symbol derives. A rule may hold only below a certain nonterminal: what the paper writes as run and
-walk with a dagger is ``run, walk in S_D``, the same action under a defender's rules.
+A context-free grammar says which actions may follow one another. Each terminal is an action whose
+clips are found by words. Semantic rules are attached to symbols and are inherited by every clip
+that the symbol derives. A rule may be limited to actions below a certain nonterminal: the paper's
+run and walk with a dagger are written ``run, walk in S_D``, the same actions under the rules of a
+defender.
 
-A rule of a terminal looks at each of its clips; one of a nonterminal looks at the whole stretch of
-clips that it derives (its start, its end, or throughout).
+A rule of a terminal is evaluated for each of its clips. A rule of a nonterminal is evaluated over
+the whole sequence of clips that it derives (at its start, at its end, or throughout).
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 3.
@@ -23,7 +24,7 @@ from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.scene.language.semantic_rules import SemanticRule, Weights
 
 ROLES = ("receiver", "opponent")
-"""Who may be meant by a rule: whom a pass or a screen is for, and who plays against the player."""
+"""Roles that a rule may name: the player whom a pass or a screen is for, and the opponent."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,14 @@ class Terminal:
 
     Attributes
     ----------
-    phrases : any of these says that a clip shows the action; () where no clip was asked for.
-    without : a caption with one of these does not.
-    event : the instant that rules look at where they name none; "" for the whole action.
+    name : str
+        Name of the action.
+    phrases : tuple of str
+        A caption with any of these shows the action; () if no clips were asked for.
+    without : tuple of str
+        A caption with any of these does not show it.
+    event : str
+        The instant at which rules without a moment are evaluated; "" for the whole action.
     """
 
     name: str
@@ -45,7 +51,19 @@ class Terminal:
 
 @dataclass(frozen=True)
 class Annotation:
-    """A semantic rule of ``symbol``, below the nonterminal ``within`` ("" for everywhere)."""
+    """A semantic rule of a symbol.
+
+    Attributes
+    ----------
+    symbol : str
+        The terminal or nonterminal.
+    rule : SemanticRule
+        The rule.
+    within : str
+        The nonterminal below which the rule holds; "" for everywhere.
+    line : int
+        Line of the file.
+    """
 
     symbol: str
     rule: SemanticRule
@@ -55,7 +73,15 @@ class Annotation:
 
 @dataclass(frozen=True)
 class Start:
-    """A start symbol and the team that begins with it; "" for everybody."""
+    """A start symbol.
+
+    Attributes
+    ----------
+    symbol : str
+        The nonterminal.
+    team : str
+        The team whose strings begin with it; "" for everybody.
+    """
 
     symbol: str
     team: str = ""
@@ -63,7 +89,25 @@ class Start:
 
 @dataclass(frozen=True)
 class MotionGrammar:
-    """Everything that a grammar file says; ``grammar`` begins with the first start symbol."""
+    """The contents of a grammar file.
+
+    Attributes
+    ----------
+    name : str
+        Name of the grammar.
+    starts : tuple of Start
+        Its start symbols.
+    grammar : Grammar
+        The context-free grammar from the first start symbol.
+    terminals : tuple of Terminal
+        The actions.
+    annotations : tuple of Annotation
+        The semantic rules.
+    places : tuple of str
+        Names of places whose positions a diagram must give.
+    weights : Weights
+        Weights of the terms that belong to no action.
+    """
 
     name: str
     starts: tuple[Start, ...]
@@ -79,11 +123,12 @@ class MotionGrammar:
         return {terminal.name: terminal for terminal in self.terminals}
 
     def start_of(self, team: str) -> str:
-        """The start symbol of a team's players.
+        """Return the start symbol of a team.
 
         Raises
         ------
-        SceneError where the grammar has no start symbol for the team.
+        SceneError
+            The grammar has no start symbol for the team.
         """
         for start in self.starts:
             if start.team in ("", team):
@@ -95,11 +140,12 @@ class MotionGrammar:
         )
 
     def started(self, start: str = "") -> Grammar:
-        """The grammar from one of its start symbols (the first, where none is named).
+        """Return the context-free grammar from one of the start symbols (the first by default).
 
         Raises
         ------
-        SceneError where it is none.
+        SceneError
+            ``start`` is not a start symbol.
         """
         symbols = [s.symbol for s in self.starts]
         if start and start not in symbols:
@@ -110,7 +156,7 @@ class MotionGrammar:
         return replace(self.grammar, start=start or symbols[0])
 
     def rules_of(self, symbol: str, ancestors: Collection[str]) -> tuple[SemanticRule, ...]:
-        """The semantic rules of a symbol that stands below ``ancestors`` in a parse tree."""
+        """Return the semantic rules of a symbol that has ``ancestors`` above it in a parse tree."""
         return tuple(
             a.rule
             for a in self.annotations

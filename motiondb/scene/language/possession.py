@@ -1,10 +1,10 @@
-"""Who has the ball, and whether a diagram can be played at all.
+"""Possession of the ball, and whether a diagram can be played at all.
 
-The holder at the beginning is found by tracing the diagram backwards from what needs the ball (a
-pass, a shot, a dribble, a fake, a pivot) to the catch before it: who needs the ball and never
-caught it had it from the start. A diagram is infeasible where two players did, where somebody needs
-a ball that they have given away, where a pass is caught before it is thrown, and where an element
-names somebody who is not there.
+The first holder of the ball is found by tracing the diagram backwards from the acts that need the
+ball (a pass, a shot, a dribble, a fake, a pivot) to the catch before them: a player who needs the
+ball without having caught it had it from the start. A diagram is infeasible if two players had it,
+if a player needs a ball that they have given away, if a pass is caught before it is thrown, or if
+an element names a player who does not exist.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 4.
@@ -33,15 +33,19 @@ from motiondb.scene.language.tactics import (
 
 
 def check_diagram(diagram: Diagram, where: str = "") -> None:
-    """Refuse a diagram that cannot be played, with all its faults.
+    """Refuse a diagram that cannot be played, and name all its faults.
 
     Parameters
     ----------
-    where : the file's name, for messages; the diagram's own where there is none.
+    diagram : Diagram
+        The diagram.
+    where : str
+        Name of the file, for messages; by default the name of the diagram.
 
     Raises
     ------
-    SceneError, a line for each fault, with the element and its line.
+    SceneError
+        One line for each fault, with the element and its line.
     """
     where = where or diagram.name
     faults = list(_name_faults(diagram, where)) or [
@@ -53,14 +57,14 @@ def check_diagram(diagram: Diagram, where: str = "") -> None:
 
 
 def first_holder(diagram: Diagram) -> str:
-    """Who has the ball when the play begins; "" where nothing in the diagram needs one."""
+    """Return the player who has the ball when the play begins, or "" if no element needs a ball."""
     if diagram.ball:
         return diagram.ball
     return next((holder for holder, _ in _holders(diagram)), "")
 
 
 def has_ball(diagram: Diagram, name: str) -> tuple[bool, ...]:
-    """For each of a player's acts, whether they have the ball when it begins."""
+    """Return for each act of a player whether the player has the ball when the act begins."""
     held = first_holder(diagram) == name
     found = []
     for act in diagram.acts[name]:
@@ -74,7 +78,7 @@ def has_ball(diagram: Diagram, name: str) -> tuple[bool, ...]:
 
 
 def _holders(diagram: Diagram) -> Iterator[tuple[str, Element | None]]:
-    """Everybody who needs the ball without having caught it before, with what needs it."""
+    """Yield every player who needs the ball without having caught it, and the element."""
     if diagram.ball:
         yield diagram.ball, None
     for name, acts in diagram.acts.items():
@@ -93,7 +97,7 @@ def _fault(where: str, element: Element, expected: str, found: str, advice: str)
 
 
 def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
-    """Players who are not there, or not of the team that they should be of."""
+    """Yield the faults of players who do not exist or are of the wrong team."""
     names = list(diagram.player)
     everybody = f"one of the players {', '.join(names)}"
     taken = {*ROLES, *(place for place, _ in diagram.places)}
@@ -152,7 +156,7 @@ def _team_faults(diagram: Diagram, element: Element, where: str) -> Iterator[str
 
 
 def _place_faults(diagram: Diagram, where: str) -> Iterator[str]:
-    """Points off the court, and two players at one point."""
+    """Yield the faults of points off the court and of players at one point."""
     court = diagram.court
     what = (
         f"a point on the court (x {-court.width / 2:g} to {court.width / 2:g} m,"
@@ -184,6 +188,7 @@ def _point(spot: Spot) -> str:
 
 
 def _ball_faults(diagram: Diagram, where: str) -> Iterator[str]:
+    """Yield the faults of passes back in time, and of balls that players do not have."""
     for element in diagram.elements:
         if element.kind == "pass" and element.caught and element.caught < element.step:
             what = f"a step from {element.step} on for the catch"
@@ -220,6 +225,7 @@ def _two_holders(holders: list[tuple[str, Element | None]], where: str) -> str:
 def _act_faults(
     act: Act, element: Element, name: str, ball: bool, given: Element | None, where: str
 ) -> Iterator[str]:
+    """Yield the faults of one act: with the ball, or without it, where it must not be."""
     if act.part == "catch" and ball:
         found = f"{name} with the ball already"
         yield _fault(where, element, "a receiver without the ball", found, "Pass it on before.")

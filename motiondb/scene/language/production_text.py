@@ -1,11 +1,12 @@
 """The right sides of production rules in text: alternatives, repetitions, probabilities.
 
-``A -> x (y | z)* w? | empty [0.2]`` is rewritten into plain rules with helping nonterminals::
+``A -> x (y | z)* w? | empty [0.2]`` is rewritten into plain rules with auxiliary nonterminals::
 
     X*   H -> empty | X H        X+   H -> X | X H
     X?   H -> empty | X          (x | y)   H -> x | y
 
-A helping nonterminal is the left side, a point, and a number; no name in a file has a point.
+An auxiliary nonterminal is named by the left side, a dot, and a number; names in a file contain no
+dot.
 """
 
 from __future__ import annotations
@@ -19,15 +20,26 @@ Alternative = tuple[str, tuple[str, ...], float | None]
 """Left side, right side, probability where one was written."""
 
 _DEEPEST = 50
+"""Most brackets inside one another: far from Python's limit of nested calls."""
 _ADVICE = f"Write names, ( ) | * + ? and probabilities as [0.5]; '{EMPTY}' is the empty string."
 
 
 def read_alternatives(cursor: Cursor, left: str, used: dict[str, Token]) -> list[Alternative]:
-    """All rules that the tokens behind ``->`` stand for; ``used`` gets the names that occur.
+    """Return all rules that the tokens after ``->`` stand for.
+
+    Parameters
+    ----------
+    cursor : Cursor
+        The statement, after ``->``.
+    left : str
+        The left side of the rules.
+    used : dict of str to Token
+        Names that occur in right sides; new names are added to it.
 
     Raises
     ------
-    SceneError with the place.
+    SceneError
+        The message names the place.
     """
     found: list[Alternative] = []
     helpers: list[Alternative] = []
@@ -40,7 +52,7 @@ def read_alternatives(cursor: Cursor, left: str, used: dict[str, Token]) -> list
 
 
 def _next_number(used: dict[str, Token], left: str) -> int:
-    """Helping nonterminals of an earlier statement about the same left side keep their numbers."""
+    """Return the first free number of an auxiliary nonterminal of this left side."""
     return 1 + sum(name.startswith(f"{left}.") for name in used)
 
 
@@ -51,6 +63,7 @@ def _read_sequence(
     used: dict[str, Token],
     depth: int = 0,
 ) -> tuple[str, ...]:
+    """Read the symbols of one alternative; auxiliary rules are added to ``helpers``."""
     first = cursor.here
     if depth > _DEEPEST:
         cursor.fail(f"at most {_DEEPEST} brackets in one another", "Give the inner ones a name.")
@@ -88,6 +101,7 @@ def _repeated(
     helpers: list[Alternative],
     used: dict[str, Token],
 ) -> str:
+    """Read a sign of repetition, and return the symbol or its auxiliary nonterminal."""
     token = cursor.here
     if symbol == EMPTY or not cursor.meets("*", "+", "?"):
         return symbol
@@ -103,6 +117,7 @@ def _repeated(
 
 
 def _read_probability(cursor: Cursor) -> float | None:
+    """Read a probability in square brackets, or return None where there is none."""
     if not cursor.meets("["):
         return None
     token = cursor.here
@@ -114,10 +129,10 @@ def _read_probability(cursor: Cursor) -> float | None:
 
 
 def share_out(alternatives: list[Alternative]) -> tuple[Rule, ...]:
-    """The rules with probabilities that sum to 1 for every left side, in the order of the text.
+    """Return the rules with probabilities that sum to 1 for every left side, in their order.
 
-    Those without share equally what the others leave; where nothing is left, they get as much as
-    the least of the others, and all are scaled.
+    Alternatives without a probability share equally what the others leave. Where nothing is left,
+    each gets as much as the smallest of the others, and all are scaled.
     """
     groups: dict[str, list[Alternative]] = {}
     for row in alternatives:

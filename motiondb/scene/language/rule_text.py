@@ -27,21 +27,38 @@ WEIGHT_UNITS: dict[str, str] = {
     "line": "length",
     "synchronisation": "time",
 }
-"""The kinds of rule, and what their weights are measured in; "" for no unit."""
+"""The kinds of rule, and the quantity in which their weights are measured; "" for no unit."""
 
 _LEAST, _MOST = 1e-6, 1e6
-"""Weights beyond are slips: a sum of f / weight holds no such numbers beside others."""
+"""Limits of weights. A weight outside is a slip: one term of the sum would hide all others."""
 
 _LONGEST_LAG = 60.0
-"""Seconds: no scene lasts so long that two actions could be farther apart."""
+"""Longest lag of a synchronisation, s. No scene lasts so long that two actions could be farther
+apart."""
 
 _UNSTATED = math.nan
-"""The weight of a rule that names none, until the whole file is read."""
+"""Marks a rule without a weight until the whole file has been read."""
 
 
 @dataclass(frozen=True)
 class Draft:
-    """A rule as written: weight NaN and moment "" where the text names none."""
+    """A rule as written.
+
+    Attributes
+    ----------
+    kind : str
+        The kind of rule.
+    rule : SemanticRule
+        The rule; its weight is NaN and its moment "" where the text names none.
+    symbols : tuple of Token
+        The symbols that the rule is attached to.
+    within : Token or None
+        The nonterminal below which it holds.
+    targets : tuple of Token
+        Names of the places and roles that it is about.
+    actions : tuple of Token
+        Names of the partner's actions.
+    """
 
     kind: str
     rule: SemanticRule
@@ -52,11 +69,12 @@ class Draft:
 
 
 def read_rules(cursor: Cursor) -> list[Draft]:
-    """All rules of a statement.
+    """Read all rules of a statement.
 
     Raises
     ------
-    SceneError with the place.
+    SceneError
+        The message names the place.
     """
     symbols = [_name_token(cursor, "a symbol of the grammar")]
     while cursor.meets(","):
@@ -77,6 +95,7 @@ def _name_token(cursor: Cursor, what: str) -> Token:
 
 
 def _read_rule(cursor: Cursor) -> tuple[str, SemanticRule, list[Token], list[Token]]:
+    """Read one rule: its kind, the rule, its targets and its actions."""
     kind = cursor.name("a kind of rule", "See the format of grammars.", tuple(WEIGHT_UNITS))
     cursor.expect("(", f"Write what the rule is about: {kind}(...).")
     targets: list[Token] = []
@@ -152,7 +171,7 @@ def _partners(cursor: Cursor, actions: list[Token]) -> float | None:
 
 
 def _with_tail(cursor: Cursor, rule: SemanticRule, kind: str) -> SemanticRule:
-    """What stands behind a rule: its moment and its weight."""
+    """Read the moment and the weight that may follow a rule."""
     if cursor.meets("at"):
         advice = f"Write 'at {START}', 'at {END}', or 'at' and an event."
         rule = replace(rule, moment=Moment(cursor.name("a moment", advice)))
@@ -164,12 +183,13 @@ def _with_tail(cursor: Cursor, rule: SemanticRule, kind: str) -> SemanticRule:
 
 
 def read_weight(cursor: Cursor, kind: str) -> float:
-    """A weight: a quantity above 0, with a unit where its kind has one.
+    """Read a weight: a quantity above 0, with a unit if its kind has one.
 
     Raises
     ------
-    SceneError with the place: a rule of weight 0 would allow no deviation at all, and one that is
-    out of all proportion drowns the others or is drowned.
+    SceneError
+        The weight is 0, which would allow no deviation at all, or is so large or small that one
+        term would hide all others.
     """
     token = cursor.here
     advice = "Write the deviation that costs 1; it must be above 0."

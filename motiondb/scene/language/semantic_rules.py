@@ -1,7 +1,8 @@
-"""Semantic rules: what a placed action should fulfil in space and time, and by how much it fails.
+"""Semantic rules: conditions of space and time on a placed action, and how far it is from them.
 
-Notation of the paper: pos(Y, t) and dir(Y, t) are the place and the facing of the pelvis on the
-ground at frame t of an instance Y; a scene is plausible as exp(-sum f_k / c_k) over its rules k::
+Notation of the paper: pos(Y, t) and dir(Y, t) are the place and the heading of the pelvis on the
+ground at frame t of an instance Y. A scene has the probability exp(-sum f_k / c_k), up to a factor,
+over its rules k::
 
     f_pos   = |pos(Y, t) - p0|                                metres     (1)
     f_dir   = |dir(Y, t) - theta0|, wrapped to [0, pi]        radians    (2)
@@ -9,14 +10,16 @@ ground at frame t of an instance Y; a scene is plausible as exp(-sum f_k / c_k) 
     f_dist  = 0 if near <= |pos(Y, t) - p0| <= far, else 1    no unit    (4)
     f_line  = distance of pos(Y, t) from the segment p1 p2    metres     (5)
 
-(3) is printed with t_i twice. (4) includes its bounds, also where a grammar's text writes < or >.
-(5) takes the segment, not the whole line: a defender stands between, not behind.
+The paper prints (3) with t_i twice. (4) includes its bounds, also where a grammar's text writes <
+or >. (5) takes the segment and not the whole line: a defender stands between two points, not behind
+one of them.
 
-The ground has axes x and z, metres, as seen from above with x to the right and z down the page;
-a heading is an angle from +z towards +x, radians: (sin theta, cos theta).
+The ground has axes x and z in metres. Seen from above, x points to the right and z down the page. A
+heading is an angle from +z towards +x in radians: (sin theta, cos theta).
 
-A weight c_k has the unit of its f_k, and is the deviation that costs 1. Print gives none. Ours say
-what a viewer just tolerates; a rule that is yes or no costs 10 where it fails.
+A weight c_k has the unit of its f_k and is the deviation that costs 1. The paper prints no weights.
+Ours are deviations that a viewer barely tolerates, chosen by hand; a rule that is either kept or
+broken costs 10 if broken.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 3.1.
@@ -32,18 +35,27 @@ import numpy as np
 from motiondb.records import FloatArray
 
 PASS_SPEED = 8.0
-"""Metres a second of a ball that is passed: what the time of its flight is estimated from."""
+"""Speed of a passed ball, m/s, from which its time of flight is estimated. Chosen by hand: the
+usual chest pass."""
 
 SMALLEST = float(np.finfo(np.float64).tiny)
-"""Square metres that a segment is taken to have at least: no length is divided by 0."""
+"""Smallest squared length of a segment, m^2, to avoid division by 0."""
 
 THROUGHOUT, START, END, PATH = "throughout", "start", "end", "path"
-"""Moments that every action has; any other is the name of an event of its clip."""
+"""Moments that every action has. Any other moment is the name of an event of its clip."""
 
 
 @dataclass(frozen=True)
 class Spot:
-    """A point on the ground, metres."""
+    """A point on the ground.
+
+    Attributes
+    ----------
+    x : float, m
+        Distance to the right.
+    z : float, m
+        Distance away from the baseline.
+    """
 
     x: float
     z: float
@@ -55,9 +67,14 @@ Target = str | Spot
 
 @dataclass(frozen=True)
 class Moment:
-    """When a rule looks: ``start``, ``end``, an event, ``throughout`` (the mean over the frames).
+    """The time at which a rule is evaluated.
 
-    ``path`` is the instant at which the ``fraction`` of the way that the action covers is behind.
+    Attributes
+    ----------
+    name : str
+        ``start``, ``end``, an event, ``throughout`` (the mean over the frames), or ``path``.
+    fraction : float
+        For ``path`` the fraction of the action's distance that has been covered.
     """
 
     name: str = THROUGHOUT
@@ -66,7 +83,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class PositionRule:
-    """Stand at ``target``; ``weight`` in metres."""
+    """Be at ``target``; ``weight`` in metres."""
 
     target: Target
     moment: Moment = field(default_factory=Moment)
@@ -86,8 +103,8 @@ class DirectionRule:
 class SynchronisationRule:
     """Be ``lag`` seconds before one of ``actions`` of ``partner``; ``weight`` in seconds.
 
-    The partner's action counts at its own event, or at its middle where it has none. ``lag``
-    None: as long as a passed ball flies.
+    The partner's action is timed at its own event, or at its middle if it has none. A lag of None
+    is the time that a passed ball flies.
     """
 
     partner: str
@@ -110,7 +127,7 @@ class DistanceRule:
 
 @dataclass(frozen=True)
 class LineRule:
-    """Stand on the segment from ``first`` to ``second``; ``weight`` in metres."""
+    """Be on the segment from ``first`` to ``second``; ``weight`` in metres."""
 
     first: Target
     second: Target
@@ -131,14 +148,21 @@ RULE_NAMES: dict[type, str] = {
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of the terms that belong to no action; an infinite one leaves its term out.
+    """Weights of the terms that belong to no action; an infinite weight leaves its term out.
+
+    The values are chosen by hand: a missing element of a diagram and a collision cost 10, a seam
+    costs what it is.
 
     Attributes
     ----------
-    user : w_1, missing elements of a diagram.
-    smooth : w_2, mismatch of poses and velocities at seams.
-    collision : w_3, whether characters touch that should not.
-    effort : w_4, metres travelled by all characters; the paper calls the term optional.
+    user : float
+        W_1, missing elements of a diagram.
+    smooth : float
+        W_2, mismatch of poses and velocities at seams.
+    collision : float
+        W_3, whether characters touch that should not.
+    effort : float
+        W_4, metres travelled by all characters; the paper calls the term optional.
     """
 
     user: float = 0.1
@@ -148,7 +172,7 @@ class Weights:
 
 
 def position_error(position: FloatArray, target: FloatArray) -> FloatArray:
-    """f_pos, metres: arrays (..., 2) of places on the ground.
+    """Return f_pos, m, of places (..., 2) on the ground.
 
     >>> float(position_error(np.array([3.0, 0.0]), np.array([0.0, 4.0])))
     5.0
@@ -157,7 +181,7 @@ def position_error(position: FloatArray, target: FloatArray) -> FloatArray:
 
 
 def direction_error(heading: FloatArray, wanted: FloatArray) -> FloatArray:
-    """f_dir, radians in [0, pi]: the smallest turn from one heading to the other.
+    """Return f_dir, radians in [0, pi]: the smallest turn from one heading to the other.
 
     >>> bool(np.isclose(direction_error(np.radians(350.0), np.radians(-330.0)), np.radians(40.0)))
     True
@@ -167,7 +191,7 @@ def direction_error(heading: FloatArray, wanted: FloatArray) -> FloatArray:
 
 
 def bearing(position: FloatArray, target: FloatArray) -> FloatArray:
-    """The heading from places to targets: arrays (..., 2), metres, to (...), radians.
+    """Return the headings (...), radians, from places (..., 2) to targets (..., 2), m.
 
     >>> bearing(np.array([0.0, 0.0]), np.array([[0.0, 2.0], [2.0, 0.0]])).tolist()
     [0.0, 1.5707963267948966]
@@ -177,7 +201,7 @@ def bearing(position: FloatArray, target: FloatArray) -> FloatArray:
 
 
 def synchronisation_error(first: FloatArray, second: FloatArray, lag: FloatArray) -> FloatArray:
-    """f_synch, seconds: how far ``second`` is from ``lag`` after ``first``.
+    """Return f_synch, s: the deviation of the time from ``first`` to ``second`` from ``lag``.
 
     >>> round(float(synchronisation_error(1.0, 1.5, 0.4)), 6)
     0.1
@@ -186,7 +210,7 @@ def synchronisation_error(first: FloatArray, second: FloatArray, lag: FloatArray
 
 
 def distance_error(position: FloatArray, target: FloatArray, near: float, far: float) -> FloatArray:
-    """f_dist: 0 where the distance is in [near, far] metres, 1 elsewhere.
+    """Return f_dist: 0 where the distance is in [near, far] metres, 1 elsewhere.
 
     >>> distance_error(np.array([[0.0, 2.5], [0.0, 2.6]]), np.zeros(2), 0.0, 2.5).tolist()
     [0.0, 1.0]
@@ -196,7 +220,7 @@ def distance_error(position: FloatArray, target: FloatArray, near: float, far: f
 
 
 def line_error(position: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
-    """f_line, metres: distance of places (..., 2) from the segment between two points.
+    """Return f_line, m: the distances of places (..., 2) from the segment between two points.
 
     >>> line_error(np.array([[1.0, 1.0], [3.0, 0.0]]), np.zeros(2), np.array([2.0, 0.0])).tolist()
     [1.0, 1.0]
@@ -205,7 +229,7 @@ def line_error(position: FloatArray, first: FloatArray, second: FloatArray) -> F
 
 
 def nearest_on_line(position: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
-    """The nearest points (..., 2) to places on the segment between two points.
+    """Return the points (..., 2) on the segment between two points that are nearest to places.
 
     >>> nearest_on_line(np.array([1.0, 1.0]), np.zeros(2), np.array([2.0, 0.0])).tolist()
     [1.0, 0.0]
@@ -217,7 +241,7 @@ def nearest_on_line(position: FloatArray, first: FloatArray, second: FloatArray)
 
 
 def flight_time(thrown: FloatArray, caught: FloatArray, speed: float = PASS_SPEED) -> FloatArray:
-    """Seconds that a passed ball flies between places (..., 2), metres, at ``speed``.
+    """Return the seconds that a ball passed at ``speed`` flies between places (..., 2), m.
 
     >>> float(flight_time(np.array([0.0, 0.0]), np.array([0.0, 4.0])))
     0.5

@@ -1,14 +1,14 @@
-"""Tactics diagrams: players of two teams on a court, and what they do with and without the ball.
+"""Tactics diagrams: players of two teams on a court, and their actions with and without the ball.
 
 The elements are those of a coach's board: a circle is a player, a solid curve a move, a dashed
 arrow a pass, a solid arrow to the rim a shot, a zigzag a feint, fake or pivot, and a curve with a T
-at its end a screen. Print leaves time to the drawing; here every element has a step, and a pass a
-second one, at which it is caught. Elements of lower steps come first; of one step, a player's come
-in the order of the file.
+at its end a screen. The paper leaves time to the drawing. Here every element has a step, and a pass
+has a second one at which it is caught. Elements of lower steps come first; a player's elements of
+one step come in the order of the file.
 
-The ground is the court seen from above with the rim at the top: the origin below the middle of the
-rim, x to the right, z away from the baseline, metres. The half court is FIBA's: 15 m wide, 14 m
-long, the rim's middle 1.575 m from the baseline.
+The ground is the court seen from above with the rim at the top. The origin is below the middle of
+the rim, x points to the right and z away from the baseline, in metres. The half court is that of
+FIBA: 15 m wide, 14 m long, the middle of the rim 1.575 m from the baseline.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 4.
@@ -23,17 +23,17 @@ from motiondb.scene.language.semantic_rules import Spot
 
 ATTACK, DEFENCE, PLAYER = "attack", "defence", "player"
 TEAMS = (ATTACK, DEFENCE, PLAYER)
-"""Attackers, defenders, and people of whom no team is said."""
+"""Teams of players; ``player`` is for people without a team."""
 
 MOVES = ("move", "walk", "run", "cut", "dribble")
 SHOTS = ("shoot", "layup")
 FEINTS = ("feint", "fake", "pivot_left", "pivot_right")
 STANDS = ("guard", "block")
 KINDS = (*MOVES, "pass", *SHOTS, "screen", *FEINTS, *STANDS)
-"""What an element can be. A move is a dribble for who has the ball; a cut is a run."""
+"""Kinds of elements. A move is a dribble for the player with the ball; a cut is a run."""
 
 BODY_WIDTH = 0.5
-"""Metres: two who stand nearer to one another touch."""
+"""Smallest distance between two players, m: about the width of a body. Nearer players touch."""
 
 WITH_BALL = ("dribble", "pass", *SHOTS, "fake", "pivot_left", "pivot_right")
 WITHOUT_BALL = ("walk", "run", "cut", "screen", "feint")
@@ -41,7 +41,19 @@ WITHOUT_BALL = ("walk", "run", "cut", "screen", "feint")
 
 @dataclass(frozen=True)
 class Court:
-    """The ground that may be used, metres, and whether the lines of basketball are on it."""
+    """The ground that may be used.
+
+    Attributes
+    ----------
+    width : float, m
+        Extent along x.
+    length : float, m
+        Extent along z.
+    behind_rim : float, m
+        Distance from the baseline to the origin.
+    lines : bool
+        Whether the lines of basketball are drawn.
+    """
 
     width: float = 15.0
     length: float = 14.0
@@ -49,14 +61,28 @@ class Court:
     lines: bool = True
 
     def holds(self, spot: Spot) -> bool:
-        """Whether a point is on the court, its edge included."""
+        """Return whether a point is on the court, its edge included."""
         across = abs(spot.x) <= self.width / 2
         return across and -self.behind_rim <= spot.z <= self.length - self.behind_rim
 
 
 @dataclass(frozen=True)
 class Player:
-    """Who stands where when the play begins, and whom they guard ("" where nobody is named)."""
+    """A player at the beginning of the play.
+
+    Attributes
+    ----------
+    name : str
+        Name.
+    team : str
+        One of :data:`TEAMS`.
+    at : Spot
+        Where the player stands.
+    guards : str
+        Name of the guarded opponent; "" if none is named.
+    line : int
+        Line of the file.
+    """
 
     name: str
     team: str
@@ -67,14 +93,26 @@ class Player:
 
 @dataclass(frozen=True)
 class Element:
-    """A thing that a player does.
+    """An action of a player in a diagram.
 
     Attributes
     ----------
-    step : when it begins, from 1.
-    other : receiver of a pass; who is screened, guarded, blocked or run at; "" where nobody is.
-    via, to : points of its way; ``to`` None where it leads nowhere.
-    caught : the step at which a pass arrives; else the same as ``step``.
+    kind : str
+        One of :data:`KINDS`.
+    step : int
+        When it begins, from 1.
+    player : str
+        The player who acts.
+    other : str
+        Receiver of a pass, or the player who is screened, guarded, blocked or run at; or "".
+    via : tuple of Spot
+        Points that the player's curve passes.
+    to : Spot or None
+        End of the curve; None if the player stays.
+    caught : int
+        The step at which a pass arrives; 0 for the same as ``step``.
+    line : int
+        Line of the file.
     """
 
     kind: str
@@ -87,13 +125,22 @@ class Element:
     line: int = 0
 
     def __str__(self) -> str:
+        """Return the element in words, for messages."""
         link = " to " if self.kind == "pass" else " on "
         return f"{self.kind} {self.player}{link if self.other else ''}{self.other}"
 
 
 @dataclass(frozen=True)
 class Act:
-    """An element as one player takes part in it: ``part`` is "own", "catch" or "push"."""
+    """An element from the side of one player who takes part in it.
+
+    Attributes
+    ----------
+    element : int
+        Index of the element.
+    part : str
+        "own", "catch" or "push".
+    """
 
     element: int
     part: str = "own"
@@ -101,7 +148,25 @@ class Act:
 
 @dataclass(frozen=True)
 class Diagram:
-    """A play. ``ball`` names who has the ball at first, "" where the file does not say."""
+    """A play.
+
+    Attributes
+    ----------
+    name : str
+        Its title.
+    players : tuple of Player
+        The players.
+    elements : tuple of Element
+        Their actions.
+    grammar : str
+        Name of the grammar that the play follows.
+    court : Court
+        The ground.
+    places : tuple of tuple[str, Spot]
+        Names and positions of places that rules may refer to.
+    ball : str
+        Name of the first holder of the ball; "" if the file does not say.
+    """
 
     name: str
     players: tuple[Player, ...]
@@ -118,7 +183,7 @@ class Diagram:
 
     @cached_property
     def acts(self) -> dict[str, tuple[Act, ...]]:
-        """What each player does, in the order of time; players of the file, in its order."""
+        """Acts of each player in the order of time; players are in the order of the file."""
         rows: dict[str, list[tuple[int, int, Act]]] = {player.name: [] for player in self.players}
         for number, element in enumerate(self.elements):
             if element.player in rows:
@@ -134,7 +199,7 @@ class Diagram:
         }
 
     def opponent_of(self, name: str) -> str:
-        """Who plays against a player: by ``guards``, else the nearest of the other team; or ""."""
+        """Return a player's opponent: by ``guards``, else the nearest of the other team, or ""."""
         player = self.player[name]
         if player.guards:
             return player.guards

@@ -1,4 +1,4 @@
-"""Reading tactics diagrams from text: a statement a line, metres, ``#`` begins a comment.
+"""Reading tactics diagrams from text: one statement a line, in metres; ``#`` begins a comment.
 
 ::
 
@@ -6,7 +6,7 @@
     grammar basketball                        # the grammar that it is played by
     court half                                # or: court 8 x 6, metres, without lines
     place bench at 6 2                        # a place that rules may name; the rim is at 0 0
-    ball A1                                   # only where no pass or shot tells
+    ball A1                                   # only needed if no pass or shot implies it
 
     attack A1 at 0 8                          # a circle: team, name, x and z
     defence D1 at 0 6.5 guards A1
@@ -17,12 +17,11 @@
     3 screen A2 on D1 via -1 5 to 0 6
     4 layup A1
 
-Moves are ``move`` (a dribble for who has the ball, else walk or run), ``walk``, ``run``, ``cut``
-and ``dribble``; shots ``shoot`` and ``layup``; zigzags ``feint``, ``fake``, ``pivot_left`` and
-``pivot_right``; defenders ``guard`` and ``block`` (``2 guard D1 on A1``), and a move may say at
-whom it goes (``1 run D2 on A1 to 4.5 4.4``) where that is not whom the player guards. Axes as in
-:mod:`.tactics`: the origin below the rim, x to the right as seen with the rim at the top, z away
-from the baseline.
+Moves are ``move`` (a dribble for the player with the ball, else walk or run), ``walk``, ``run``,
+``cut`` and ``dribble``. Shots are ``shoot`` and ``layup``. Zigzags are ``feint``, ``fake``,
+``pivot_left`` and ``pivot_right``. Defenders ``guard`` and ``block`` (``2 guard D1 on A1``). A move
+may name the player that it is directed at (``1 run D2 on A1 to 4.5 4.4``) if that is not the
+guarded player. The axes are those of :mod:`.tactics`.
 """
 
 from __future__ import annotations
@@ -47,23 +46,28 @@ from motiondb.scene.language.tokens import Cursor, refuse, statements
 _KEYWORDS = ("diagram", "grammar", "court", "place", "ball", *TEAMS)
 _ONCE = ("diagram", "grammar", "court", "place", "ball")
 _LONGEST_NAME = 60
-"""Characters of a player's name, of which files are called."""
+"""Most characters of a player's name, which becomes part of the names of files."""
 _LAST_STEP = 10_000
+"""Largest step. A larger number is a slip; chosen by hand."""
 _SMALLEST, _LARGEST = 2.0, 100.0
-"""Metres: a ground that is smaller holds no play, and a larger one is a mistake of units."""
+"""Limits of the size of the ground, m. Outside, the file is likely to use another unit."""
 
 
 def read_diagram(text: str, where: str = "diagram") -> Diagram:
-    """The diagram that a text describes, checked: it can be played.
+    """Read a diagram from its text, and check that it can be played.
 
     Parameters
     ----------
-    where : the file's name, for messages.
+    text : str
+        The contents of the file.
+    where : str
+        Name of the file, for messages.
 
     Raises
     ------
-    SceneError with file, line and, where something else was expected, column; for an infeasible
-    diagram with all elements that are at fault.
+    SceneError
+        The message names file, line and column of what was unexpected; for an infeasible diagram it
+        names all elements at fault.
     """
     diagram = Diagram("", (), ())
     said: dict[str, int] = {}
@@ -82,7 +86,7 @@ def read_diagram(text: str, where: str = "diagram") -> Diagram:
 
 
 def _refuse_repetition(cursor: Cursor, said: dict[str, int]) -> None:
-    """What holds for the whole diagram, and every place, is said once."""
+    """Refuse a second statement of what can be stated only once."""
     key = cursor.here.text
     if key in _ONCE:
         key = f"place {cursor.after.text}" if key == "place" else key
@@ -145,7 +149,7 @@ def _read_spot(cursor: Cursor) -> Spot:
 def _read_player(cursor: Cursor, diagram: Diagram, team: str) -> Player:
     token = cursor.here
     name = cursor.name("a player's name", f"Write '{team} A1 at 0 8'.")
-    for other in diagram.players:  # of names that differ in case only, some disks make one file
+    for other in diagram.players:  # some file systems do not distinguish upper and lower case
         if other.name.casefold() == name.casefold():
             cursor.fail("a name of their own", f"Line {other.line} has the same.", token)
     if len(name) > _LONGEST_NAME:

@@ -1,9 +1,9 @@
-"""Words, numbers and signs of the small text files of scenes, each with its line and column.
+"""Tokens of the text files of scenes: names, numbers, quoted text and signs, with line and column.
 
-A motion grammar and a tactics diagram are read from the same kinds of token: names, numbers, quoted
-text and signs. ``#`` begins a comment. A statement is a line; it goes on below where the line ends
-with ``,``, ``:`` or ``|``, or the next one begins with ``|``. :class:`Cursor` walks over the tokens
-of one statement, and refuses with the place, what was expected, and what stands there.
+A motion grammar and a tactics diagram are read from the same kinds of token. ``#`` begins a
+comment. A statement is one line; it continues where the line ends with ``,``, ``:`` or ``|``, or
+where the next line begins with ``|``. :class:`Cursor` moves over the tokens of one statement. Its
+errors name the place, what was expected, and what stands there.
 """
 
 from __future__ import annotations
@@ -30,12 +30,24 @@ UNITS: dict[str, dict[str, float]] = {
     "angle": {"deg": math.pi / 180.0, "rad": 1.0},
     "time": {"s": 1.0, "frames": 1.0 / 30.0, "ms": 0.001},
 }
-"""Units of every quantity, as what they are in metres, radians and seconds."""
+"""Units of every quantity, as multiples of metres, radians and seconds."""
 
 
 @dataclass(frozen=True)
 class Token:
-    """A piece of text at ``line`` and ``column``, both from 1; ``kind`` as in the module's idea."""
+    """A piece of text.
+
+    Attributes
+    ----------
+    kind : str
+        "name", "number", "text", "sign", or "end" after the last token of a statement.
+    text : str
+        The characters; quoted text without its quotes.
+    line : int
+        Line, from 1.
+    column : int
+        Column, from 1.
+    """
 
     kind: str
     text: str
@@ -43,16 +55,20 @@ class Token:
     column: int
 
     def __str__(self) -> str:
+        """Return the token as messages show it."""
         return "the end of the line" if self.kind == "end" else repr(self.text)
 
 
 def tokens_of(text: str, where: str) -> list[Token]:
-    """All tokens of a text; quoted text comes without its quotes.
+    """Return all tokens of a text; quoted text comes without its quotes.
 
     Raises
     ------
-    SceneError at a character that begins no token.
+    SceneError
+        A character begins no token.
 
+    Examples
+    --------
     >>> [token.text for token in tokens_of("A -> run | walk  # moves", "x.grammar")]
     ['A', '->', 'run', '|', 'walk']
     """
@@ -72,7 +88,7 @@ def tokens_of(text: str, where: str) -> list[Token]:
 
 
 def statements(text: str, where: str) -> Iterator[Cursor]:
-    """The statements of a text, each under a cursor at its first token."""
+    """Return the statements of a text, each as a cursor at its first token."""
     lines: list[list[Token]] = []
     for token in tokens_of(text, where):
         if lines:
@@ -85,12 +101,12 @@ def statements(text: str, where: str) -> Iterator[Cursor]:
 
 
 def refuse(place: str, expected: str, found: str, advice: str) -> NoReturn:
-    """Raise the house's sentence: where, what was expected, what was found, what to do."""
+    """Raise a SceneError: where, what was expected, what was found, and what to do."""
     raise SceneError(f"{place}: expected {expected}, found {found}. {advice}")
 
 
 class Cursor:
-    """A place in the tokens of one statement; it only moves forward."""
+    """A position in the tokens of one statement; it only moves forward."""
 
     def __init__(self, tokens: list[Token], where: str) -> None:
         last = tokens[-1]
@@ -99,28 +115,28 @@ class Cursor:
 
     @property
     def here(self) -> Token:
-        """The token that comes next; of kind "end" behind the last."""
+        """The next token; its kind is "end" after the last one."""
         return self._tokens[self._at]
 
     @property
     def after(self) -> Token:
-        """The token behind the next."""
+        """The token after the next one."""
         return self._tokens[min(self._at + 1, len(self._tokens) - 1)]
 
     def fail(self, expected: str, advice: str, token: Token | None = None) -> NoReturn:
-        """Refuse the next token, or the one that is named."""
+        """Refuse the next token, or the given one."""
         token = token or self.here
         refuse(f"{self._where}:{token.line}:{token.column}", expected, str(token), advice)
 
     def take(self) -> Token:
-        """The next token; the cursor moves on."""
+        """Return the next token, and move on."""
         token = self.here
         if token.kind != "end":
             self._at += 1
         return token
 
     def meets(self, *texts: str) -> bool:
-        """Move over the next token if it is one of these words or signs (no quoted text)."""
+        """Move over the next token if it is one of these words or signs (not quoted text)."""
         if self.here.kind in ("name", "sign") and self.here.text in texts:
             self._at += 1
             return True
@@ -133,7 +149,7 @@ class Cursor:
         return self.take()
 
     def name(self, what: str, advice: str, known: Collection[str] = ()) -> str:
-        """Take a name; where ``known`` names are given, one of them."""
+        """Take a name; if ``known`` names are given, it must be one of them."""
         token = self.here
         if token.kind != "name":
             self.fail(what, advice)
@@ -143,7 +159,7 @@ class Cursor:
         return self.take().text
 
     def number(self, what: str, advice: str) -> float:
-        """Take a number without unit; one that is too large for a number is refused."""
+        """Take a number without a unit; refuse one that is too large for a float."""
         token = self.here
         if token.kind != "number":
             self.fail(what, advice)
@@ -152,14 +168,26 @@ class Cursor:
         return float(self.take().text)
 
     def once(self, said: dict[str, int], key: str, what: str, token: Token | None = None) -> None:
-        """Refuse a token (the next) where an earlier statement said the same: ``said``, by key."""
+        """Refuse a token (the next one by default) if an earlier line stated the same thing.
+
+        Parameters
+        ----------
+        said : dict of str to int
+            Lines of earlier statements by key; the new one is added.
+        key : str
+            What the statement is about.
+        what : str
+            What was expected, for the message.
+        token : Token or None
+            The token to refuse.
+        """
         token = token or self.here
         line = said.setdefault(key, token.line)
         if line != token.line:
             self.fail(what, f"Line {line} says it already: leave one of them out.", token)
 
     def quantity(self, kind: str, what: str) -> float:
-        """Take a number and its unit: metres, radians or seconds come back."""
+        """Take a number and its unit, and return it in metres, radians or seconds."""
         units = UNITS[kind]
         advice = f"Write a number and one of the units {', '.join(units)}."
         value = self.number(what, advice)
@@ -167,6 +195,6 @@ class Cursor:
         return value * units[unit]
 
     def done(self, advice: str) -> None:
-        """Refuse what is left over."""
+        """Refuse tokens that are left over."""
         if self.here.kind != "end":
             self.fail("the end of the line", advice)

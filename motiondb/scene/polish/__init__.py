@@ -1,1 +1,1 @@
-"""A sampled scene made into motions: time, paths and bodies edited, and the report."""
+"""A sampled scene made into motions: time, paths and bodies edited."""

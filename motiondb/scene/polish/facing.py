@@ -1,13 +1,13 @@
-"""Who waits turns to what matters: to the ball, or to the opponent who is guarded.
+"""Waiting players turn to the ball, or to the opponent whom they guard.
 
-While a player stands and waits, no rule asks for a heading, and the clip of standing that is played
-has the one with which the string begins or ended. With o the angle from there to what matters, the
-body turns by
+While a player waits, no rule asks for a heading, and the clip of standing that is played has the
+heading with which the string begins or ended. With o the angle from there to the focus, the body
+turns by
 
-    o - sign(o) 25 degrees      where |o| > 25 degrees, else not at all
+    o - sign(o) 25 degrees      if |o| > 25 degrees, else not at all
 
-(the head does the rest), smoothed, and by nothing where the string begins or has just ended: the
-turn sets in and ends over as long as it takes at 100 degrees a second.
+(the head does the rest), smoothed. The turn is 0 where the string begins or has just ended, and
+increases and decreases at about 100 degrees a second.
 """
 
 from __future__ import annotations
@@ -23,26 +23,35 @@ from motiondb.scene.timing.timeline import Timeline
 from motiondb.scene.timing.waiting import ON_GUARD
 
 ASIDE = np.radians(25.0)
-"""How far from what matters a body may face."""
+"""How far from the focus a body may face, rad; the head turns the rest. Chosen by hand."""
 TURNING = np.radians(100.0)
-"""Radians a second of a body that turns on the spot."""
+"""Speed of a body that turns in place, rad/s. Chosen by hand."""
 _SMOOTH = 10.0
+"""Standard deviation of the smoothing, frames. Chosen by hand."""
 _BRIEF = 50
-"""Frames of a pause in which nobody turns away and back."""
+"""Frames of a pause that is too short to turn away and back. Chosen by hand."""
 _LEAST_RAMP, _MOST_RAMP = 15, 80
+"""Limits of the frames that a turn takes to begin and to end. Chosen by hand."""
 
 
 def turn_who_waits(
     table: RuleTable, timeline: Timeline, waits: NDArray[np.bool_], acts: BallActs | None
 ) -> FloatArray:
-    """The places of a timeline with everybody turned who waits: array (players, frames, 3).
+    """Return the places of a timeline with waiting players turned: array (players, frames, 3).
 
-    Who guards faces half way between the opponent and the ball, who has the ball stays as they are.
+    A guard faces half way between the opponent and the ball. The player with the ball is not
+    turned.
 
     Parameters
     ----------
-    waits : array (players, frames), whether they wait.
-    acts : None where there is no ball.
+    table : RuleTable
+        The rules.
+    timeline : Timeline
+        The scene.
+    waits : array of bool (players, frames)
+        Whether they wait.
+    acts : BallActs or None
+        Who has the ball; None without a ball.
     """
     places = timeline.places.copy()
     for player, own in enumerate(timeline.places):
@@ -61,7 +70,7 @@ def turn_who_waits(
 
 
 def _guarded(table: RuleTable, player: int) -> int:
-    """Whom a player guards, at last; -1 for nobody."""
+    """Return the player whom a player guards last; -1 for nobody."""
     found = [
         int(row["target"])
         for row in table.rows
@@ -74,11 +83,14 @@ def _guarded(table: RuleTable, player: int) -> int:
 
 
 def ball_on_ground(acts: BallActs, places: FloatArray) -> FloatArray:
-    """Where the ball is about, array (frames, 2), metres: with its holder, or on the way.
+    """Return the approximate place of the ball, array (frames, 2), m: its holder's, or on the way.
 
     Parameters
     ----------
-    places : array (players, frames, 3), x, z in metres and heading.
+    acts : BallActs
+        Who has the ball.
+    places : array (players, frames, 3), m and rad
+        x, z and heading.
     """
     n_frames = places.shape[1]
     known, at = [], []
@@ -95,7 +107,7 @@ def ball_on_ground(acts: BallActs, places: FloatArray) -> FloatArray:
 
 
 def between(own: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
-    """A point that lies half way between the directions of two: arrays (frames, 2), metres.
+    """Return a point half way between the directions of two points: arrays (frames, 2), m.
 
     >>> between(np.zeros((1, 2)), np.array([[5.0, 0.0]]), np.array([[0.0, 2.0]])).tolist()
     [[1.0, 1.0]]
@@ -106,12 +118,16 @@ def between(own: FloatArray, first: FloatArray, second: FloatArray) -> FloatArra
 
 
 def turns_to(places: FloatArray, waits: NDArray[np.bool_], focus: FloatArray) -> FloatArray:
-    """By how much somebody who waits turns: array (frames,), radians; 0 elsewhere.
+    """Return the turn of a player who waits: array (frames,), rad; 0 elsewhere.
 
     Parameters
     ----------
-    places : array (frames, 3), x, z and heading. waits : array (frames,), whether they wait.
-    focus : array (frames, 2), what to turn to, metres; NaN where there is nothing.
+    places : array (frames, 3), m and rad
+        x, z and heading.
+    waits : array of bool (frames,)
+        Whether they wait.
+    focus : array (frames, 2), m
+        What to turn to; NaN for nothing.
     """
     turned = np.zeros(len(places))
     for start, end in runs(waits):
@@ -123,7 +139,7 @@ def turns_to(places: FloatArray, waits: NDArray[np.bool_], focus: FloatArray) ->
 
 
 def _turned(places: FloatArray, focus: FloatArray, inner: tuple[bool, bool]) -> FloatArray:
-    """The turn of one wait; ``inner`` : whether the string lies before it, and behind it."""
+    """Return the turn of one wait; ``inner`` says whether the string lies before it, and after."""
     from scipy.ndimage import gaussian_filter1d
 
     away = focus - places[:, :2]
@@ -148,7 +164,7 @@ def _turned(places: FloatArray, focus: FloatArray, inner: tuple[bool, bool]) -> 
 
 
 def _unwrapped(angle: FloatArray, backward: bool) -> FloatArray:
-    """Angles without leaps of a full turn, from the principal value of the first, or the last."""
+    """Return angles without jumps of a full turn, from the principal value of the first or last."""
     first = -1 if backward else 0
     whole = np.unwrap(angle)
     principal = np.mod(whole[first] + np.pi, 2.0 * np.pi) - np.pi

@@ -1,7 +1,8 @@
-"""What was done to bodies after their clips were spliced, frame by frame: arms and heads.
+"""Frames in which arms and heads were edited after the clips were spliced.
 
-Hands are brought to the ball and heads turned to it (:mod:`.hands`, :mod:`.gaze`). A frame is said
-to be edited so where a joint differs from the spliced motion's by more than one degree.
+Hands are moved to the ball and heads turned to it (:mod:`motiondb.scene.ball.hands`,
+:mod:`motiondb.scene.ball.gaze`). A frame counts as edited if a joint differs from the spliced
+motion's by more than one degree.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from motiondb.pose import body
 from motiondb.records import Motion
 
 LEAST = math.radians(1.0)
-"""Radians by which a joint has to be turned to be told."""
+"""Smallest turn of a joint, rad, that counts as an edit. Chosen by hand: a smaller one cannot be
+seen."""
 _EDITS = {
     "hands brought to the ball": ("l_shoulder", "l_elbow", "r_shoulder", "r_elbow"),
     "head turned": ("neck", "head"),
@@ -23,7 +25,7 @@ _EDITS = {
 
 
 def joint_edits(spliced: Motion, finished: Motion) -> dict[str, NDArray[np.bool_]]:
-    """Which frames of a finished motion were edited how: arrays (frames,), by what was done.
+    """Return in which frames a finished motion was edited: arrays (frames,), by the edit.
 
     >>> from motiondb.pose import rotation
     >>> local = np.tile(rotation.IDENTITY, (2, len(body.JOINTS), 1))

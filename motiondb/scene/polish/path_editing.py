@@ -1,20 +1,21 @@
-"""Ways on the ground edited: rules of place made true with the least change of steps and turns.
+"""Editing of paths on the ground: rules of place made true with the least change of steps.
 
-With p the way of a player as spliced, d_t = p_(t+1) - p_t its steps, and phi the turn that editing
-adds to the headings, the edited way p' minimises
+With p the spliced path of a player, d_t = p_(t+1) - p_t its steps, and phi the turn that editing
+adds to the headings, the edited path p' minimises
 
     sum a_t |e_t|^2 + b |e_(t+1) - e_t|^2 + c |p'_t - p_t|^2,
     e_t = p'_(t+1) - p'_t - R(phi_t) d_t
 
-and phi the same with e_t = phi_(t+1) - phi_t. a_t is great where the player stands, so that change
-is taken up by steps and not by sliding; b lets it set in smoothly; c keeps it from going on and on.
-Rows of greater weight hold single frames at places and headings, and pull farther while a rule
-still fails, so that ways stay smooth where they are held. With displacements from the turned way as
-unknowns the normal equations have five diagonals, and are solved at once.
+and phi minimises the same with e_t = phi_(t+1) - phi_t. a_t is large where the player stands, so
+that steps take up the change instead of sliding feet; b makes the change smooth; c limits its
+extent. Rows of greater weight hold single frames at places and headings. They are increased while a
+rule still fails, so that paths stay smooth where they are held. With displacements from the turned
+path as unknowns the normal equations have five diagonals and are solved directly.
 
-The rules themselves are no equations: each is projected. Where a rule fails, the nearest place (or
-heading) that fulfils it is held, the ways are solved anew, and so on until all hold. A distance
-between two players moves both, whose rule it is more; discs that overlap move both alike.
+The rules are not equations; they are projected. If a rule fails, the nearest place (or heading)
+that fulfils it is held, the paths are solved again, and so on until all rules hold. A distance
+between two players moves both, the one whose rule it is more. Overlapping discs move both players
+equally.
 
 Source: M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized Multi-Character Motion Editing", ACM
 Transactions on Graphics 28 (2009), Laplacian editing of paths.
@@ -42,21 +43,40 @@ from motiondb.scene.timing.timeline import (
 )
 
 WITHIN, BEYOND = 0.8, 0.95
-"""Shares of a rule's tolerance c_k: to which it is fulfilled, and beyond which it is edited."""
+"""Fractions of a rule's tolerance c_k: to which it is fulfilled, and from which on it is edited.
+
+Chosen by hand: the gap keeps corrections from being repeated for rounding errors."""
 SLACK = 0.03
-"""Metres by which distances and discs are kept clear of their bounds."""
+"""Margin of distances and discs inside their bounds, m. Chosen by hand."""
 MOST_ROUNDS = 60
+"""Most rounds of projection. Chosen by hand; most scenes settle within ten."""
 OWN_SHARE = 0.8
-"""Share of a correction between two players that falls to whose rule it is."""
+"""Fraction of a correction between two players for the one whose rule it is. Chosen by hand."""
 _BEND, _RETURN, _HOLD = 60.0, 1.0 / 60.0**2, 50.0
+"""b, c, and the weight of held frames: changes spread over about 60 frames. Chosen by hand."""
 _RETURN_TURNS = 1.0 / 15.0**2
+"""c of headings: turns spread over about 15 frames. Chosen by hand."""
 _STANDING, _WALKING = 8.0, 0.6
-"""How much stiffer standing is than moving, and the metres a second that count as moving."""
+"""How much stiffer standing is than moving, and the speed of moving, m/s. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
 class Facing:
-    """``player`` at ``frames`` is to face where ``target`` is at frames ``seen``; radians off."""
+    """A player has to face another one.
+
+    Attributes
+    ----------
+    player : int
+        The player.
+    frames : array of int
+        Frames at which they face.
+    target : int
+        The other player.
+    seen : array of int
+        Frames at which the other player's place counts.
+    tolerance : float, rad
+        Accepted deviation.
+    """
 
     player: int
     frames: IntArray
@@ -67,7 +87,17 @@ class Facing:
 
 @dataclass(frozen=True, eq=False)
 class Edited:
-    """The edited timeline, and in how many rounds; 0 rounds: nothing had to be edited."""
+    """The result of editing paths.
+
+    Attributes
+    ----------
+    timeline : Timeline
+        The edited timeline.
+    rounds : int
+        Number of rounds; 0 if nothing had to be edited.
+    settled : bool
+        Whether all rules of place hold.
+    """
 
     timeline: Timeline
     rounds: int
@@ -75,7 +105,7 @@ class Edited:
 
 
 class _Held:
-    """Places or headings held at frames of one player: what the rows of great weight say."""
+    """Places or headings held at frames of one player: the rows of great weight."""
 
     def __init__(self, n_frames: int, n_values: int) -> None:
         self.weight = np.zeros(n_frames)
@@ -84,12 +114,12 @@ class _Held:
         self._count = np.zeros(n_frames)
 
     def move(self, frames: IntArray, by: FloatArray) -> None:
-        """Note corrections (frames, values) of where frames are now."""
+        """Add corrections (frames, values) of where frames are now."""
         np.add.at(self._moved, frames, by)
         np.add.at(self._count, frames, 1.0)
 
     def settle(self, now: FloatArray) -> bool:
-        """Hold the corrected frames, from where they are ``now``; whether there were any."""
+        """Hold the corrected frames, relative to ``now``; return whether there were any."""
         some = self._count > 0.0
         known = (self.weight > 0.0)[:, None]
         since = np.where(known, self.value, now)  # held already: pull farther
@@ -107,16 +137,23 @@ def edit_paths(
     before: Timeline | None = None,
     radius: float = RADIUS,
 ) -> Edited:
-    """The timeline with all ways edited so that the rules of a table hold, and nobody overlaps.
+    """Return the timeline with all paths edited so that the rules hold and no players overlap.
 
     Parameters
     ----------
-    spliced : the steps and turns to keep.
-    wished : array (players, frames, 3), where everybody would be best, drift of splicing undone.
-    facings : more directions to be kept than the table has.
-    before : a timeline of the same times that tells at which frames a share of a way is behind;
-        default ``spliced``.
-    radius : metres round everybody that nobody else's come into.
+    table : RuleTable
+        The rules.
+    spliced : Timeline
+        The steps and turns to keep.
+    wished : array (players, frames, 3), m and rad
+        Where every player would be without the drift of splicing.
+    facings : tuple of Facing
+        Further directions to keep.
+    before : Timeline or None
+        A timeline of the same times, by which fractions of a distance are found; by default
+        ``spliced``.
+    radius : float, m
+        Radius of the discs that must not overlap.
     """
     before = before or spliced
     n_players, n_frames, _ = spliced.places.shape
@@ -147,12 +184,12 @@ def edit_paths(
 
 
 def _about(row: np.void) -> frozenset[int]:
-    """The players whose places a rule looks at."""
+    """Return the players whose places a rule depends on."""
     return frozenset(int(row[name]) for name in ("player", "target", "other") if row[name] >= 0)
 
 
 def _solve(path: FloatArray, wished: FloatArray, turned: _Held, held: _Held) -> FloatArray:
-    """One player's edited way: array (frames, 3)."""
+    """Return one player's edited path: array (frames, 3)."""
     step = np.diff(path, axis=0)
     speed = np.linalg.norm(step[:, :2], axis=1) * MOTION_FPS
     stiff = 1.0 + _STANDING * np.clip(1.0 - speed / _WALKING, 0.0, 1.0)
@@ -170,7 +207,7 @@ def _solve(path: FloatArray, wished: FloatArray, turned: _Held, held: _Held) -> 
 def _displace(
     stiff: FloatArray, wished: FloatArray, held: _Held, now: FloatArray, back: float = _RETURN
 ) -> FloatArray:
-    """Displacements u (frames, values): least a |du|^2 + b |ddu|^2 + c |u - wished|^2, held."""
+    """Return displacements u (frames, values): least a |du|^2 + b |ddu|^2 + c |u - wished|^2."""
     from scipy.linalg import solveh_banded
 
     n_frames = len(wished)
@@ -197,7 +234,7 @@ def _correct(
     places: list[_Held],
     turns: list[_Held],
 ) -> None:
-    """Where a rule fails, note what has to move, and by how much."""
+    """Note what has to move, and by how much, where a rule fails."""
     kind = row["kind"]
     if kind in (kinds.UNMET, kinds.SYNCHRONISATION):
         return
@@ -229,10 +266,10 @@ def _correct(
 
 
 def _face(facing: Facing, timeline: Timeline, turns: list[_Held]) -> None:
-    """Turn who is not facing what they should."""
+    """Turn a player who does not face the target."""
     own = timeline.places[facing.player, facing.frames]
     away = timeline.places[facing.target, facing.seen, :2] - own[:, :2]
-    off = np.unwrap(own[:, 2] - np.arctan2(away[:, 0], away[:, 1]))  # all one way round
+    off = np.unwrap(own[:, 2] - np.arctan2(away[:, 0], away[:, 1]))  # all in one direction
     off -= 2.0 * math.pi * np.rint(off.mean() / (2.0 * math.pi))
     _bring(turns[facing.player], facing.frames, off, facing.tolerance)
 
@@ -245,14 +282,14 @@ def _turn(
 
 
 def _bring(turned: _Held, frames: IntArray, off: FloatArray, tolerance: float) -> None:
-    """Turn by what headings are ``off`` (frames,), radians, beyond a tolerance."""
+    """Turn by what headings are ``off`` (frames,), rad, beyond a tolerance."""
     bad = np.abs(off) > tolerance * BEYOND
     by = np.sign(off) * tolerance * WITHIN - off
     turned.move(frames[bad], by[bad][:, None])
 
 
 def _apart(own: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Unit vectors (frames, 2) from target to own, some direction where they are one; metres."""
+    """Return unit vectors (frames, 2) from target to place, and distances, m."""
     away = own - target
     apart = np.linalg.norm(away, axis=1)
     away = np.where(apart[:, None] > 1e-9, away / np.maximum(apart, 1e-9)[:, None], [0.0, 1.0])

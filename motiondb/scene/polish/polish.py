@@ -1,10 +1,10 @@
-"""Polishing: what sampling leaves over is taken out by editing time, ways and bodies.
+"""Polishing: the remaining errors of a sampled scene are removed by editing time, paths and bodies.
 
-In this order: clips and pauses are scheduled and spliced; time is bent so that synchronisations
-meet, ways so that rules of place hold and nobody overlaps (which changes how long balls fly, so
-both are done again, and all of it in less of a hurry where rules stay broken); who waits turns to
-the ball; seams are blended and feet held, or take small steps; hands are brought to the ball, and
-heads may follow it.
+The steps are these. Clips and pauses are scheduled and spliced. Time is bent so that
+synchronisations hold, and paths so that rules of place hold and no players overlap. The paths
+change how long balls fly, so both are repeated. If rules stay broken, everything is repeated with a
+longer scene. Waiting players turn to the ball. Seams are blended, and feet are held or take small
+steps. Hands are moved to the ball, and heads may follow it.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), end of section 3.2, after M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized
@@ -29,8 +29,8 @@ from motiondb.scene.energy.collisions import RADIUS
 from motiondb.scene.energy.rule_table import RuleTable
 from motiondb.scene.energy.scene_state import SceneState
 from motiondb.scene.polish.facing import turn_who_waits
-from motiondb.scene.polish.joint_edits import joint_edits
 from motiondb.scene.polish.path_editing import Edited, Facing, edit_paths
+from motiondb.scene.polish.placed import Placed, place_player
 from motiondb.scene.polish.separation import COMFORT, overlaps
 from motiondb.scene.polish.splicing import Shelf, Spliced, show, splice, standing
 from motiondb.scene.timing.playing import Part, Playing
@@ -40,65 +40,50 @@ from motiondb.scene.timing.timeline import Timeline, excess, lag_of, own_places,
 from motiondb.scene.timing.waiting import ON_GUARD, lead_in, lead_out
 
 _LEAST, _PATIENCE, _MOST = 2, 3, 8
-"""How often time and ways are edited in turn, as balls fly as far as the ways say: at least, before
-giving up where it does not get better, and at most."""
+"""Rounds of editing time and paths in turn: at least, before giving up without progress, at most.
+
+They depend on each other through the flight of balls. Chosen by hand."""
 _MIDDLE = 0.3
+"""Radius of the discs, m, between :data:`COMFORT` and :data:`RADIUS`. Chosen by hand."""
 _WAYS = (
     *((hurry, radius, True) for radius, hurry in product((COMFORT, _MIDDLE), (1.0, 0.5))),
     *product((1.0,), (COMFORT, _MIDDLE), (False,)),
     *product((0.2,), (COMFORT, RADIUS), (True, False)),
     *product((0.0,), (RADIUS,), (True, False)),
 )
-"""What a frame of the scene costs, how far people stay apart, and whether who catches or guards
-turns to the ball or the opponent: tried one after another, until every rule holds."""
+"""Ways to polish, tried in this order until every rule holds: the cost of a frame of the scene, the
+radius of the discs that players keep apart, and whether catchers turn to the ball and guards to the
+opponent. Chosen by hand, from the best looking to the most permissive."""
 _FAR, _NEARLY = 1.0, 2e-3
-"""For who is in haste: faults that no room or facing mends, so that hurry is eased at once, and
-those that are nothing to look for another way for (weights of rules)."""
+"""Limits of the fault of a way (see :func:`_fault`) for ``haste``. Above the first, other radii and
+facings will not help, and the next schedule is tried at once. Up to the second, the way is accepted
+although a rule fails slightly. Chosen by hand."""
 _FASTEST = 7.0
-"""Metres a second that nobody should be edited into."""
+"""Speed of the pelvis, m/s, above which a way counts as faulty: a fast run of untrained people."""
 CATCH_FACING = np.radians(75.0)
-"""Radians from the ball that whoever catches it may face."""
+"""Largest angle between the ball and the heading of its catcher, rad. Chosen by hand."""
 GUARD_FACING = np.radians(45.0)
-"""Radians from the opponent that whoever guards may face."""
+"""Largest angle between the opponent and the heading of a guard, rad. Chosen by hand."""
 _EVERY = 4
-"""Frames between those at which guards are looked at."""
+"""Frames between those at which guards are checked. Chosen by hand."""
 _Plan = tuple[tuple[tuple[Part, ...], ...], tuple[float, ...]]
-"""What everybody plays, and when they begin: equal where two schedules are."""
-
-
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """One player of the polished scene, and where each frame comes from.
-
-    Attributes
-    ----------
-    player : name.
-    captures, licences : what frames come from.
-    source_numbers : array (frames,), into ``captures``; source_frames : the capture's frame, may
-        lie between two.
-    warps : array (frames,), frames of the source per frame; 0 where a pose is held, below 0 where
-        who waits is shown backwards.
-    edits : per frame what was done to it.
-    clips : array (frames,), which of the player's actions it belongs to; waiting to the first or
-        the last.
-    """
-
-    player: str
-    motion: Motion
-    captures: tuple[str, ...]
-    licences: tuple[str, ...]
-    source_numbers: IntArray
-    source_frames: FloatArray
-    warps: FloatArray
-    edits: tuple[str, ...]
-    clips: IntArray
+"""What every player plays, and when they begin; equal for equal schedules."""
 
 
 @dataclass(frozen=True, eq=False)
 class PolishedScene:
-    """All players, the ball (None where nobody has one), and the timeline that came out.
+    """A polished scene.
 
-    ``settled`` says whether every rule of place could be made true; the report says which not.
+    Attributes
+    ----------
+    players : tuple of Placed
+        The players.
+    ball : Ball or None
+        The ball, or None if nobody has one.
+    timeline : Timeline
+        The timeline after editing.
+    settled : bool
+        Whether every rule of place could be made true; the report says which could not.
     """
 
     players: tuple[Placed, ...]
@@ -115,19 +100,28 @@ def polish(
     gaze: bool = True,
     haste: bool = False,
 ) -> PolishedScene:
-    """Make a sampled scene fit.
+    """Return a sampled scene as motions in which its rules hold as far as possible.
 
     Parameters
     ----------
-    motions : capture name -> motion of the whole capture, of all entries that the state has.
-    table : the rules of the state's trees.
-    gaze : whether heads follow the ball.
-    haste : leave out ways that seldom help, as is enough for a scene that was polished before and
-        changed little.
+    state : SceneState
+        The sampled scene.
+    library : ClipLibrary
+        The clips.
+    motions : dict of str to Motion
+        Motions of whole captures by name, for all entries of the state.
+    table : RuleTable
+        The rules of the state's trees.
+    gaze : bool
+        Whether heads follow the ball.
+    haste : bool
+        Leave out attempts that seldom help, for a scene that was polished before and changed
+        little.
 
     Raises
     ------
-    SceneError : a capture is not among the motions.
+    SceneError
+        A capture is not among the motions.
     """
     best = _best(state, library, motions, table, haste)
     timeline = best.edited.timeline
@@ -146,7 +140,9 @@ def polish(
     if acts and ball is not None and gaze:
         held = look(acts, ball.positions, held)
     players = tuple(
-        _placed(table.players[n], (one, held[n]), best.spliced[n], best.maps[n], table.actions[n])
+        place_player(
+            table.players[n], (one, held[n]), best.spliced[n], best.maps[n], table.actions[n]
+        )
         for n, one in enumerate(shown)
     )
     return PolishedScene(players, ball, timeline, best.edited.settled)
@@ -154,7 +150,7 @@ def polish(
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """A scene in edited time on edited ways; ``fault``: how far rules fail, 0 if all is well."""
+    """A scene with edited time and paths; ``fault`` is how far rules fail, 0 if all hold."""
 
     spliced: list[Spliced]
     maps: tuple[TimeMap, ...]
@@ -169,11 +165,11 @@ def _best(
     table: RuleTable,
     haste: bool = False,
 ) -> _Tried:
-    """The first of :data:`_WAYS` in which every rule holds, else that in which they fail least.
+    """Return the first of :data:`_WAYS` in which every rule holds, else that of least fault.
 
-    What ways have in common is done once: schedules of the same hurry, what they splice, and
-    everything where two hurries lead to the same schedule. In haste a plan that fails by far is
-    given up, and one that nearly holds is taken.
+    Work that ways have in common is done once: schedules of the same hurry, their splices, and
+    everything if two hurries lead to the same schedule. With ``haste`` a schedule that fails by far
+    is abandoned, and one that nearly holds is accepted.
     """
     schedules: dict[float, Scheduled] = {}
     spliced: dict[_Plan, list[Spliced]] = {}
@@ -200,7 +196,7 @@ def _best(
 
 
 def _fault(table: RuleTable, edited: Edited) -> float:
-    """How far rules fail; more where somebody overlaps, or goes faster than people do."""
+    """Return how far rules fail, plus overlaps, m, and speed above :data:`_FASTEST`, m/s."""
     places = edited.timeline.places[:, :, :2]
     pace = np.linalg.norm(np.diff(places, axis=1), axis=2).max() * MOTION_FPS
     depth = sum(overlap.depth for overlap in overlaps(table, edited.timeline))
@@ -218,7 +214,7 @@ def _edit(
     played: tuple[Scheduled, list[Spliced]],
     how: tuple[float, bool],
 ) -> tuple[tuple[TimeMap, ...], Edited]:
-    """Time and ways, edited in turn."""
+    """Edit time and paths in turn."""
     scheduled, spliced = played
     playing, partners = scheduled.playing, scheduled.partners
     knots = [own.knots.astype(float) for own in playing]
@@ -265,7 +261,7 @@ def _spliced(
     scheduled: Scheduled,
     shelf: Shelf,
 ) -> list[Spliced]:
-    """Everybody's clips, with what they do while they wait."""
+    """Return every player's clips, with what they do while they wait."""
     longest, found = scene_bound(scheduled), []
     for player, playing in zip(state.players, scheduled.playing, strict=True):
         entries = np.asarray(player.entries)
@@ -279,13 +275,13 @@ def _spliced(
 
 
 def _read(places: FloatArray, at: FloatArray) -> FloatArray:
-    """Places (rows, 3) between rows; the ends are held."""
+    """Return places (rows, 3) between rows; the ends are held."""
     rows = np.arange(len(places))
     return np.column_stack([np.interp(at, rows, column) for column in places.T])
 
 
 def _lasting(places: FloatArray, n_frames: int) -> FloatArray:
-    """Ways (players, any, 3) cut, or their ends held, to last ``n_frames``."""
+    """Return paths (players, any, 3) cut, or with their ends held, to ``n_frames``."""
     return places[:, np.minimum(np.arange(n_frames), places.shape[1] - 1)]
 
 
@@ -300,7 +296,7 @@ def _length(
     maps: tuple[TimeMap, ...],
     playing: tuple[Playing, ...],
 ) -> int:
-    """Frames of the scene: until the last player stands, and until a shot ball has come down."""
+    """Return the frames of the scene: until the last player stands and a shot ball is down."""
     length = 0.0
     for p, (times, own) in enumerate(zip(maps, playing, strict=True)):
         ends = times.frame_of(own.ends) + after_clips(library, state, table, p)
@@ -311,7 +307,7 @@ def _length(
 def _meetings(
     table: RuleTable, now: Timeline, playing: tuple[Playing, ...], partners: tuple[int, ...]
 ) -> list[Meeting]:
-    """What is to happen together, with how long balls fly as everybody stands now."""
+    """Return the synchronisations, with the time that balls fly between the present places."""
     found = []
     for number, row in enumerate(table.rows):
         if row["kind"] != kinds.SYNCHRONISATION:
@@ -329,7 +325,7 @@ def _facings(
     partners: tuple[int, ...],
     times: Timeline,
 ) -> tuple[Facing, ...]:
-    """Who catches faces where the ball comes from, and who guards the opponent, more or less."""
+    """Return that catchers face where the ball comes from, and guards their opponent."""
     found: list[Facing] = []
     guards: dict[tuple[int, int], list[IntArray]] = {}
     for number, row in enumerate(table.rows):
@@ -348,45 +344,6 @@ def _facings(
             frames = np.arange(since, max(end, since + 1), _EVERY)
             guards.setdefault((player, int(row["target"])), []).append(frames)
     for (player, target), parts in guards.items():
-        frames = np.unique(np.concatenate(parts))  # all at once, so that nobody spins between two
+        frames = np.unique(np.concatenate(parts))  # all at once, so that the turn is continuous
         found.append(Facing(player, frames, target, frames, GUARD_FACING))
     return tuple(found)
-
-
-def _placed(
-    name: str,
-    bodies: tuple[Motion, Motion],
-    spliced: Spliced,
-    times: TimeMap,
-    actions: tuple[str, ...],
-) -> Placed:
-    """A player with where each frame comes from; motions before and after arms and head moved."""
-    motion, moved = bodies[1], joint_edits(*bodies)
-    clock = np.arange(motion.n_frames, dtype=float)
-    source = times.source_at(clock)
-    at = spliced.rows(source)
-    held = at != source + spliced.lead
-    frames, rate = spliced.shown_frames(at)
-    nearest = np.rint(at).astype(np.int64)
-    numbers, shares = spliced.part[nearest].tolist(), spliced.shares[nearest].tolist()
-    sources = [part.source for part in spliced.parts]
-    captures = tuple(dict.fromkeys(sources[number].capture for number in numbers))
-    licence = {source.capture: source.licence for source in sources}
-    edits = []
-    for frame, (number, share) in enumerate(zip(numbers, shares, strict=True)):
-        part = spliced.parts[number]
-        said = [part.source.edit, f"blend {share:.2f}" if share < 1.0 else ""]
-        said += ["waits" if part.waits else "", "way edited, feet held"]
-        said += [edit for edit, frames in moved.items() if frames[frame]]
-        edits.append(", ".join(word for word in said if word))
-    return Placed(
-        name,
-        motion,
-        captures,
-        tuple(licence[capture] for capture in captures),
-        np.array([captures.index(sources[number].capture) for number in numbers]),
-        frames,
-        np.where(held, 0.0, rate * times.slope_at(clock)),
-        tuple(edits),
-        np.clip([spliced.parts[number].clip for number in numbers], 0, len(actions) - 1),
-    )

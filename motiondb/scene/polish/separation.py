@@ -1,7 +1,7 @@
-"""Discs on the ground pushed apart, and what of them overlaps.
+"""Discs on the ground: which players overlap, and how they are moved apart.
 
-Everybody is a disc round the pelvis as in :mod:`.collisions`; those who are to touch have smaller
-ones about their contact.
+Every player is a disc around the pelvis as in :mod:`motiondb.scene.energy.collisions`. Players who
+are meant to touch have smaller discs around their contact.
 """
 
 from __future__ import annotations
@@ -18,12 +18,26 @@ from motiondb.scene.energy.rule_table import RuleTable
 from motiondb.scene.timing.timeline import Timeline, contact_frames
 
 COMFORT = 0.36
-"""Metres round the pelvis that keep arms, and a ball in the hands, out of other people."""
+"""Radius, m, that keeps arms, and a ball in the hands, away from other players. Chosen by hand."""
 
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two players touch from frame ``start`` to before ``end``, by ``depth`` metres at most."""
+    """Two players touch.
+
+    Attributes
+    ----------
+    first : int
+        Index of a player.
+    second : int
+        Index of the other.
+    start : int
+        First frame.
+    end : int
+        Frame after the last.
+    depth : float, m
+        Largest overlap.
+    """
 
     first: int
     second: int
@@ -35,9 +49,10 @@ class Overlap:
 def depths(
     table: RuleTable, timeline: Timeline, radius: float = RADIUS
 ) -> Iterator[tuple[int, int, FloatArray]]:
-    """For every pair of players by how much their discs overlap: arrays (frames,), metres.
+    """Yield for every pair of players the overlap of their discs: arrays (frames,), m.
 
-    Negative where they are apart. Those who are to touch at some time have the usual discs.
+    It is negative where they are apart. Players who are meant to touch at some time have the usual
+    discs.
     """
     n_players = len(timeline.places)
     may_touch = contact_frames(table, timeline, CONTACT_FRAMES)
@@ -50,7 +65,7 @@ def depths(
 
 
 def overlaps(table: RuleTable, timeline: Timeline) -> tuple[Overlap, ...]:
-    """Who touches whom that should not, when, and how deep."""
+    """Return which players touch who should not, when, and how deep."""
     found = []
     for q, p, depth in depths(table, timeline):
         for start, end in runs(depth > 1e-9):
@@ -61,7 +76,7 @@ def overlaps(table: RuleTable, timeline: Timeline) -> tuple[Overlap, ...]:
 def pushes(
     table: RuleTable, timeline: Timeline, slack: float, radius: float = RADIUS
 ) -> Iterator[tuple[int, IntArray, FloatArray]]:
-    """Player, frames and displacements (frames, 2) that put overlapping discs ``slack`` apart."""
+    """Yield player, frames and displacements (frames, 2) that put discs ``slack`` apart."""
     for q, p, depth in depths(table, timeline, radius):
         frames = np.flatnonzero(depth > 1e-9)
         if len(frames) == 0:

@@ -1,13 +1,12 @@
-"""A player's clips spliced into one motion, shown in edited time on an edited way.
+"""A player's clips spliced into one motion, and shown in edited time on an edited path.
 
-Every clip is taken from its capture with some frames more at both ends, mirrored, bent and
-stretched as its entry says; neighbours are cross-faded by :mod:`motiondb.generate.stitching`, their
-ways as steps and turns, their poses as rotations relative to the heading. Who waits before or
-behind their string, or between two clips of it, does not freeze: a clip in place is played to and
-fro.
-What comes out has the frames of the string, one after the other, and knows of each which frame of
-which clip it is. Then time is read at the frames of the scene (poses interpolated along the
-shortest arc), the edited way is put under the poses, and feet are held where they stand.
+Every clip is taken from its capture with more frames at both ends, mirrored, bent and stretched
+like its entry. Neighbours are cross-faded by :mod:`motiondb.generate.stitching`: their paths as
+steps and turns, their poses as rotations relative to the heading. A player who waits does not
+freeze: a clip in place is played forwards and backwards. The result has the frames of the string in
+order, and the clip and frame that each comes from. To show it, time is read at the frames of the
+scene (poses interpolated along the shortest arc), the edited path replaces the own one, and feet
+are held where they stand.
 """
 
 from __future__ import annotations
@@ -31,24 +30,36 @@ from motiondb.scene.polish.stepping import step_feet
 from motiondb.scene.timing.playing import Part
 
 _MARGIN = 20
-"""Frames of the capture round a clip that are looked at: its blend, and how velocities begin."""
+"""Frames of the capture around a clip that are used: for the blend, and for velocities at its
+ends."""
 _HALF = BLEND_FRAMES // 2
+"""Frames of a blend on each side of a seam."""
 
 
 @dataclass(frozen=True, eq=False)
 class Spliced:
-    """A player's string as one stretch of frames, at the pace of the captures.
+    """A player's string as one sequence of frames, at the pace of the captures.
 
     Attributes
     ----------
-    lead : frames of waiting before the string's own first.
-    places : array (frames, 3), the way as spliced, from the first clip's place.
-    heights : array (frames,), of the pelvis, metres.
-    rotations : array (frames, 21, 4), local, the pelvis's relative to the heading.
-    parts : what was spliced; part : array (frames,), the number of that which weighs most.
-    source_frames : array (frames,), its frame of the capture.
-    shares : array (frames,), its weight, 1 away from seams.
-    contacts : array (frames, 2), whether the left and the right foot stand in the capture.
+    lead : int
+        Frames of waiting before the string's first.
+    places : array (frames, 3), m and rad
+        The path as spliced, from the first clip's place.
+    heights : array (frames,), m
+        Height of the pelvis.
+    rotations : array (frames, 21, 4)
+        Local rotations; that of the pelvis is relative to the heading.
+    parts : tuple of Part
+        What was spliced.
+    part : array of int (frames,)
+        Index of the part with the largest weight.
+    source_frames : array of int (frames,)
+        Its frame of the capture.
+    shares : array (frames,)
+        Its weight; 1 away from seams.
+    contacts : array of bool (frames, 2)
+        Whether the left and the right foot stand in the capture.
     """
 
     lead: int
@@ -72,14 +83,14 @@ class Spliced:
         return np.array([part.waits for part in self.parts])[self.part]
 
     def rows(self, source: FloatArray) -> FloatArray:
-        """Rows of the arrays, between two, at frames of the string; the ends are held."""
+        """Return rows of the arrays, possibly between two, at frames of the string, ends held."""
         return np.clip(source + self.lead, 0.0, self.n_frames - 1.0)
 
     def shown_frames(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The capture's frames at rows ``at``, and how many of them go by in a row.
+        """Return the capture's frames at rows ``at``, and how many of them pass in a row.
 
-        Between two rows of one part a frame lies between theirs; where another part begins it is
-        the nearer row's, as between frames of two captures there is none.
+        Between two rows of one part a frame lies between theirs. Where another part begins it is
+        that of the nearer row, because there is no frame between those of two captures.
         """
         before, nearest = np.floor(at).astype(np.int64), np.rint(at).astype(np.int64)
         after = np.minimum(before + 1, self.n_frames - 1)
@@ -90,7 +101,7 @@ class Spliced:
 
 @dataclass(frozen=True, eq=False)
 class Taken:
-    """A source with its margins, as it is spliced in: path values, rotations, frames, contacts."""
+    """A source with its margins: path values, rotations, frames, contacts."""
 
     path: FloatArray
     rotations: FloatArray
@@ -108,16 +119,23 @@ def splice(
     origin: FloatArray,
     shelf: Shelf | None = None,
 ) -> Spliced:
-    """Parts one after another, the first of the string beginning at ``origin`` (x, z, theta).
+    """Return parts one after another, the string's first one beginning at ``origin``.
 
     Parameters
     ----------
-    parts : of the string, with those before it, whose ``clip`` is -1, and behind.
-    shelf : of the same motions; what is taken is left there for the next splice.
+    parts : sequence of Part
+        Of the string, with those before it, whose ``clip`` is -1, and after it.
+    motions : dict of str to Motion
+        Motions of whole captures by name.
+    origin : array (3,), m and rad
+        x, z, heading.
+    shelf : Shelf or None
+        Sources taken from the same motions; new ones are added.
 
     Raises
     ------
-    SceneError : a capture is not among the motions.
+    SceneError
+        A capture is not among the motions.
     """
     shelf = {} if shelf is None else shelf
     played, pieces = {}, []
@@ -154,7 +172,7 @@ def splice(
 
 
 def _taken(source: ClipSource, motions: Mapping[str, Motion], waits: bool) -> Taken:
-    """A source's frames, with those that blend with its neighbours unless somebody waits in it."""
+    """Return a source's frames; with those that blend with its neighbours unless it is waiting."""
     inside, around = _cut(source, motions)
     if waits:
         path, turned = pose_vectors.to_path(clip_motion(inside, around))
@@ -167,14 +185,14 @@ def _taken(source: ClipSource, motions: Mapping[str, Motion], waits: bool) -> Ta
 
 
 def _contacts(source: ClipSource, motion: Motion, n_frames: int) -> NDArray[np.bool_]:
-    """Feet that stand in the capture, at the clip's frames and its margin: array (frames, 2)."""
+    """Return the feet that stand in the capture at a clip and its margin: array (frames, 2)."""
     found = find_contacts(retarget.motion_positions(motion, FEET)[0])
     found = found[:, ::-1] if source.mirrored else found
     return found[np.clip(source.start - _HALF + np.arange(n_frames), 0, len(found) - 1)]
 
 
 def _waiting(taken: Taken, n_frames: int) -> Taken:
-    """A source played forth and back for ``n_frames``."""
+    """Return a source played forwards and backwards for ``n_frames``."""
     length = len(taken.path)
     there = np.arange(n_frames) % max(2 * length - 2, 1)
     which = np.where(there < length, there, 2 * length - 2 - there)
@@ -186,7 +204,7 @@ def _waiting(taken: Taken, n_frames: int) -> Taken:
 
 
 def _ways(path: FloatArray, origin: FloatArray, begin: int) -> FloatArray:
-    """The way of path values (frames, 4) that is at ``origin`` at frame ``begin``: (frames, 3)."""
+    """Return the path of path values (frames, 4) that is at ``origin`` at frame ``begin``."""
     turns = np.concatenate([[0.0], np.cumsum(path[:-1, 3])]) / MOTION_FPS
     c, s = np.cos(turns), np.sin(turns)
     x, z = path[:, 1], path[:, 2]
@@ -196,7 +214,7 @@ def _ways(path: FloatArray, origin: FloatArray, begin: int) -> FloatArray:
 
 
 def _cut(source: ClipSource, motions: Mapping[str, Motion]) -> tuple[ClipSource, dict[str, Motion]]:
-    """A clip's source in the part of its capture round it, and that part."""
+    """Return a clip's source relative to a part of its capture around it, and that part."""
     if source.capture not in motions:
         raise SceneError(
             f"{source.capture}: expected the capture that a clip was taken from, found none of"
@@ -212,9 +230,9 @@ def _cut(source: ClipSource, motions: Mapping[str, Motion]) -> tuple[ClipSource,
 
 
 def show(spliced: Spliced, at: FloatArray, places: FloatArray) -> Motion:
-    """The motion that shows rows ``at`` (frames,), between two, on a way (frames, 3), feet held.
+    """Return the motion that shows rows ``at`` (frames,) on a path (frames, 3), with feet held.
 
-    Who waits stands, and takes small steps where the way turns or shifts.
+    A player who waits stands, and takes small steps where the path turns or shifts.
     """
     before = np.floor(at).astype(np.int64)
     after = np.minimum(before + 1, spliced.n_frames - 1)
@@ -236,7 +254,7 @@ def show(spliced: Spliced, at: FloatArray, places: FloatArray) -> Motion:
 
 
 def standing(spliced: Spliced, at: FloatArray) -> NDArray[np.bool_]:
-    """At which of the rows ``at`` somebody waits and has come to rest: array (frames,)."""
+    """Return at which of the rows ``at`` the player waits and has come to rest: array (frames,)."""
     waits = spliced.waits[np.rint(at).astype(np.int64)]
     for start, end in runs(waits):
         if start > 0:

@@ -1,10 +1,10 @@
-"""Small steps of who stands: feet stay where they are until the body has turned or moved too far.
+"""Small steps in place: feet stay where they are until the body has turned or moved too far.
 
-A body that is turned or shifted under a clip of standing would drag its feet, or twist its legs.
-While somebody waits each foot has a place of its own: it stays, until where the clip would have it
-is 9 cm or 25 degrees away. Then, if the other foot is down, it is lifted and set down, in 0.3 s,
-where the clip will have it. Before the wait ends, both feet step to where the next clip
-has them.
+A body that is turned or shifted over a clip of standing would drag its feet or twist its legs.
+While a player waits, each foot has its own place. It stays there until it is 9 cm or 25 degrees
+from where the clip would have it. Then, if the other foot is down, it is lifted and set down within
+0.3 s where the clip will have it. Before the wait ends, both feet step to where the next clip has
+them.
 """
 
 from __future__ import annotations
@@ -19,23 +19,28 @@ from motiondb.pose.features import runs
 from motiondb.records import FloatArray, Motion
 
 SWING = 9
-"""Frames of a step."""
+"""Frames of a step: 0.3 s. Chosen by hand."""
 LIFT = 0.07
-"""Metres to which a stepping foot is raised."""
+"""Height to which a stepping foot is raised, m. Chosen by hand."""
 APART, TURNED = 0.09, np.radians(25.0)
-"""Metres and radians from its place at which a foot steps."""
+"""Distance, m, and turn, rad, from its place at which a foot steps. Chosen by hand."""
 _SETTLED, _SOLE = 0.015, 0.02
+"""Distance, m, at which a foot needs no last step; lowest height of a toe, m. Chosen by hand."""
 _I = body.INDEX
 
 
 def footing(wanted: FloatArray, leading: bool) -> FloatArray:
-    """Both feet's places while somebody stands: array (frames, 2, 4), x, y, z and heading.
+    """Return both feet's places while a player stands: array (frames, 2, 4), x, y, z and heading.
 
     Parameters
     ----------
-    wanted : array (frames, 2, 4), where the clip would have the left and the right foot.
-    leading : whether the last frame is where another clip goes on.
+    wanted : array (frames, 2, 4), m and rad
+        Where the clip would have the left and the right foot.
+    leading : bool
+        Whether another clip continues after the last frame.
 
+    Examples
+    --------
     >>> still = np.zeros((40, 2, 4))
     >>> bool((footing(still, True) == 0.0).all())
     True
@@ -64,12 +69,12 @@ def footing(wanted: FloatArray, leading: bool) -> FloatArray:
 
 
 def _fading(n_frames: int) -> FloatArray:
-    """From 1 to 0 within a step, array (frames, 1)."""
+    """Return weights from 1 to 0 within a step, array (frames, 1)."""
     return np.clip(1.0 - np.arange(n_frames) / SWING, 0.0, 1.0)[:, None]
 
 
 def _off(now: FloatArray, wanted: FloatArray) -> float:
-    """How far a foot is from where it should be, metres: 25 degrees count as 9 cm."""
+    """Return how far a foot is from where it should be, m; 25 degrees count as 9 cm."""
     turn = abs(float(now[3] - wanted[3])) * APART / TURNED
     return max(float(np.hypot(now[0] - wanted[0], now[2] - wanted[2])), turn)
 
@@ -88,7 +93,7 @@ def _step(places: FloatArray, to: FloatArray, frame: int) -> None:
 
 
 def step_feet(motion: Motion, waits: NDArray[np.bool_]) -> Motion:
-    """The motion with its feet standing or stepping while it ``waits``, array (frames,)."""
+    """Return the motion with its feet standing or stepping while it ``waits``, array (frames,)."""
     if not waits.any():
         return motion
     positions, world = retarget.motion_positions(motion)
@@ -121,7 +126,7 @@ def step_feet(motion: Motion, waits: NDArray[np.bool_]) -> Motion:
 
 
 def _wanted(positions: FloatArray, world: FloatArray) -> FloatArray:
-    """Ankles and the body's heading: array (frames, 2, 4)."""
+    """Return ankles and the heading of the body: array (frames, 2, 4)."""
     heading = np.unwrap(features.headings(world))
     feet = positions[:, [_I["l_ankle"], _I["r_ankle"]]]
     return np.concatenate([feet, np.repeat(heading[:, None, None], 2, axis=1)], axis=2)

@@ -1,4 +1,4 @@
-"""The first scene: derivations that do what the diagram asks, with any clips.
+"""The first scene: derivations that do what the diagram asks, with random clips.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 5, "Bootstrapping".
@@ -17,7 +17,7 @@ from motiondb.scene.sampling.random_subtrees import Derivation, Derivations
 
 
 def bootstrap(play: Play, rng: np.random.Generator) -> SceneState:
-    """A random scene of g_user = 0: derivations and clips by chance, origins and delays by rule."""
+    """Return a random scene with g_user = 0: random strings and clips, best origins and delays."""
     players = []
     for player, (one, derivations) in enumerate(
         zip(play.binder.diagram.players, play.derivations, strict=True)
@@ -33,14 +33,16 @@ def bootstrap(play: Play, rng: np.random.Generator) -> SceneState:
 
 
 _TRIES = 1000
+"""Draws before giving up. A grammar that needs more has almost no short strings."""
 
 
 def first_derivation(derivations: Derivations, rng: np.random.Generator, most: int) -> Derivation:
-    """A random derivation that fits the expression, of 1 to ``most`` actions.
+    """Return a random derivation that fits the expression, of 1 to ``most`` actions.
 
     Raises
     ------
-    SceneError where none of many is short enough.
+    SceneError
+        None of many draws is short enough.
     """
     start, last = derivations.grammar.start, derivations.n_states - 1
     for _ in range(_TRIES):

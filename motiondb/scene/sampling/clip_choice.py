@@ -1,18 +1,19 @@
-"""Which clip to try instead of another: uniformly, of the same piece, or by the seams.
+"""Proposals of clips: uniform, another variant of the same piece, or by the seams.
 
 The entries of a terminal fall into groups of one seam class (the variants of one clip: bent and
-stretched, with the same poses). Three ways to draw a new entry for an action, with the logarithm of
-the ratio q(old) / q(new) that Metropolis-Hastings asks for:
+stretched, with the same poses). There are three ways to draw a new entry for an action. For each,
+Metropolis-Hastings needs the logarithm of the ratio q(old) / q(new):
 
     uniform   among the terminal's entries (the paper's Q_I)                ratio 1
     variant   among those of the same group                                 ratio 1
-    by seams  a group by size * exp(-(cost of both its seams) / T), then uniform in it. The
-              neighbours stay, so both directions have the same normaliser: the ratio is that of the
-              two exponentials, and what is left of the acceptance is everything but the seams
+    by seams  a group with weight size * exp(-(cost of both its seams) / T), then uniform in it.
+              The neighbours stay, so both directions have the same normaliser: the ratio is that of
+              the two exponentials, and the acceptance depends on everything but the seams
 
-A whole stretch of actions is drawn by its seams at once (:func:`smooth_string`): backwards the sums
-over all strings of clips between its neighbours, then forwards one group after the other. A clip
-string's probability is exp(-its seams / T) over that sum.
+The clips of several consecutive actions can be drawn by their seams at once
+(:func:`smooth_string`): a backward pass sums over all strings of clips between the neighbours, then
+a forward pass draws one group after the other. The probability of a string of clips is exp(-its
+seams / T) over that sum.
 
 Source: forward filtering and backward sampling, S. L. Scott, "Bayesian methods for hidden Markov
 models", Journal of the American Statistical Association 97 (2002); proposals from a part of the
@@ -33,14 +34,24 @@ from motiondb.scene.energy.placement import ClipArrays
 
 
 class ClipGroups(NamedTuple):
-    """The entries of a library by terminal and seam class; G groups, K entries.
+    """The entries of a library by terminal and seam class: G groups, K entries, C classes.
 
     Attributes
     ----------
-    members (K,) : entries, sorted by group. first (G + 1,) : where each group begins there.
-    group (K,) : the group of an entry. seam (G,) : the seam class of a group.
-    near (K, 2) : for every entry the first group of its terminal, and behind the last.
-    follow (C, C), precede (C, C) : exp(-seam cost / T); of class a before b, and transposed.
+    members : array of int (K,)
+        Entries, sorted by group.
+    first : array of int (G + 1,)
+        Where each group begins in ``members``.
+    group : array of int (K,)
+        The group of an entry.
+    seam : array of int (G,)
+        The seam class of a group.
+    near : array of int (K, 2)
+        For every entry the first group of its terminal, and the one after the last.
+    follow : array (C, C)
+        exp(-seam cost / T) of class a before b.
+    precede : array (C, C)
+        The transpose of ``follow``.
     """
 
     members: IntArray
@@ -53,12 +64,16 @@ class ClipGroups(NamedTuple):
 
 
 def clip_groups(library: ClipArrays, smooth: float, temperature: float) -> ClipGroups:
-    """The groups of a library.
+    """Return the groups of a library.
 
     Parameters
     ----------
-    smooth : w_2, what a seam's mismatch is divided by.
-    temperature : T of the chain that will draw.
+    library : ClipArrays
+        The library.
+    smooth : float
+        W_2, by which the mismatch of a seam is divided.
+    temperature : float
+        T of the chain that draws.
     """
     clips = library.clips
     keys = np.stack([clips["first"], clips["seam"]], axis=1)
@@ -75,28 +90,28 @@ def clip_groups(library: ClipArrays, smooth: float, temperature: float) -> ClipG
         axis=1,
     ).astype(np.int64)
     none = np.zeros((0, 0))
-    found = ClipGroups(members, first, group, groups[:, 1].astype(np.int64), near, none, none)
-    return tempered(found, library, smooth, temperature)
+    cold = ClipGroups(members, first, group, groups[:, 1].astype(np.int64), near, none, none)
+    return tempered(cold, library, smooth, temperature)
 
 
 def tempered(
     groups: ClipGroups, library: ClipArrays, smooth: float, temperature: float
 ) -> ClipGroups:
-    """The groups for a chain of another temperature; see :func:`clip_groups`."""
+    """Return the groups for a chain of another temperature; see :func:`clip_groups`."""
     follow = np.exp(-np.asarray(library.seams) / (smooth * temperature))
     return groups._replace(follow=follow, precede=np.ascontiguousarray(follow.T))
 
 
 @compiled
 def uniform_entry(library: ClipArrays, entry: int, u: float) -> int:
-    """Any entry of the same terminal; ``u`` in [0, 1)."""
+    """Return an entry of the same terminal; ``u`` is uniform in [0, 1)."""
     clip = library.clips[entry]
     return int(clip.first + int(u * (clip.last - clip.first)))
 
 
 @compiled
 def variant_entry(groups: ClipGroups, entry: int, u: float) -> int:
-    """Any entry of the same group; ``u`` in [0, 1)."""
+    """Return an entry of the same group; ``u`` is uniform in [0, 1)."""
     g = groups.group[entry]
     first = groups.first[g]
     return int(groups.members[first + int(u * (groups.first[g + 1] - first))])
@@ -104,7 +119,7 @@ def variant_entry(groups: ClipGroups, entry: int, u: float) -> int:
 
 @compiled
 def _seam_weight(groups: ClipGroups, g: int, before: int, after: int) -> float:
-    """exp(-(its seams) / T) of a group between two classes; -1 where nothing stands there."""
+    """Return exp(-(its seams) / T) of a group between two classes; -1 means no neighbour."""
     c = groups.seam[g]
     weight = 1.0
     if before >= 0:
@@ -118,11 +133,20 @@ def _seam_weight(groups: ClipGroups, g: int, before: int, after: int) -> float:
 def smooth_entry(
     groups: ClipGroups, entry: int, before: int, after: int, u: float
 ) -> tuple[int, float]:
-    """An entry of the same terminal by its seams, and log(q(old) / q(new)).
+    """Return an entry of the same terminal drawn by its seams, and log(q(old) / q(new)).
 
     Parameters
     ----------
-    before, after : seam classes of the neighbours' entries, -1 where there is none.
+    groups : ClipGroups
+        The groups.
+    entry : int
+        The old entry.
+    before : int
+        Seam class of the entry before it, -1 if there is none.
+    after : int
+        Seam class of the entry after it, -1 if there is none.
+    u : float
+        Uniform random number in [0, 1).
     """
     since, until = groups.near[entry]
     total = 0.0
@@ -153,21 +177,30 @@ def smooth_string(
     rng: np.random.Generator | None,
     entries: IntArray | None = None,
 ) -> tuple[IntArray, float]:
-    """A clip for every action of a stretch by the seams, and the logarithm of its probability.
+    """Return a clip for each of several actions, drawn by the seams, and its log probability.
 
     Parameters
     ----------
-    ranges : array (actions, 2), the entries of each action's terminal.
-    before, after : seam classes of the neighbours, -1 where there is none.
-    entries : array (actions,), where given nothing is drawn: their probability is told.
+    groups : ClipGroups
+        The groups.
+    ranges : array of int (actions, 2)
+        The entries of each action's terminal.
+    before : int
+        Seam class of the entry before the actions, -1 if there is none.
+    after : int
+        Seam class of the entry after them, -1 if there is none.
+    rng : Generator or None
+        Source of random numbers; not needed if ``entries`` are given.
+    entries : array of int (actions,), optional
+        If given, nothing is drawn, and their log probability is returned.
     """
     n = len(ranges)
     if n == 0:
         return np.zeros(0, np.int64), 0.0
-    found = np.zeros(n, np.int64) if entries is None else np.array(entries, np.int64)
+    chosen = np.zeros(n, np.int64) if entries is None else np.array(entries, np.int64)
     draws = np.zeros((0, 2)) if entries is not None or rng is None else rng.random((n, 2))
     firsts = np.ascontiguousarray(ranges[:, 0])
-    return found, float(_string(groups, firsts, before, after, draws, found))
+    return chosen, float(_string(groups, firsts, before, after, draws, chosen))
 
 
 @njit(cache=True, nogil=True)
@@ -177,9 +210,9 @@ def _string(
     before: int,
     after: int,
     draws: FloatArray,
-    found: IntArray,
+    entries: IntArray,
 ) -> float:
-    """Fill ``found`` by ``draws`` (actions, 2), or take it as it is; log of its probability."""
+    """Fill ``entries`` from ``draws`` (actions, 2), or keep them; return their log probability."""
     n = len(firsts)
     near = groups.near[firsts]
     rests = np.zeros((n, np.max(near[:, 1] - near[:, 0])))
@@ -205,22 +238,26 @@ def _string(
             weights[i] = _end_weight(groups.follow, before, groups.seam[since + i]) * rests[k, i]
             total += weights[i] * (groups.first[since + i + 1] - groups.first[since + i])
         if len(draws) > 0:
-            left = draws[k, 0] * total
-            g = until - 1
-            for i in range(until - since):
-                left -= weights[i] * (groups.first[since + i + 1] - groups.first[since + i])
-                if left < 0.0:
-                    g = since + i
-                    break
+            g = _group_at(groups, weights, since, draws[k, 0] * total)
             size = groups.first[g + 1] - groups.first[g]
-            found[k] = groups.members[groups.first[g] + min(int(draws[k, 1] * size), size - 1)]
-        g = groups.group[found[k]]
+            entries[k] = groups.members[groups.first[g] + min(int(draws[k, 1] * size), size - 1)]
+        g = groups.group[entries[k]]
         log_probability += np.log(weights[g - since] / total)
         before = groups.seam[g]
     return log_probability
 
 
 @compiled
+def _group_at(groups: ClipGroups, weights: FloatArray, since: int, left: float) -> int:
+    """Return the group at the point ``left`` of the cumulative weights of groups from ``since``."""
+    for i in range(len(weights)):
+        left -= weights[i] * (groups.first[since + i + 1] - groups.first[since + i])
+        if left < 0.0:
+            return since + i
+    return since + len(weights) - 1
+
+
+@compiled
 def _end_weight(table: FloatArray, neighbour: int, c: int) -> float:
-    """exp(-seam / T) of a neighbour and class ``c``; 1 where there is no neighbour."""
+    """Return exp(-seam / T) of a neighbour and class ``c``; 1 if there is no neighbour."""
     return max(table[neighbour, c], 1e-200) if neighbour >= 0 else 1.0

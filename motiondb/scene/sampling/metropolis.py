@@ -1,27 +1,28 @@
 """The inner loop: exchange clips, move and delay players, by Metropolis-Hastings at temperature T.
 
 With the structure fixed, the target is P(Y)^(1/T) over clips, origins and delays, relative to
-drawing every clip uniformly from its terminal's, placing origins on the plane and circle and delays
-on whole frames. (-log P(Y) does not care how long anybody stands before they begin, nor how long
-all takes; small prices of delays and of the scene's frames are added to it.) A step is one of
+drawing every clip uniformly from its terminal, origins on the plane and circle, and delays in whole
+frames. (-log P(Y) does not depend on how long players stand before they begin, nor on the duration
+of the scene; small prices of delays and of frames are added to it.) A step is one of
 
     EXCHANGE  an action chosen by its error e, a clip drawn uniformly (the paper's Q_I):
               ratio [e'_k / sum e'] / [e_k / sum e]
     SMOOTH    an action drawn uniformly, a clip by its seams (:mod:`.clip_choice`)
     VARIANT   an action drawn uniformly, another bend or stretch of the same clip
-    PLACE     a player turned about where one of their clips begins, and pushed, by Gaussians
-    DELAY     a player's beginning moved by some frames, or, as often, of all whom synchronisations
-              link with them, so that what happens together still does
-    MEET      a delay drawn about the one that fulfils a synchronisation, with heavy tails
+    PLACE     a player rotated about the beginning of one of their clips and moved, by Gaussians
+    DELAY     the beginning of a player moved by some frames, or, as often, of all players linked
+              by synchronisations, so that they stay synchronous
+    MEET      a delay drawn around the one that fulfils a synchronisation, with heavy tails
 
-In SMOOTH and VARIANT steps it is drawn whether what stands before the clip stays or what stands
-behind it, in space and, apart from that, in time: the origin is then carried along by a rigid
-motion, which keeps volumes, so that the ratio is that of the clips alone.
+A SMOOTH or VARIANT step draws whether the clips before or those after the exchanged one stay in
+place, and independently which of them stay in time. To keep those after it, the origin is moved by
+a rigid motion, which preserves volumes, so that the ratio is that of the clips alone.
 
-All is compiled and releases the interpreter's lock.
+All functions are compiled and release the global lock. Random numbers are uniform numbers drawn by
+:class:`numpy.random.Generator` before the loop.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-Forum 35 (2016), section 5, algorithm 1, lines 8 to 16. The moves beside EXCHANGE are ours.
+Forum 35 (2016), section 5, algorithm 1, lines 8 to 16. The steps other than EXCHANGE are ours.
 """
 
 from __future__ import annotations
@@ -29,54 +30,72 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from motiondb.records import MOTION_FPS, FloatArray, IntArray
+from motiondb.records import FloatArray, IntArray
 from motiondb.scene.energy.compilation import compiled
 from motiondb.scene.energy.energy import change, move, shift, swap, token_errors, unchange, undo
-from motiondb.scene.energy.placement import ClipArrays, place_in_clip
-from motiondb.scene.energy.rule_kernels import moment_of
+from motiondb.scene.energy.placement import ClipArrays
 from motiondb.scene.energy.rule_table import SYNCHRONISATION
 from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays
-from motiondb.scene.language.semantic_rules import PASS_SPEED
 from motiondb.scene.sampling.clip_choice import (
     ClipGroups,
     smooth_entry,
     uniform_entry,
     variant_entry,
 )
+from motiondb.scene.sampling.step_geometry import gaussian, lateness, linked, origin_for_tail
 
 EXCHANGE, SMOOTH, VARIANT, PLACE, DELAY, MEET = range(6)
 KINDS = ("exchange", "smooth", "variant", "place", "delay", "meet")
 
 PUSH = 0.15
-"""Metres, standard deviation of a PLACE step."""
+"""Standard deviation of the translation of a PLACE step, m. Chosen by hand: half the weight of a
+position."""
 TURN = math.radians(8.0)
-"""Radians, the same."""
+"""Standard deviation of the rotation of a PLACE step, rad. Chosen by hand: less than half the
+weight of a direction."""
 FRAMES = 4.0
-"""Frames, standard deviation of a DELAY step."""
+"""Standard deviation of a DELAY step, frames. Chosen by hand: about the weight of a
+synchronisation."""
 DRAWS = 9
-"""Random numbers that a step may take."""
+"""Random numbers that a step may use."""
 TAIL = 2.0
-"""Frames, the half width of a MEET step's Cauchy distribution."""
+"""Half width of the Cauchy distribution of a MEET step, frames: the accepted error of a
+synchronisation."""
 
 
 Focus = tuple[int, int, int, float]
-"""A player, some of their clips [since, until), and the share of inner steps that is theirs."""
+"""A player, the clips [since, until) of theirs, and the fraction of inner steps for that player."""
 EVERYBODY: Focus = (-1, 0, 0, 0.0)
-"""No focus."""
+"""A focus on no player in particular."""
 
 
 class Walk(NamedTuple):
-    """How to walk.
+    """Settings and work space of a walk.
 
     Attributes
     ----------
-    temperature : T.
-    shares : array (6,), running sums of the probabilities of the kinds; the last is 1.
-    focus : a player, or -1; ``attention`` : the probability of choosing them before drawing from
-        all actions alike. since, until : which of their clips SMOOTH and VARIANT steps are about.
-    delay, duration : added to -log P for every frame of every player's delay, and of the scene.
-    tails : share of SMOOTH and VARIANT steps that let stand what stands behind.
-    errors, after : arrays (P, L), room for the clips' errors.
+    temperature : float
+        T.
+    shares : array (6,)
+        Cumulative probabilities of the kinds of steps; the last is 1.
+    focus : int
+        A player, or -1.
+    since : int
+        First clip of the player in focus that SMOOTH and VARIANT steps exchange.
+    until : int
+        The clip after the last of these.
+    attention : float
+        Probability of choosing the player in focus before drawing from all actions.
+    delay : float
+        Price of every frame of every player's delay.
+    duration : float
+        Price of every frame of the scene.
+    tails : float
+        Probability that SMOOTH and VARIANT steps keep the clips after the exchanged one in place.
+    errors : array (P, L)
+        Work space for the errors of the clips.
+    after : array (P, L)
+        The same for a proposed scene.
     """
 
     temperature: float
@@ -101,13 +120,22 @@ def walk(
     how: Walk,
     counts: IntArray,
 ) -> float:
-    """Walk; -log P(Y) at the end.
+    """Do one step for each row of random numbers, and return -log P(Y) at the end.
 
     Parameters
     ----------
-    scene : changed in place.
-    draws : array (steps, DRAWS), uniform in [0, 1).
-    counts : array (6, 2), steps of each kind that were tried and taken are added.
+    scene : SceneArrays
+        The scene; changed in place.
+    library : ClipArrays
+        The clips.
+    groups : ClipGroups
+        The clips by terminal and seam class.
+    draws : array (steps, DRAWS)
+        Uniform random numbers in [0, 1).
+    how : Walk
+        Settings and work space.
+    counts : array of int (6, 2)
+        Numbers of proposed and accepted steps of each kind; they are added to it.
     """
     known, total = False, 0.0
     for u in draws:
@@ -136,13 +164,13 @@ def walk(
 
 @compiled
 def accepts(u: float, gain: float) -> bool:
-    """Whether to take a step: ``gain`` is the logarithm of the ratio, ``u`` in [0, 1)."""
+    """Return whether to accept a step with log ratio ``gain``; ``u`` is uniform in [0, 1)."""
     return gain >= 0.0 or u < math.exp(gain)
 
 
 @compiled
 def price(scene: SceneArrays, how: Walk) -> float:
-    """What delays and frames cost."""
+    """Return the price of delays and frames."""
     waited, end = 0, 0
     for p in range(len(scene.n_clips)):
         waited += scene.begin[p, 0]
@@ -152,7 +180,7 @@ def price(scene: SceneArrays, how: Walk) -> float:
 
 @compiled
 def chosen_by(errors: FloatArray, n_clips: IntArray, left: float) -> tuple[int, int]:
-    """The player and action at a point ``left`` of the sum of all errors."""
+    """Return the player and action at the point ``left`` of the cumulative errors."""
     player, k = 0, 0
     for p in range(len(n_clips)):
         for m in range(n_clips[p]):
@@ -167,7 +195,7 @@ def chosen_by(errors: FloatArray, n_clips: IntArray, left: float) -> tuple[int, 
 def _exchange(
     scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk, total: float
 ) -> tuple[bool, float]:
-    """An EXCHANGE step, and the sum of errors behind it; ``how.errors`` are those of the scene."""
+    """Do an EXCHANGE step; return whether it was accepted, and the new sum of errors."""
     player, k = chosen_by(how.errors, scene.n_clips, u[1] * total)
     before = float(scene.total[0]) + price(scene, how)
     new = uniform_entry(library, scene.entry[player, k], u[2])
@@ -185,7 +213,7 @@ def _exchange(
 
 @compiled
 def _any_player(scene: SceneArrays, u: float, how: Walk) -> int:
-    """A player, by how many actions they have; or the one in focus."""
+    """Return a player, drawn by their number of actions, or the one in focus."""
     if how.focus >= 0:
         if u < how.attention:
             return how.focus
@@ -210,7 +238,7 @@ def _clip_step(
     how: Walk,
     kind: int,
 ) -> bool:
-    """A SMOOTH or VARIANT step."""
+    """Do a SMOOTH or VARIANT step; return whether it was accepted."""
     player = _any_player(scene, u[1], how)
     n = scene.n_clips[player]
     k = int(u[2] * n)
@@ -232,7 +260,8 @@ def _clip_step(
     if u[5] < how.tails:
         delay += library.clips[old].n_frames - library.clips[new].n_frames
     energy = float(scene.total[0]) + price(scene, how)
-    now = change(scene, library, player, k, new, origin, delay) + price(scene, how)
+    begin = (origin[0], origin[1], origin[2], delay)
+    now = change(scene, library, player, k, new, begin) + price(scene, how)
     if accepts(u[6], (energy - now) / how.temperature + ratio):
         return True
     unchange(scene, library, player, k, old)
@@ -240,31 +269,8 @@ def _clip_step(
 
 
 @compiled
-def origin_for_tail(
-    scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int
-) -> tuple[float, float, float]:
-    """The origin with which all behind clip ``k`` stays where it is when that is exchanged."""
-    clip = library.clips[entry]
-    start, here, end = scene.placed[player, 0], scene.placed[player, k], scene.placed[player, k + 1]
-    theta = end[2] - clip.theta
-    c, s = math.cos(theta), math.sin(theta)
-    x, z = end[0] - (clip.x * c + clip.z * s), end[1] - (clip.z * c - clip.x * s)
-    turn = theta - here[2]
-    c, s = math.cos(turn), math.sin(turn)
-    dx, dz = start[0] - here[0], start[1] - here[1]
-    return x + dx * c + dz * s, z - dx * s + dz * c, start[2] + turn
-
-
-@compiled
-def gaussian(u: float, v: float) -> tuple[float, float]:
-    """Two standard normal numbers from two uniform ones (Box and Muller)."""
-    radius = math.sqrt(-2.0 * math.log(1.0 - u))
-    return radius * math.cos(2.0 * math.pi * v), radius * math.sin(2.0 * math.pi * v)
-
-
-@compiled
 def _place_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
-    """A PLACE step: of a tenth to three times the usual size."""
+    """Do a PLACE step of 0.1 to 3 times the usual size; return whether it was accepted."""
     player = _any_player(scene, u[1], how)
     m = int(u[2] * (scene.n_clips[player] + 1))
     size = 10.0 ** (1.5 * u[3] - 1.0)
@@ -285,7 +291,7 @@ def _place_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Wal
 
 @compiled
 def _delay_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
-    """A DELAY step: of a third to ten times the usual size."""
+    """Do a DELAY step of 0.3 to 10 times the usual size; return whether it was accepted."""
     player = _any_player(scene, u[1], how)
     size = FRAMES * 10.0 ** (1.5 * u[2] - 0.5)
     frames = round(size * gaussian(u[3], u[4])[0])
@@ -302,20 +308,8 @@ def _delay_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Wal
 
 
 @compiled
-def linked(scene: SceneArrays, player: int) -> int:
-    """The players whom synchronisations link with one, themselves too: bit p for player p."""
-    found, before = 1 << player, 0
-    while found != before:
-        before = found
-        for row in scene.rows:
-            if row.kind == SYNCHRONISATION and (found >> row.player | found >> row.partner) & 1:
-                found |= 1 << row.player | 1 << row.partner
-    return found
-
-
-@compiled
 def _shift_all(scene: SceneArrays, library: ClipArrays, players: int, frames: int) -> float:
-    """Let some players (bits) begin later by some frames; -log P(Y) of what comes out."""
+    """Let players (bits) begin later by some frames; return the new -log P(Y)."""
     for p in range(len(scene.n_clips)):
         if players >> p & 1:
             shift(scene, library, p, scene.begin[p, 0] + frames)
@@ -324,10 +318,10 @@ def _shift_all(scene: SceneArrays, library: ClipArrays, players: int, frames: in
 
 @compiled
 def _meet_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
-    """A delay about the one that fulfils a synchronisation.
+    """Do a MEET step: a delay drawn around the one that fulfils a synchronisation.
 
-    That one depends on all but the delay itself, as long as the same of the partner's clips is
-    meant; where another would be, the step is not taken.
+    The fulfilling delay depends on everything but the delay itself, as long as the same clip of the
+    partner counts. If another would count, the step is rejected.
     """
     if len(scene.rows) == 0:
         return False
@@ -351,24 +345,6 @@ def _meet_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk
 
 @compiled
 def _tail(frames: int) -> float:
-    """Logarithm of the probability of a rounded Cauchy number."""
+    """Return the log probability of a rounded Cauchy number."""
     high, low = math.atan((frames + 0.5) / TAIL), math.atan((frames - 0.5) / TAIL)
     return math.log(high - low)
-
-
-@compiled
-def lateness(scene: SceneArrays, library: ClipArrays, r: int) -> int:
-    """Frames by which the partner is later than synchronisation ``r`` asks."""
-    row = scene.rows[r]
-    k, frame = moment_of(scene, library, r)
-    time = scene.begin[row.player, k] + frame
-    m = scene.meant[r]
-    theirs = library.clips[scene.entry[row.partner, m]]
-    lag = row.lag
-    if math.isnan(lag):
-        clip = library.clips[scene.entry[row.player, k]]
-        x, z, _ = place_in_clip(scene.placed[row.player], library.path, clip.path_start + frame, k)
-        at = theirs.path_start + theirs.event
-        px, pz, _ = place_in_clip(scene.placed[row.partner], library.path, at, m)
-        lag = math.hypot(px - x, pz - z) / PASS_SPEED
-    return round(scene.begin[row.partner, m] + theirs.event - time - lag * MOTION_FPS)

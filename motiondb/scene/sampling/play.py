@@ -1,9 +1,9 @@
-"""What is to be sampled: a diagram under a grammar with a library's clips, and what things cost.
+"""The target of sampling: a diagram under a grammar with a library's clips, and prices.
 
-The target is -log P(Z) of scenes of g_user = 0 and at most so many actions a player. P(X), as
-printed, does not care how long strings are, nor P(Y) how long anybody stands before they begin: a
-scene in which players dribble and pivot for a minute before they do what was drawn is as plausible
-as one in which they do it. So small prices may be added to it (:class:`Prices`).
+The target is -log P(Z) of scenes with g_user = 0 and a limited number of actions a player. P(X), as
+printed, does not depend on the length of strings, nor P(Y) on how long players stand before they
+begin: a scene in which players dribble and pivot for a minute before they do what was drawn is as
+probable as one without. So small prices may be added (:class:`Prices`).
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 5; the prices are ours.
@@ -41,15 +41,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Prices:
-    """What is added to -log P(Z); 1 is as much as a rule at its weight.
+    """What is added to -log P(Z); 1 is as much as a rule that fails by its weight.
 
     Attributes
     ----------
-    delay : for every frame that a player stands before they begin.
-    duration : for every frame until the last player's last.
-    action : for every action; ``stray`` : beside, for every one that the diagram does not ask for.
-    excess : for every multiple of its weight by which a rule fails beyond the first; not for
-        synchronisations, as polishing bends time more easily than ways.
+    delay : float
+        For every frame that a player stands before they begin.
+    duration : float
+        For every frame until the last player's last.
+    action : float
+        For every action.
+    stray : float
+        Additionally for every action that the diagram does not ask for.
+    excess : float
+        For every multiple of its weight by which a rule fails beyond the first. It does not apply
+        to synchronisations, because polishing bends time more easily than paths.
     """
 
     delay: float = 0.0
@@ -60,21 +66,33 @@ class Prices:
 
 
 FREE = Prices()
-"""-log P(Z) as printed."""
+"""No prices: -log P(Z) as printed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Play:
-    """What is to be sampled: a diagram under a grammar with a library's clips.
+    """A diagram under a grammar with a library's clips.
 
     Attributes
     ----------
-    derivations, chains : for every player, in the order of the diagram.
-    groups : of the library's entries, for no temperature in particular.
-    first : for every terminal, its entries [first, last) of the library.
-    most_actions : of a player. prices : of what there is too much of.
-    tails : share of the changes that let stand what stands behind, not what stands before.
-    every : frames from look to look.
+    binder : Binder
+        Binds rules to trees.
+    derivations : tuple of Derivations
+        For every player, in the order of the diagram.
+    library : ClipArrays
+        The clips.
+    groups : ClipGroups
+        The clips by terminal and seam class, for no particular temperature.
+    first : dict of str to tuple[int, int]
+        For every terminal its entries [first, last) of the library.
+    most_actions : int
+        Largest number of actions of a player.
+    prices : Prices
+        Prices of delays, frames and actions.
+    tails : float
+        Fraction of changes that keep the clips after the change in place, instead of those before.
+    every : int
+        Frames between grid points.
     """
 
     binder: Binder
@@ -94,31 +112,31 @@ class Play:
 
     @cached_property
     def chains(self) -> tuple[Chains, ...]:
-        """Where every player's trees can grow."""
+        """Where the trees of every player can grow."""
         return tuple(chains(one) for one in self.derivations)
 
     def derive(self, player: int, rules: Sequence[int]) -> Tree:
-        """The tree of a player with these rules in preorder."""
+        """Return the tree of a player with these rules in preorder."""
         return derive_by(self.derivations[player].grammar, rules)
 
     def shape(self, player: int, tree: Tree) -> TreeShape:
-        """A tree's shape."""
+        """Return the shape of a tree."""
         return tree_shape(self.derivations[player].grammar, choices_of(tree))
 
     def entries(self, actions: Sequence[str], rng: np.random.Generator) -> IntArray:
-        """A clip for every action, drawn uniformly."""
+        """Return a uniformly drawn clip for every action."""
         ranges = np.array([self.first[action] for action in actions], dtype=np.int64)
         ranges = ranges.reshape(-1, 2)
         return rng.integers(ranges[:, 0], ranges[:, 1])
 
     def arrays(self, state: SceneState, table: RuleTable) -> SceneArrays:
-        """A scene's arrays, evaluated."""
+        """Return a scene's arrays, evaluated."""
         weights = self.binder.grammar.weights
         excess = self.prices.excess
         return scene_arrays(state, self.library, table, weights, self.every, excess)
 
     def energy(self, scene: SceneArrays, table: RuleTable) -> float:
-        """-log P(Z) of a scene, as g_user = 0 that of P(Y), with all prices."""
+        """Return -log P(Z) of a scene with g_user = 0, which is that of P(Y), with all prices."""
         prices, begin = self.prices, scene.begin
         end = max(int(begin[p, n]) for p, n in enumerate(scene.n_clips.tolist()))
         price = prices.delay * int(begin[:, 0].sum()) + prices.duration * end
@@ -128,7 +146,7 @@ class Play:
 
 @lru_cache(maxsize=2)
 def _arrays(library: ClipLibrary) -> tuple[ClipArrays, ClipGroups]:
-    """A library as loops read it, kept for the last ones: it takes as long as a warm start."""
+    """Return a library for compiled code; the last two are kept, as making it is slow."""
     arrays = clip_arrays(library)
     return arrays, clip_groups(arrays, 1.0, 1.0)
 
@@ -144,11 +162,27 @@ def make_play(
     prices: Prices = FREE,
     only_asked: Sequence[str] = ONLY_ASKED,
 ) -> Play:
-    """What is to be sampled.
+    """Return the target of sampling for a diagram.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        The diagram.
+    grammar : MotionGrammar
+        The grammar.
+    library : ClipLibrary
+        The clips.
+    most_actions : int
+        Largest number of actions of a player.
+    prices : Prices
+        Prices of delays, frames and actions.
+    only_asked : sequence of str
+        Actions that are drawn only where the diagram asks for them.
 
     Raises
     ------
-    SceneError where the grammar has no string that fits what the diagram asks of a player.
+    SceneError
+        The grammar has no string that fits what the diagram asks of a player.
     """
     binder = Binder(diagram, grammar)
     derivations = tuple(

@@ -1,19 +1,19 @@
-"""Random subtrees of a derivation, such that what a diagram asks is still done: g_user = 0.
+"""Random subtrees of a derivation that keep g_user = 0.
 
-A player's expression c_1 .. c_g is an automaton that reads the action string: in state i the first
-i classes are behind; an action of class c_(i + 1) leads to i + 1, another one stays. Actions that
-only a diagram may ask for (:data:`.expressions.ONLY_ASKED`: a pass is to somebody, a catch from
-somebody) lead nowhere else, unless they go on with a repeated class. With T_a[i, j] = 1 where the
-terminal a leads from i to j, the probability that a nonterminal A derives a string that leads from
-i to j is the least solution of
+A player's expression c_1 .. c_g is an automaton that reads the action string. In state i the first
+i classes have been passed; an action of class c_(i + 1) leads to i + 1, another one stays. Actions
+that only a diagram may ask for (:data:`.expressions.ONLY_ASKED`: a pass has a receiver, a catch a
+passer) lead nowhere else, unless they continue a repeated class. With T_a[i, j] = 1 if the terminal
+a leads from i to j, the probability that a nonterminal A derives a string that leads from i to j is
+the least solution of
 
     I_A = sum over rules r of A:  p_r  T_B1 T_B2 ..  (the matrices of the rule's right side)
 
 From these sums, subtrees are drawn top down: a rule by p_r times its product, then the states
-between its parts. What comes out has exactly the grammar's probability given that it leads from i
-to one of the states that are allowed behind it; no draw is in vain. Two subtrees of the same place
-have probabilities that differ by the product of their rules alone: the condition's own probability
-depends on what stands outside, so it cancels in the ratio of a proposal and its reverse.
+between its symbols. A subtree has exactly the probability of the grammar given that it leads from i
+to one of the states that are allowed after it, so no draw is rejected. Two subtrees of the same
+node have probabilities whose ratio is that of the products of their rules: the probability of the
+condition depends on what is outside, so it cancels in the ratio of a proposal and its reverse.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 5 ("until P(X') > 0"); the intersection of a context-free language with a
@@ -35,9 +35,11 @@ from motiondb.records import FloatArray
 from motiondb.scene.language.expressions import Item
 
 _TOLERANCE = 1e-14
+"""Relative change of the sums at which the iteration ends: near the precision of floats."""
 _ROUNDS = 10_000
+"""Most rounds of the iteration; the grammars that are shipped need fewer than a hundred."""
 NOWHERE = -1
-"""The state of a string that cannot be gone on with."""
+"""State of a string that cannot be continued."""
 
 
 @dataclass(frozen=True)
@@ -49,19 +51,25 @@ class Derivation:
 
 
 class Derivations:
-    """What the derivations of a grammar make of an expression.
+    """The derivations of a grammar that fit an expression.
 
     Parameters
     ----------
-    grammar : with the player's start symbol; rules of probability 0 are never used.
-    items : the player's expression.
-    only_asked : actions that are allowed only where an item asks for them. Where the grammar has no
-        such string (a play that ends with a catch, say), all are allowed everywhere.
+    grammar : Grammar
+        With the player's start symbol; rules of probability 0 are never used.
+    items : sequence of Item
+        The player's expression.
+    only_asked : sequence of str
+        Actions that are allowed only where an item asks for them. If the grammar has no such string
+        (a play that ends with a catch, for example), all are allowed everywhere.
 
     Raises
     ------
-    SceneError where no string of the grammar fits the expression.
+    SceneError
+        No string of the grammar fits the expression.
 
+    Examples
+    --------
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> toy = Derivations(read_grammar("S -> a | b S"), [Item(("a",))])
     >>> round(float(toy.inside("S")[0, 1]), 9), toy.run(["b", "a"])
@@ -92,11 +100,11 @@ class Derivations:
         self._states: dict[tuple[int, int, int, int], tuple[list[float], list[int]]] = {}
 
     def inside(self, symbol: str) -> FloatArray:
-        """I_A: array (states, states), probability of leading from a state to another."""
+        """Return I_A: array (states, states), the probability of leading from one to another."""
         return self._inside[symbol]
 
     def run(self, actions: Sequence[str], state: int = 0) -> list[int]:
-        """The states before every action and behind the last; NOWHERE where it cannot go on."""
+        """Return the states before every action and after the last; NOWHERE after a dead end."""
         states = [state]
         for action in actions:
             state = self._next[action][state] if state >= 0 else NOWHERE
@@ -104,16 +112,16 @@ class Derivations:
         return states
 
     def fits(self, actions: Sequence[str]) -> bool:
-        """Whether a string leads from the first state to the last."""
+        """Return whether a string leads from the first state to the last."""
         return self.run(actions)[-1] == self.n_states - 1
 
     def ends_before(self, actions: Sequence[str]) -> list[int]:
-        """The states from which ``actions`` lead to the last one."""
+        """Return the states from which ``actions`` lead to the last one."""
         last = self.n_states - 1
         return [s for s in range(self.n_states) if self.run(actions, s)[-1] == last]
 
     def log_probability(self, rules: Sequence[int]) -> float:
-        """Logarithm of the product of rule probabilities."""
+        """Return the logarithm of the product of rule probabilities."""
         return math.fsum(self._log_weights[rule] for rule in rules)
 
     def draw(
@@ -124,10 +132,10 @@ class Derivations:
         rng: np.random.Generator,
         most: int = 10_000,
     ) -> Derivation | None:
-        """A subtree of ``symbol`` that leads from state ``since`` to one of ``ends``.
+        """Draw a subtree of ``symbol`` that leads from state ``since`` to one of ``ends``.
 
-        None where it grew over ``most`` actions (as a proposal, then, of a string that is too long
-        to be allowed).
+        The result is None if it grew over ``most`` actions. A proposal of a string that is too long
+        is thus rejected.
         """
         sums = self._inside[symbol]
         until = ends[_drawn(_cumulative([float(sums[since, end]) for end in ends]), rng.random())]
@@ -160,7 +168,7 @@ class Derivations:
     def _parts(
         self, rule: int, i: int, j: int, random: Callable[[], float]
     ) -> list[tuple[str, int, int]]:
-        """A rule's parts with the states that they lead from and to."""
+        """Return a rule's symbols with the states that they lead from and to."""
         found = []
         right = self.grammar.rules[rule].right
         for k, symbol in enumerate(right):
@@ -181,7 +189,7 @@ class Derivations:
 
 
 def _cumulative(weights: Sequence[float]) -> list[float]:
-    """Running sums, as shares of the whole; the last one exceeds every random number."""
+    """Return cumulative sums divided by the total; the last one exceeds every random number."""
     sums: list[float] = np.cumsum(weights).tolist()
     whole = sums[-1]
     last = max(k for k, weight in enumerate(weights) if weight > 0.0)
@@ -195,7 +203,7 @@ def _drawn(sums: list[float], u: float) -> int:
 def _transitions(
     grammar: Grammar, items: Sequence[Item], closed: frozenset[str]
 ) -> dict[str, list[int]]:
-    """For every terminal, where it leads from each state."""
+    """Return for every terminal the state that it leads to from each state."""
     found = {}
     for action in grammar.terminals:
         row = []
@@ -213,9 +221,9 @@ def _transitions(
 def _inside_sums(
     grammar: Grammar, steps: dict[str, list[int]], n: int
 ) -> tuple[dict[str, FloatArray], list[list[FloatArray]]]:
-    """I of every symbol; and for every rule the products of the rests of its right side.
+    """Return I of every symbol, and for every rule the products of the ends of its right side.
 
-    The least solution, by iteration from 0: what a round adds are deeper trees.
+    It is the least solution, by iteration from 0: each round adds deeper trees.
     """
     sums = {}
     for action, row in steps.items():
@@ -241,7 +249,7 @@ def _inside_sums(
 
 
 def _rests(right: Sequence[str], sums: dict[str, FloatArray], n: int) -> list[FloatArray]:
-    """Products of the matrices of a right side, from each part to the end; 1 behind the last."""
+    """Return the products of the matrices of a right side from each symbol to the end."""
     found = [np.eye(n)]
     for symbol in reversed(right):
         found.append(sums[symbol] @ found[-1] if len(found) > 1 else sums[symbol])

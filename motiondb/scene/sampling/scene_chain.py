@@ -1,24 +1,25 @@
 """A Markov chain over whole scenes: derivations, clips, places and times (the outer loop).
 
-The target is P(Z)^(1/T) = P(X)^(1/T) P(Y)^(1/T) over scenes of g_user = 0 and at most so many
+The target is P(Z)^(1/T) = P(X)^(1/T) P(Y)^(1/T) over scenes with g_user = 0 and a limited number of
 actions a player, relative to drawing every action's clip uniformly (so that an action with many
 clips weighs no more than one with few). Without that limit P(X), as printed, is no distribution:
-every longer string that fits weighs the same. Prices may be added (:mod:`.play`).
+every longer string that fits has the same weight. Prices may be added (:mod:`.play`).
 
-A jump chooses a nonterminal node v of one of the trees by its error, s(v) = E(v) / sum E; derives
-it anew with what stands behind still possible (:mod:`.derivations`); draws the new actions' clips
-by their seams; lets what stands before, or, as often, what stands behind stay where and when it
-was; and walks M steps of the inner loop. It is taken with probability
+A jump chooses a nonterminal node v of one of the trees by its error, s(v) = E(v) / sum E. It
+derives the node anew so that what follows stays possible (:mod:`.random_subtrees`), draws the new
+actions' clips by their seams, keeps in place and time either what comes before or, as often, what
+comes after, and does M steps of the inner loop. It is accepted with probability
 
     min(1, exp((E_old - E_new) / T) * [s'(v) q(old subtree)] / [s(v) q(new subtree)])
 
-q being products of rule probabilities and, for M = 0, those of the clips relative to uniform draws.
-A growth puts one link into a chain A -> B A of a tree, or takes one away, and keeps all other
-actions and clips (:mod:`.tree_growth`); it is taken likewise, with s one over the number of nodes
-where it could have been. A recasting keeps all actions, and draws the clips of a stretch anew.
-The reverse move is the one at the same v, so for each v by itself detailed balance holds, and
-exactly so for M = 0. With M > 0, where other clips are at the end than were drawn and the ratio is
-the paper's, of the trees alone, the chain is a good optimiser but no exact sampler; nor is print's.
+where q are products of rule probabilities and, for M = 0, of the clips relative to uniform draws. A
+growth inserts one link into a chain A -> B A of a tree, or removes one, and keeps all other actions
+and clips (:mod:`.tree_growth`); its acceptance is the same with s one over the number of nodes
+where it could have been. A recasting keeps all actions and draws the clips of some of them anew.
+The reverse move is the one at the same v, so detailed balance holds for each v by itself, exactly
+for M = 0. With M > 0 the clips at the end are not those that were drawn, and the ratio is that of
+the paper, of the trees alone: the chain is then a good optimiser but not an exact sampler. Neither
+is the paper's.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 5, algorithm 1.
@@ -46,14 +47,27 @@ from motiondb.scene.sampling.tree_growth import places
 from motiondb.scene.sampling.tree_shapes import TreeShape, exchanged, subtree_errors, tree_shape
 
 AROUND = 3
-"""Clips before and behind a link that are looked at first when it comes or goes."""
+"""Clips before and after an inserted or removed link that the following inner steps favour. Chosen
+by hand."""
 LONGEST = 5
-"""Actions of a stretch whose clips are drawn anew at once, at most."""
+"""Largest number of actions whose clips are drawn anew at once. Chosen by hand."""
 
 
 @dataclass
 class Jumps:
-    """How often a chain jumped: tried, too long, taken; and its inner steps by kind."""
+    """Counts of a chain's jumps.
+
+    Attributes
+    ----------
+    tried : int
+        Proposed jumps.
+    refused : int
+        Jumps that gave a string that is too long or begins too early.
+    taken : int
+        Accepted jumps.
+    steps : array of int (kinds, 2)
+        Inner steps of each kind, proposed and accepted.
+    """
 
     tried: int
     refused: int
@@ -62,7 +76,7 @@ class Jumps:
 
 
 class Chain:
-    """A chain: its state, its random numbers, the best scene it has come by."""
+    """A Markov chain: its state, its random numbers, and the best scene so far."""
 
     def __init__(self, play: Play, state: SceneState, rng: np.random.Generator) -> None:
         self.play, self.rng = play, rng
@@ -77,16 +91,16 @@ class Chain:
 
     @property
     def energy(self) -> float:
-        """-log P(Z), as g_user = 0 that of P(Y), and all prices."""
+        """-log P(Z) with g_user = 0, which is that of P(Y), with all prices."""
         return self.play.energy(self.scene, self.table)
 
     @property
     def state(self) -> SceneState:
-        """The scene."""
+        """The current scene."""
         return scene_state(self.scene, self.trees)
 
     def note_best(self) -> None:
-        """Keep the scene if it is the best so far."""
+        """Keep the current scene if it is the best so far."""
         if self.energy < self.best:
             self.best, self.best_state = self.energy, self.state
 
@@ -98,7 +112,7 @@ class Chain:
         shares: FloatArray,
         focus: Focus = EVERYBODY,
     ) -> None:
-        """Inner steps with the structure fixed; ``focus`` on a stretch of a player."""
+        """Do inner steps with the structure fixed; ``focus`` favours some clips of a player."""
         self._walk(self.scene, steps, groups, temperature, shares, focus)
 
     def _walk(
@@ -126,7 +140,7 @@ class Chain:
         shares: FloatArray,
         attention: float,
     ) -> bool:
-        """A structural jump with ``steps`` inner steps; whether it was taken."""
+        """Derive a node of a tree anew and do ``steps`` inner steps; return whether accepted."""
         self.jumps.tried += 1
         errors = self._subtree_errors(self.scene, self.shapes)
         sums = np.cumsum(np.concatenate(errors))
@@ -158,7 +172,7 @@ class Chain:
         temperature: float,
         log_ratio: float,
     ) -> bool:
-        """Go to another structure, or stay."""
+        """Accept another structure or stay; return whether it was accepted."""
         gain = (self.energy - self.play.energy(scene, table)) / temperature + log_ratio
         if gain < 0.0 and self.rng.random() >= math.exp(gain):
             return False
@@ -174,7 +188,7 @@ class Chain:
         shares: FloatArray,
         attention: float,
     ) -> bool:
-        """Put a link into a chain of one of the trees, or take one away; whether it was done."""
+        """Insert or remove a link of a chain in one of the trees; return whether accepted."""
         self.jumps.tried += 1
         growing = bool(self.rng.random() < 0.5)
         found = places(self.play.chains, self.shapes, growing)
@@ -207,9 +221,10 @@ class Chain:
         shares: FloatArray,
         attention: float,
     ) -> bool:
-        """Draw the clips of a stretch of actions anew by their seams; whether it was done.
+        """Draw the clips of some consecutive actions anew by their seams; return whether accepted.
 
-        Steps in a flow cannot be exchanged one by one: each fits its neighbours alone.
+        Steps in continuous motion cannot be exchanged one by one, because each fits its neighbours
+        only.
         """
         self.jumps.tried += 1
         n_clips = self.scene.n_clips
@@ -229,7 +244,7 @@ class Chain:
         return self._taken(self.shapes, scene, trees, table, temperature, log_ratio)
 
     def _subtree_errors(self, scene: SceneArrays, shapes: Sequence[TreeShape]) -> list[FloatArray]:
-        """E of all nodes of all players' trees."""
+        """Return E of all nodes of all players' trees."""
         errors = np.zeros(scene.entry.shape)
         token_errors(scene, self.play.library, errors)
         found = []
@@ -242,7 +257,7 @@ class Chain:
     def _offer(
         self, player: int, node: int, groups: ClipGroups, exact: bool
     ) -> tuple[TreeShape, SceneArrays, list[Tree], RuleTable, float] | None:
-        """A node derived anew, not yet accepted, with log q(old) / q(new); None: not allowed."""
+        """Return a proposal with a node derived anew and log q(old) / q(new), or None."""
         play, shape = self.play, self.shapes[player]
         derivations = play.derivations[player]
         end, first, last = shape.spans[node].tolist()
@@ -271,7 +286,7 @@ class Chain:
         groups: ClipGroups,
         exact: bool,
     ) -> tuple[SceneArrays, list[Tree], RuleTable, float] | None:
-        """The scene with other actions in ``span`` of a player, and the ratio of their clips."""
+        """Return the scene with other actions in ``span``, and the log ratio of their clips."""
         play, state = self.play, self.state
         entries, log_ratio = self._clips(player, span, actions, groups)
         same = shape is self.shapes[player]
@@ -288,7 +303,7 @@ class Chain:
     def _clips(
         self, player: int, span: tuple[int, int], actions: Sequence[str], groups: ClipGroups
     ) -> tuple[IntArray, float]:
-        """Clips for new actions in a span, and log(q(old) / q(new)) relative to uniform draws."""
+        """Return clips for new actions, and log(q(old) / q(new)) relative to uniform draws."""
         play, n = self.play, int(self.scene.n_clips[player])
         own, seams = self.scene.entry[player, :n], play.library.clips["seam"]
         before = int(seams[own[span[0] - 1]]) if span[0] > 0 else -1
@@ -306,7 +321,7 @@ class Chain:
     def _respelled(
         self, player: int, tree: Tree, span: tuple[int, int], entries: IntArray
     ) -> PlayerState | None:
-        """A player with other clips in ``span``; None where they had to begin before time 0."""
+        """Return a player with other clips in ``span``; None if they had to begin before time 0."""
         scene, clips = self.scene, self.play.library.clips
         first, last = span
         n = int(scene.n_clips[player])

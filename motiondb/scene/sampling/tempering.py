@@ -5,15 +5,15 @@ neighbouring temperatures exchange their scenes with probability
 
     min(1, exp((E_n - E_(n+1)) (1/T_n - 1/T_(n+1)))),      E = -log P(Z)                     (11)
 
-Hot chains find structures, cold ones settle them. The lowest temperature is far below 1: what is
-wanted is a scene of low error, not a fair draw, which at T = 1 has an error of about half a unit
-for every freedom that the scene has. All chains begin hotter and come down; meanwhile exchanges
-keep to the temperatures at which they end, so that low errors go to cold chains sooner than balance
-would have it. At the end the best scene is cooled down to nothing.
+Hot chains find structures, cold ones refine them. The lowest temperature is far below 1, because
+the aim is a scene of low error and not a fair sample, which at T = 1 has an error of about half a
+unit for every degree of freedom of the scene. All chains begin hotter and are cooled. Meanwhile
+exchanges use the final temperatures, so that low errors move to cold chains sooner than detailed
+balance would have it. At the end the best scene is cooled to almost 0.
 
-Each chain has random numbers of its own, spawned from one generator, and blocks have fixed numbers
-of steps: the same seed gives the same bytes, whatever the threads do. Nothing here has a clock:
-``progress`` is told after every round, and may stop.
+Each chain has its own random numbers, spawned from one generator, and blocks have fixed numbers of
+steps: the same seed gives the same bytes, whatever the threads do. This module has no clock.
+``progress`` is called after every round, and may stop.
 
 Source: C. J. Geyer, "Markov chain Monte Carlo maximum likelihood", Proceedings of the 23rd
 Symposium on the Interface (1991); K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character
@@ -33,45 +33,64 @@ import numpy as np
 
 from motiondb.errors import SceneError
 from motiondb.records import FloatArray, IntArray
-from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy.scene_state import SceneState
 from motiondb.scene.language.expressions import MOST_ACTIONS
-from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.sampling.bootstrap import bootstrap
 from motiondb.scene.sampling.clip_choice import ClipGroups, tempered
 from motiondb.scene.sampling.metropolis import KINDS
-from motiondb.scene.sampling.play import Play, Prices, make_play
+from motiondb.scene.sampling.play import Play, Prices
 from motiondb.scene.sampling.scene_chain import Chain
 
 USUAL = Prices(delay=1 / 150, duration=1 / 90, action=0.25, stray=1.0, excess=2.0)
-"""Nothing is done without need, and nothing takes long: 90 frames cost as much as a rule at its
-weight."""
+"""Usual prices. 90 frames of a scene, 150 frames of a delay, or 4 actions cost as much as a rule at
+its weight, so that players do nothing without need. Chosen by hand."""
 
 Progress = Callable[[int, float], bool]
-"""Told how many rounds are done and the best -log P(Z); whether to stop."""
+"""Called with the number of rounds done and the best -log P(Z); returns whether to stop."""
 
 
 @dataclass(frozen=True)
 class SamplerSettings:
-    """How to sample.
+    """Settings of the sampling.
+
+    The defaults were chosen by hand on the eight shipped diagrams; docs/scenes-measured.md has what
+    they give.
 
     Attributes
     ----------
-    temperatures : ascending, one chain each; one alone is a single chain.
-    heat : all temperatures begin so many times as high and come down evenly (in logarithms) over
-        the first part of the rounds, ``warmth`` of them; 1 for plain tempering.
-    rounds : blocks between exchanges.
-    jumps : structural jumps in a block; ``inner`` : M, steps of the inner loop after each;
-        ``steps`` : steps with the structure fixed after each jump, taken or not.
-    growth, recasting : shares of the jumps that only put one link into a chain, or take one away,
-        and that only draw the clips of a stretch anew.
-    attention : share of a jump's inner steps that look at the player who jumped.
-    shares : of the kinds of inner steps, see :data:`.metropolis.KINDS`; need not sum to 1.
-    patience : rounds without a better scene (by 1 %) after which to stop.
-    cooling : steps of the final cooling. most_actions : of a player.
-    prices : of delays, frames, actions and failing far.
-    threads : chains that run at the same time; of no influence on the result.
+    temperatures : tuple of float
+        Ascending, one chain each; a single one is a single chain.
+    heat : float
+        Factor of all temperatures at the beginning. They come down evenly in logarithms; 1 for
+        plain tempering.
+    warmth : float
+        Fraction of the rounds over which they come down.
+    rounds : int
+        Number of blocks between exchanges.
+    jumps : int
+        Structural jumps in a block.
+    inner : int
+        M, steps of the inner loop after each jump, before it is accepted.
+    steps : int
+        Steps with the structure fixed after each jump, accepted or not.
+    growth : float
+        Fraction of the jumps that insert or remove one link of a chain.
+    recasting : float
+        Fraction of the jumps that draw the clips of some actions anew.
+    attention : float
+        Fraction of a jump's inner steps for the player who jumped.
+    shares : tuple of float
+        Weights of the kinds of inner steps, see :data:`.metropolis.KINDS`; need not sum to 1.
+    patience : int
+        Rounds without a scene that is better by 1 % after which to stop.
+    cooling : int
+        Steps of the final cooling.
+    most_actions : int
+        Largest number of actions of a player.
+    prices : Prices
+        Prices of delays, frames, actions and large failures.
+    threads : int
+        Chains that run at the same time; no influence on the result.
     """
 
     temperatures: tuple[float, ...] = (0.15, 0.2, 0.27, 0.36)
@@ -92,6 +111,7 @@ class SamplerSettings:
     threads: int = 2
 
     def __post_init__(self) -> None:
+        """Check the settings."""
         rising = all(a < b for a, b in zip(self.temperatures, self.temperatures[1:], strict=False))
         if not self.temperatures or self.temperatures[0] <= 0.0 or not rising:
             raise SceneError(
@@ -116,13 +136,13 @@ class SamplerSettings:
             )
 
     def ladder(self, done: int) -> tuple[float, ...]:
-        """The temperatures when so many rounds are done."""
+        """Return the temperatures after so many rounds."""
         left = max(0.0, 1.0 - done / (self.warmth * self.rounds))
         return tuple(float(t * self.heat**left) for t in self.temperatures)
 
     @property
     def sums(self) -> FloatArray:
-        """Running sums of the shares, the last exactly 1."""
+        """Cumulative shares; the last is exactly 1."""
         sums = np.cumsum(self.shares) / sum(self.shares)
         sums[-1] = 1.0
         return np.asarray(sums)
@@ -130,17 +150,24 @@ class SamplerSettings:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """How the sampling went.
+    """The course of the sampling.
 
     Attributes
     ----------
-    energies : array (rounds + 1, chains), -log P(Z) with all prices, by temperature; row 0 is the
-        start.
-    best : array (rounds + 1,), the best of them so far. cooled : the same after cooling. final : of
-        that scene, of all prices only that of delays.
-    jumps : array (chains, 3), by chain: tried, refused as too long or too early, taken.
-    steps : array (kinds, 2), inner steps of all chains, tried and taken.
-    exchanges : array (chains - 1, 2), tried and taken, by temperature.
+    energies : array (rounds + 1, chains)
+        -log P(Z) with all prices, by temperature; row 0 is the start.
+    best : array (rounds + 1,)
+        The lowest so far.
+    cooled : float
+        The lowest after cooling.
+    final : float
+        The same of that scene without prices except that of delays.
+    jumps : array of int (chains, 3)
+        By chain: proposed, refused as too long or too early, accepted.
+    steps : array of int (kinds, 2)
+        Inner steps of all chains, proposed and accepted.
+    exchanges : array of int (chains - 1, 2)
+        Proposed and accepted, by temperature.
     """
 
     energies: FloatArray
@@ -154,7 +181,7 @@ class Trace:
 
 @dataclass
 class _Ladder:
-    """Which chain has which temperature; ``order[n]`` is the chain of temperature n."""
+    """The chains by temperature; ``order[n]`` is the chain of temperature n."""
 
     chains: list[Chain]
     order: list[int]
@@ -171,32 +198,36 @@ class _Ladder:
 
 
 def sample(
-    state: SceneState | None,
-    library: ClipLibrary,
-    diagram: Diagram,
-    grammar: MotionGrammar,
+    play: Play,
     settings: SamplerSettings,
     rng: np.random.Generator,
+    state: SceneState | None = None,
     progress: Progress | None = None,
 ) -> tuple[SceneState, Trace]:
     """Find a scene of low error.
 
     Parameters
     ----------
-    state : where to begin; None: every chain from a random scene with g_user = 0.
-    progress : is told after each round, and may stop.
+    play : Play
+        What is sampled; see :func:`.play.make_play`.
+    settings : SamplerSettings
+        Settings.
+    rng : Generator
+        Source of random numbers.
+    state : SceneState or None
+        Where to begin; by default every chain begins with a random scene of g_user = 0.
+    progress : Progress or None
+        Called after each round; may stop.
 
     Returns
     -------
-    the best scene, and how it was found.
-
-    Raises
-    ------
-    SceneError where the grammar has no string that fits what the diagram asks of a player.
+    SceneState
+        The best scene.
+    Trace
+        How it was found.
     """
-    play = make_play(diagram, grammar, library, settings.most_actions, settings.prices)
-    *own, exchanging, last = rng.spawn(len(settings.temperatures) + 2)
-    chains = [Chain(play, state or bootstrap(play, one), one) for one in own]
+    *chain_rngs, exchanging, last = rng.spawn(len(settings.temperatures) + 2)
+    chains = [Chain(play, state or bootstrap(play, one), one) for one in chain_rngs]
     exchanges = np.zeros((len(chains) - 1, 2), np.int64)
     ladder = _Ladder(chains, list(range(len(chains))), exchanges)
     energies = [[chain.energy for chain in chains]]
@@ -218,8 +249,17 @@ def sample(
     return found.best_state, _trace(ladder, energies, best, found)
 
 
+def warm_up(play: Play, settings: SamplerSettings, rng: np.random.Generator) -> None:
+    """Do every kind of step once on a scene of its own, so that all loops are compiled."""
+    chain = Chain(play, bootstrap(play, rng), rng)
+    groups = tempered(play.groups, play.library, play.grammar.weights.smooth, 1.0)
+    for step in (chain.grow, chain.recast, chain.jump):
+        step(10, groups, 1.0, settings.sums, settings.attention)
+    chain.walk(10, groups, 1.0, settings.sums)
+
+
 def _block(ladder: _Ladder, settings: SamplerSettings, n: int) -> None:
-    """A block of the chain at temperature n."""
+    """Run a block of the chain at temperature n."""
     chain, groups = ladder.chains[ladder.order[n]], ladder.groups[n]
     temperature, sums = ladder.temperatures[n], settings.sums
     kinds = [settings.growth, settings.growth + settings.recasting]
@@ -240,13 +280,20 @@ def exchange(
     rng: np.random.Generator,
     counts: IntArray,
 ) -> None:
-    """Let neighbours exchange their scenes by (11), from the hottest pair down.
+    """Exchange the scenes of neighbouring temperatures by (11), from the hottest pair down.
 
     Parameters
     ----------
-    order : which chain has which temperature; changed in place.
-    energies : -log P(Z) by temperature, before.
-    counts : array (chains - 1, 2), tried and taken are added.
+    order : list of int
+        The chain of each temperature; changed in place.
+    energies : sequence of float
+        -log P(Z) by temperature, before.
+    temperatures : sequence of float
+        The temperatures.
+    rng : Generator
+        Source of random numbers.
+    counts : array of int (chains - 1, 2)
+        Proposed and accepted exchanges are added to it.
     """
     by_temperature = list(energies)
     for n in range(len(order) - 2, -1, -1):
@@ -262,7 +309,7 @@ def exchange(
 def _cooled(
     play: Play, state: SceneState, settings: SamplerSettings, rng: np.random.Generator
 ) -> Chain:
-    """A scene cooled down with its structure fixed."""
+    """Return a chain that has cooled a scene with its structure fixed."""
     chain = Chain(play, state, rng)
     n, smooth = max(2, settings.cooling // 5000), play.grammar.weights.smooth
     for t in np.geomspace(settings.temperatures[0], 0.01, n):

@@ -1,18 +1,19 @@
-"""Trees grown and shrunk by one link of a chain, all below it kept.
+"""Inserting and removing one link of a chain in a tree, with everything below it kept.
 
 Many grammars spell repetition by right recursion, A -> B A (a move and more moves). Deriving a node
-of such a chain anew throws away all behind it. Growing puts one link above a node v of symbol A,
+of such a chain anew discards everything after it. Growing puts one link above a node v of symbol A,
 
     T_v   ->   A(B(..), T_v),
 
-and shrinking takes it away again, so that an action comes in or goes out and the others, with their
-clips, stay. Growing at v and shrinking at v are each other's reverse: for every v by itself their
-probabilities give the ratio of a Metropolis-Hastings step. That of growing, at a given v, is
+and shrinking removes it, so that an action is inserted or removed and the others, with their clips,
+stay. Growing at v and shrinking at v are each other's reverse: for every v by itself their
+probabilities give the ratio of a Metropolis-Hastings step. The probability of growing, at a given
+v, is
 
     p_r / (sum of p over the rules A -> B A)  *  p(B's subtree) / I_B[i, ends],
 
-where the last factor is the condition that the string fits (:mod:`.derivations`); that of shrinking
-is 1.
+where the last factor is the condition that the string fits (:mod:`.random_subtrees`). That of
+shrinking is 1.
 
 Source: P. J. Green, "Reversible jump Markov chain Monte Carlo computation and Bayesian model
 determination", Biometrika 82 (1995): births and deaths as pairs of moves.
@@ -32,7 +33,19 @@ from motiondb.scene.sampling.tree_shapes import TreeShape
 
 @dataclass(frozen=True)
 class Linked:
-    """A tree with a link more or less: its rules, what came for which span, log q(old) / q(new)."""
+    """A tree with one link more or less.
+
+    Attributes
+    ----------
+    rules : tuple of int
+        Its rules in preorder.
+    span : tuple[int, int]
+        The actions [first, last) of the old tree that are replaced.
+    actions : tuple of str
+        The actions that replace them.
+    log_ratio : float
+        Log q(old) / q(new).
+    """
 
     rules: tuple[int, ...]
     span: tuple[int, int]
@@ -46,7 +59,12 @@ class Chains:
 
     Attributes
     ----------
-    links : for every A that has such rules, their numbers. rules : all of them.
+    derivations : Derivations
+        The player's derivations.
+    links : dict of str to tuple[int, ...]
+        Numbers of these rules for every A that has some.
+    rules : frozenset[int]
+        All of them.
     """
 
     derivations: Derivations
@@ -54,7 +72,7 @@ class Chains:
     rules: frozenset[int]
 
     def places(self, shape: TreeShape, growing: bool) -> list[int]:
-        """The nonterminal nodes above which a link can be put, or that are links."""
+        """Return the nodes above which a link can be put, or those that are links."""
         if growing:
             return [node for node, symbol in enumerate(shape.symbols) if symbol in self.links]
         return [node for node, rule in enumerate(shape.rules) if rule in self.rules]
@@ -62,7 +80,7 @@ class Chains:
     def grown(
         self, shape: TreeShape, node: int, most: int, rng: np.random.Generator
     ) -> Linked | None:
-        """A link by chance above a node, of ``most`` actions; None where none fits."""
+        """Return a tree with a random link of at most ``most`` actions above a node, or None."""
         numbers = self.links[shape.symbols[node]]
         rules = self.derivations.grammar.rules
         weights = np.cumsum([rules[number].probability for number in numbers])
@@ -80,7 +98,7 @@ class Chains:
         return Linked(spelled, (first, first), link.actions, -log_q)
 
     def shrunk(self, shape: TreeShape, node: int) -> Linked | None:
-        """The link at a node taken away; None where what is left does not fit."""
+        """Return a tree without the link at a node; None if the rest does not fit."""
         rule, below = shape.rules[node], node + 1
         grammar = self.derivations.grammar
         if grammar.is_nonterminal(grammar.rules[rule].right[0]):
@@ -94,7 +112,7 @@ class Chains:
         return Linked(spelled, (first, last), (), log_q)
 
     def _around(self, shape: TreeShape, first: int, last: int) -> tuple[int, list[int]]:
-        """The state before a span, and those behind it from which the rest fits."""
+        """Return the state before a span, and those after it from which the rest fits."""
         since = self.derivations.run(shape.actions[:first])[-1]
         return since, self.derivations.ends_before(shape.actions[last:])
 
@@ -112,11 +130,11 @@ class Chains:
 
 
 def chains(derivations: Derivations) -> Chains:
-    """The rules A -> B A of a grammar, B another symbol; those of probability 0 left out.
+    r"""Return the rules A -> B A of a grammar with B another symbol and a probability above 0.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> from motiondb.scene.sampling.tree_shapes import tree_shape
-    >>> grammar = read_grammar("A -> B A | B\\nB -> b")
+    >>> grammar = read_grammar("A -> B A | B\nB -> b")
     >>> found = chains(Derivations(grammar, []))
     >>> shape = tree_shape(grammar, [0, 2, 1, 2])
     >>> found.places(shape, True), found.places(shape, False), found.shrunk(shape, 0).rules
@@ -133,7 +151,7 @@ def chains(derivations: Derivations) -> Chains:
 def places(
     known: Sequence[Chains], shapes: Sequence[TreeShape], growing: bool
 ) -> list[tuple[int, int]]:
-    """Players and nodes where a link can be put in, or taken away."""
+    """Return the players and nodes where a link can be inserted or removed."""
     return [
         (player, node)
         for player, (one, shape) in enumerate(zip(known, shapes, strict=True))

@@ -1,13 +1,14 @@
-"""Derivations as lists of rules, where a subtree is a slice; and how wrong each subtree is.
+"""Derivations as lists of rules, where a subtree is a slice; and the error of each subtree.
 
 A tree is the list of its rules in preorder (:func:`motiondb.grammar.cfg.context_free.choices_of`).
-The subtree of a nonterminal is the slice of its own rule and those below it, and derives a
-slice of the action string: exchanging a subtree is exchanging both.
+The subtree of a nonterminal is a slice of this list, and derives a slice of the action string.
+Exchanging a subtree is exchanging both slices.
 
 The error of a subtree is the paper's geometric mean, with leaf errors of at least 1 (1 + a clip's
-share of -log P(Y); print's would let one flawless clip wipe out all its ancestors):
+share of -log P(Y); with the printed errors, one flawless clip would make the error of all its
+ancestors 0):
 
-    E(T) = (product of E(children)) ^ (1 / (n + 1)),    1 where it derives nothing            (10)
+    E(T) = (product of E(children)) ^ (1 / (n + 1)),    1 if it derives nothing               (10)
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 5.
@@ -25,6 +26,7 @@ from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.records import FloatArray, IntArray
 
 LEAF = -1
+"""Marks an action among the numbers of children."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +35,17 @@ class TreeShape:
 
     Attributes
     ----------
-    rules : numbers of the rules in preorder, one for each nonterminal node; actions : its leaves.
-    children : array (all nodes,) in preorder, number of children; LEAF for an action.
-    symbols : (nonterminal nodes,), what each node is.
-    spans : array (nonterminal nodes, 3): behind the last rule of the node's subtree (its first is
-        the node's own number), first action, behind the last action.
+    rules : tuple of int
+        Numbers of the rules in preorder, one for each nonterminal node.
+    actions : tuple of str
+        The leaves.
+    children : array of int (all nodes,)
+        Number of children in preorder; LEAF for an action.
+    symbols : tuple of str
+        The symbol of each nonterminal node.
+    spans : array of int (nonterminal nodes, 3)
+        The rule after the last of the node's subtree (its first has the number of the node), its
+        first action, and the action after its last.
     """
 
     rules: tuple[int, ...]
@@ -48,10 +56,10 @@ class TreeShape:
 
 
 def tree_shape(grammar: Grammar, rules: Sequence[int]) -> TreeShape:
-    """The shape of the tree with these rules in preorder.
+    r"""Return the shape of the tree with these rules in preorder.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> shape = tree_shape(read_grammar("S -> a A c\\nA -> b | empty"), [0, 1])
+    >>> shape = tree_shape(read_grammar("S -> a A c\nA -> b | empty"), [0, 1])
     >>> shape.actions, shape.children.tolist(), shape.spans.tolist()
     (('a', 'b', 'c'), [3, -1, 1, -1, -1], [[2, 0, 3], [2, 1, 2]])
     """
@@ -85,24 +93,23 @@ def tree_shape(grammar: Grammar, rules: Sequence[int]) -> TreeShape:
 
 
 def exchanged(grammar: Grammar, shape: TreeShape, node: int, rules: Sequence[int]) -> TreeShape:
-    """The tree with another subtree, given by its rules in preorder, at a nonterminal node."""
+    """Return the tree with another subtree at a node, given by its rules in preorder."""
     end = int(shape.spans[node, 0])
     return tree_shape(grammar, (*shape.rules[:node], *rules, *shape.rules[end:]))
 
 
 @njit(cache=True, nogil=True)
 def subtree_errors(children: IntArray, errors: FloatArray, found: FloatArray) -> int:
-    """E of all nonterminal nodes, in preorder.
+    """Fill ``found`` with E of all nonterminal nodes in preorder, and return their number.
 
     Parameters
     ----------
-    children : array (nodes,), of a :class:`TreeShape`.
-    errors : array (at least actions,), the leaves' errors.
-    found : array (at least nonterminal nodes,), for the result.
-
-    Returns
-    -------
-    how many there are.
+    children : array of int (nodes,)
+        Of a :class:`TreeShape`.
+    errors : array (at least actions,)
+        Errors of the leaves.
+    found : array (at least nonterminal nodes,)
+        Receives the result.
     """
     n_leaves = n_nodes = 0
     for n in children:
@@ -112,7 +119,7 @@ def subtree_errors(children: IntArray, errors: FloatArray, found: FloatArray) ->
             n_nodes += 1
     stack = np.empty(len(children))
     leaf, node, top = n_leaves, n_nodes, 0
-    for i in range(len(children) - 1, -1, -1):  # children stand behind their parents
+    for i in range(len(children) - 1, -1, -1):  # children come after their parents
         n = children[i]
         if n == LEAF:
             leaf -= 1

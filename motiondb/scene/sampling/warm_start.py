@@ -1,10 +1,9 @@
-"""From the scene of one diagram to a first scene of a changed one.
+"""From the scene of one diagram to a first scene of a changed diagram.
 
-A player whose string still does what the changed diagram asks keeps it, with the clips, and begins
-where they did, carried along when their circle was moved. Anybody else, and who is new, is derived
-anew under the condition that it fits (:mod:`.derivations`); actions that were there before, in the
-same order, keep their clips. Sampling then goes on from there (:data:`WARM`), instead of from
-nothing.
+A player whose string still does what the changed diagram asks keeps it, with its clips, and begins
+at the same place, moved with the player's circle. Any other player is derived anew under the
+condition that the string fits (:mod:`.random_subtrees`); actions that were there before, in the
+same order, keep their clips. Sampling then continues from there (:data:`WARM`).
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 6 ("The optimization performance ... depends heavily on the choice of the
@@ -38,15 +37,16 @@ WARM = SamplerSettings(
     cooling=10_000,
     threads=1,
 )
-"""Settings for going on from a scene that is almost right."""
+"""Settings for continuing from a scene that is almost right. Chosen by hand so that a small change
+takes less than half a second; docs/scenes-measured.md has the times."""
 
 
 def warm_start(
     state: SceneState, before: Diagram, play: Play, rng: np.random.Generator
 ) -> SceneState:
-    """A first scene of g_user = 0 for ``play``'s diagram from a scene of the diagram ``before``.
+    """Return a first scene with g_user = 0 for ``play``'s diagram from a scene of ``before``.
 
-    Players are the same by their names.
+    Players are identified by their names.
     """
     old = {player.name: (player, own) for player, own in zip(before.players, state.players)}
     players: list[PlayerState] = []
@@ -78,13 +78,13 @@ def warm_start(
 def _keep_clips(
     entries: IntArray, actions: Sequence[str], old_entries: IntArray, old_actions: Sequence[str]
 ) -> None:
-    """Give actions that stood in the old string, in its order, the clips that they had there."""
+    """Give actions that the old string had, in its order, their old clips."""
     for k, m in common_actions(actions, old_actions):
         entries[k] = old_entries[m]
 
 
 def common_actions(one: Sequence[str], other: Sequence[str]) -> list[tuple[int, int]]:
-    """The places of a longest common subsequence in both.
+    """Return the indices of a longest common subsequence in both strings.
 
     >>> common_actions(["run", "catch", "shoot"], ["catch", "run", "shoot"])
     [(1, 0), (2, 2)]

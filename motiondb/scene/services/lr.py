@@ -1,14 +1,14 @@
-"""Whether a grammar is deterministic: FIRST and FOLLOW, LL(1), LR(1) and LALR(1), and why not.
+"""Whether a grammar is deterministic: FIRST and FOLLOW sets, LL(1), LR(1) and LALR(1) conflicts.
 
 An item is a rule with a point in its right side and a lookahead: ``[A -> a . B, x]``. A state of
-the canonical LR(1) automaton is a closed set of items; its actions are to shift a terminal that
-stands behind a point, or to reduce a rule whose point is at the end where its lookahead comes next.
-A state that has two actions for one terminal is a conflict; without conflicts, every string is
-parsed from left to right with one terminal of lookahead and never a step back, and has one tree.
+the canonical LR(1) automaton is a closed set of items. Its actions are to shift a terminal that
+stands after a point, or to reduce a rule whose point is at the end if its lookahead comes next.
+A state with two actions for one terminal is a conflict. Without conflicts, every string is parsed
+from left to right with one terminal of lookahead and without backtracking, and has one tree.
 LALR(1) merges the states that differ in their lookaheads only. LL(1) is stricter: the next terminal
-alone must tell which rule of a nonterminal to take.
+alone must determine which rule of a nonterminal to apply.
 
-Sets of lookaheads are bits of an integer, bit 0 for the end of the string.
+Sets of lookaheads are bits of an integer; bit 0 is the end of the string.
 
 Source: D. E. Knuth, "On the Translation of Languages from Left to Right", Information and Control
 8 (1965); A. V. Aho, M. S. Lam, R. Sethi and J. D. Ullman, "Compilers", 2nd ed., chapter 4.
@@ -23,12 +23,12 @@ from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Grammar, nullable_symbols, reachable_symbols
 
 END_MARK = "the end"
-"""How the end of a string is named among lookaheads."""
+"""Name of the end of a string among lookaheads."""
 
 _Core = tuple[int, int]
 _State = dict[_Core, int]
 _AUGMENTED = -1
-"""The number of the rule that leads to the start symbol."""
+"""Number of the added rule that derives the start symbol."""
 
 
 @dataclass(frozen=True)
@@ -37,10 +37,14 @@ class Conflict:
 
     Attributes
     ----------
-    kind : "shift-reduce" or "reduce-reduce"; "predict" where LL(1) cannot choose a rule.
-    lookaheads : the terminals that come next; :data:`END_MARK` for the end.
-    rules : numbers of the rules involved.
-    prefix : symbols that lead there.
+    kind : str
+        "shift-reduce" or "reduce-reduce"; "predict" if LL(1) cannot choose a rule.
+    lookaheads : tuple of str
+        The terminals that come next; :data:`END_MARK` for the end.
+    rules : tuple of int
+        Numbers of the rules involved.
+    prefix : tuple of str
+        Symbols that lead to the conflict.
     """
 
     kind: str
@@ -49,7 +53,7 @@ class Conflict:
     prefix: tuple[str, ...] = ()
 
     def describe(self, grammar: Grammar) -> str:
-        """The conflict in a sentence."""
+        """Return the conflict as a sentence."""
         named = [f"'{grammar.rules[number]}'" for number in self.rules]
         rules = " and ".join(named if len(named) > 1 else [*named, "accepting the string"])
         after = f"after '{' '.join(self.prefix)}', " if self.prefix else ""
@@ -58,7 +62,19 @@ class Conflict:
 
 @dataclass(frozen=True)
 class Automaton:
-    """A canonical LR(1) automaton: how many states it has, and its conflicts."""
+    """Size and conflicts of a canonical LR(1) automaton.
+
+    Attributes
+    ----------
+    n_states : int
+        Number of its states.
+    conflicts : tuple of Conflict
+        Its conflicts.
+    lalr_states : int
+        Number of states after merging for LALR(1).
+    lalr_conflicts : tuple of Conflict
+        Conflicts of the merged states.
+    """
 
     n_states: int
     conflicts: tuple[Conflict, ...]
@@ -67,10 +83,10 @@ class Automaton:
 
 
 def first_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
-    """FIRST of every symbol: the terminals that a string it derives can begin with.
+    r"""Return FIRST of every symbol: the terminals that its strings can begin with.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> sorted(first_sets(read_grammar("S -> A b\\nA -> a | empty"))["S"])
+    >>> sorted(first_sets(read_grammar("S -> A b\nA -> a | empty"))["S"])
     ['a', 'b']
     """
     nullable = nullable_symbols(grammar)
@@ -90,10 +106,10 @@ def first_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
 
 
 def follow_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
-    """FOLLOW of every nonterminal: what can stand behind it; :data:`END_MARK` for the end.
+    r"""Return FOLLOW of every nonterminal: what can come after it, or :data:`END_MARK`.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> sorted(follow_sets(read_grammar("S -> A b\\nA -> a | empty"))["A"])
+    >>> sorted(follow_sets(read_grammar("S -> A b\nA -> a | empty"))["A"])
     ['b']
     """
     nullable, first = nullable_symbols(grammar), first_sets(grammar)
@@ -113,7 +129,7 @@ def follow_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
 
 
 def ll1_conflicts(grammar: Grammar) -> tuple[Conflict, ...]:
-    """The pairs of rules between which the next terminal does not decide; () where LL(1)."""
+    """Return the pairs of rules between which the next terminal does not decide; () if LL(1)."""
     nullable, first, follow = nullable_symbols(grammar), first_sets(grammar), follow_sets(grammar)
 
     def predicted(number: int) -> set[str]:
@@ -137,11 +153,19 @@ def ll1_conflicts(grammar: Grammar) -> tuple[Conflict, ...]:
 
 
 def lr1_automaton(grammar: Grammar, max_states: int = 20_000) -> Automaton:
-    """The canonical LR(1) automaton of a grammar, and what merging its states would give.
+    """Return the canonical LR(1) automaton of a grammar, and its LALR(1) form.
+
+    Parameters
+    ----------
+    grammar : Grammar
+        The grammar.
+    max_states : int
+        Largest number of states. The default keeps the test within seconds; chosen by hand.
 
     Raises
     ------
-    SceneError where it needs more states than ``max_states``.
+    SceneError
+        The automaton needs more states than ``max_states``.
     """
     building = _Building(grammar)
     start = building.closure({(_AUGMENTED, 0): 1})
@@ -177,7 +201,7 @@ def _key(state: _State) -> frozenset[tuple[_Core, int]]:
 
 
 class _Building:
-    """The grammar with what closures need, and the bits of its terminals."""
+    """The grammar with its nullable and FIRST sets, and the bits of its terminals."""
 
     def __init__(self, grammar: Grammar) -> None:
         self.grammar = grammar
@@ -188,16 +212,16 @@ class _Building:
         self.first = {s: sum(self.bit[t] for t in found) for s, found in first.items()}
 
     def right(self, rule: int) -> tuple[str, ...]:
-        """A rule's right side, also of the rule that leads to the start symbol."""
+        """Return the right side of a rule; also of the added rule."""
         return (self.grammar.start,) if rule == _AUGMENTED else self.grammar.rules[rule].right
 
     def next_symbol(self, core: _Core) -> str | None:
-        """What stands behind the point of an item."""
+        """Return the symbol after the point of an item, or None at its end."""
         right = self.right(core[0])
         return right[core[1]] if core[1] < len(right) else None
 
     def closure(self, kernel: Mapping[_Core, int]) -> _State:
-        """All items that a kernel implies, each with the bits of its lookaheads."""
+        """Return all items that a kernel implies, each with the bits of its lookaheads."""
         state, waiting = dict(kernel), list(kernel)
         while waiting:
             core = waiting.pop()
@@ -221,7 +245,7 @@ class _Building:
         return found | behind
 
     def moves(self, state: _State) -> dict[str, _State]:
-        """The kernels that a state leads to, by the symbol behind the point."""
+        """Return the kernels that a state leads to, by the symbol after the point."""
         kernels: dict[str, _State] = {}
         for (rule, at), ahead in state.items():
             symbol = self.next_symbol((rule, at))
@@ -230,14 +254,14 @@ class _Building:
         return kernels
 
     def names(self, bits: int) -> tuple[str, ...]:
-        """The terminals of a set of lookaheads."""
+        """Return the terminals of a set of lookaheads."""
         return tuple(mark for mark in self.marks if self.bit[mark] & bits)
 
 
 def _conflicts(
     building: _Building, states: Iterable[tuple[_State, tuple[str, ...]]]
 ) -> tuple[Conflict, ...]:
-    """Every conflict once, with the shortest way to it; rules in the order of their numbers."""
+    """Return every conflict once, with the shortest prefix that leads to it."""
     found: dict[tuple[str, tuple[int, ...]], Conflict] = {}
     for state, prefix in states:
         shifts: dict[str, list[int]] = {}

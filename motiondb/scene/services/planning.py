@@ -1,15 +1,17 @@
-"""The shortest string of a grammar that begins as given and goes through given goals, in order.
+"""The shortest string of a grammar with a given prefix that reaches given goals in order.
 
-The goals c_1 ... c_g are sets of terminals; a string passes them where it has members of them as a
-subsequence. An automaton counts: its state is how much of the prefix, then how many goals are
-behind. A fact says that a symbol, or the first parts of a rule, can lead from one state to another;
-the cheapest is settled first, and joined with those that begin where it ends and end where it
-begins, until the start symbol leads from the first state to the last. A cost is the pair (actions,
-rules), so that a derivation is always dearer than its parts.
+The goals c_1 ... c_g are sets of terminals. A string reaches them if members of them are a
+subsequence of it. The state of a finite automaton counts how much of the prefix, and then how many
+goals, have been passed. A fact says that a symbol, or the first symbols of a rule's right side, can
+lead from one state to another. The search settles the cheapest fact first and joins it with facts
+that begin where it ends or end where it begins, until the start symbol leads from the first state
+to the last. A cost is the pair (actions, rules), so that a derivation always costs more than its
+parts.
 
-:mod:`motiondb.grammar.derivation.plan` goes to one goal, the most probable way; here there are
-many, and each may be met by several terminals. For an empty prefix and the expression of a player
-in a diagram this gives a string of g_user = 0 where the grammar has one, without sampling.
+:mod:`motiondb.grammar.derivation.plan` finds the most probable way to one goal. Here there are
+several goals, and each may be met by several terminals. For an empty prefix and the expression of a
+player in a diagram, the result is a string with g_user = 0 if the grammar has one, without
+sampling.
 
 Source: the intersection of a context-free language with a regular one, Y. Bar-Hillel, M. Perles and
 E. Shamir (1961); cheapest derivations, D. E. Knuth, "A Generalization of Dijkstra's Algorithm",
@@ -28,27 +30,34 @@ from motiondb.grammar.cfg.context_free import Grammar, Tree, derive_by
 
 Cost = tuple[int, int]
 Whole = tuple[str, int, int]
-"""A symbol that leads from a state to another."""
+"""A symbol, and the states that it leads from and to."""
 Part = tuple[int, int, int, int]
-"""A rule's number, how many of its parts lead from a state to another, and these states."""
+"""The number of a rule, the covered symbols of its right side, and the states from and to."""
 
 
 def plan(
     grammar: Grammar, prefix: Sequence[str] = (), goals: Sequence[Collection[str]] = ()
 ) -> Tree:
-    """The derivation of a shortest string; never of the empty one.
+    r"""Return the derivation of a shortest string; it is never the empty string.
 
     Parameters
     ----------
-    prefix : what has been done already, terminals.
-    goals : what is still to be done, in this order; each a terminal's name in a set of choices.
+    grammar : Grammar
+        The grammar.
+    prefix : sequence of str
+        The terminals that the string begins with.
+    goals : sequence of Collection[str]
+        Sets of terminals to pass after the prefix, in this order; any member of a set will do.
 
     Raises
     ------
-    SceneError where the grammar has no such string; it says how far the goals can be met.
+    SceneError
+        The grammar has no such string. The message says which goals can be met.
 
+    Examples
+    --------
     >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> grammar = read_grammar("S -> a S | B\\nB -> b | b c")
+    >>> grammar = read_grammar("S -> a S | B\nB -> b | b c")
     >>> plan(grammar, ["a"], [{"a"}, {"c"}]).leaves()
     ('a', 'a', 'b', 'c')
     """
@@ -63,7 +72,7 @@ def plan(
 
 
 class _Search:
-    """What is settled, with how it came about, and what waits for its turn."""
+    """Settled facts with their derivations, and the agenda of facts that wait."""
 
     def __init__(
         self, grammar: Grammar, prefix: tuple[str, ...], goals: list[frozenset[str]]
@@ -88,7 +97,7 @@ class _Search:
                     self._offer((0, 0), (number, 0, i, i), None)
 
     def _terminals(self, prefix: tuple[str, ...], goals: list[frozenset[str]]) -> Iterator[Whole]:
-        """The steps of the automaton; a terminal leads from each state to one other."""
+        """Yield the steps of the automaton; a terminal leads from each state to one other state."""
         for i, action in enumerate(prefix):
             yield action, i, i + 1
         for number in range(len(goals) + 1):
@@ -104,7 +113,7 @@ class _Search:
             heappush(self.agenda, (cost, next(self.order), fact, because))
 
     def settle(self, top: Whole) -> bool:
-        """Settle facts, cheapest first, until ``top`` is; False where it never is."""
+        """Settle facts, cheapest first, until ``top`` is settled; return False if it never is."""
         while self.agenda:
             cost, _, fact, because = heappop(self.agenda)
             if fact in self.costs:
@@ -149,11 +158,11 @@ class _Search:
         self._offer((one[0] + other[0], one[1] + other[1]), longer, (part, whole))
 
     def ends(self, symbol: str) -> list[int]:
-        """The states that a symbol leads to from the first."""
+        """Return the states that a symbol leads to from the first state."""
         return [j for _, _, j in self.beginning[symbol, 0]]
 
     def choices(self, top: Whole) -> list[int]:
-        """The rules of a settled symbol's derivation, in preorder."""
+        """Return the rules of a settled symbol's derivation, in preorder."""
         found: list[int] = []
         waiting = [top]
         while waiting:
@@ -171,7 +180,7 @@ class _Search:
 def _nowhere(
     grammar: Grammar, prefix: Sequence[str], goals: Sequence[frozenset[str]], ends: list[int]
 ) -> str:
-    """Why there is no plan: the prefix, or the first goal that cannot be met behind the others."""
+    """Return why there is no plan: the prefix, or the first goal that cannot be met."""
     met = max((end - len(prefix) for end in ends), default=-1)
     begun = f" that begins with '{' '.join(prefix)}'" if prefix else ""
     through = ", then ".join(" or ".join(sorted(goal)) for goal in goals)

@@ -1,4 +1,4 @@
-"""What a motion grammar is good for besides scenes: checking, validating, suggesting, planning.
+"""Uses of a motion grammar besides scenes: checking, validating, suggesting, planning.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 6.
@@ -25,13 +25,24 @@ from motiondb.scene.services.lr import Conflict, ll1_conflicts, lr1_automaton
 
 @dataclass(frozen=True)
 class StartReport:
-    """What is known of the strings of one start symbol.
+    """Properties of the strings of one start symbol.
 
     Attributes
     ----------
-    empty : whether it derives the empty string; no character on court may have it.
-    n_states, conflicts : of the canonical LR(1) automaton; () where the grammar is LR(1).
-    lalr_conflicts, ll1_conflicts : () where it is LALR(1), LL(1).
+    symbol : str
+        The start symbol.
+    team : str
+        The team that begins with it, or "".
+    empty : bool
+        Whether it derives the empty string, which no character on court may have.
+    n_states : int
+        Number of states of the canonical LR(1) automaton.
+    conflicts : tuple of Conflict
+        LR(1) conflicts; () if the grammar is LR(1).
+    lalr_conflicts : tuple of Conflict
+        LALR(1) conflicts.
+    ll1_conflicts : tuple of Conflict
+        LL(1) conflicts.
     """
 
     symbol: str
@@ -45,7 +56,23 @@ class StartReport:
 
 @dataclass(frozen=True)
 class GrammarReport:
-    """A grammar looked at: its symbols, those of no use, and the class of each start symbol."""
+    """Properties of a grammar.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    nonterminals : tuple of str
+        Its nonterminals.
+    terminals : tuple of str
+        Its terminals.
+    useless : tuple of str
+        Symbols that no start symbol leads to.
+    nullable : tuple of str
+        Nonterminals that derive the empty string.
+    starts : tuple of StartReport
+        Properties of each start symbol.
+    """
 
     name: str
     nonterminals: tuple[str, ...]
@@ -57,15 +84,23 @@ class GrammarReport:
 
 @dataclass(frozen=True)
 class Validation:
-    """Whether a string of actions is allowed, its tree, or where it fails.
+    """Whether a string of actions is allowed, with its tree or the place where it fails.
 
     Attributes
     ----------
-    start : the start symbol that it was read from; several, with " or ", where they fail alike.
-    position : the first action, from 0, that cannot stand where it stands; the length of the string
-        where more must follow.
-    expected : the actions that could stand there.
-    message : the sentence that says so; "" where the string is allowed.
+    allowed : bool
+        Whether the grammar has the string.
+    start : str
+        The start symbol it was parsed from; several, joined by " or ", if they fail alike.
+    tree : Tree or None
+        Its parse tree.
+    position : int
+        The first action, from 0, that is not allowed at its place; the length of the string if more
+        actions must follow.
+    expected : tuple of str
+        The actions that are allowed there.
+    message : str
+        The fault as a sentence; "" if the string is allowed.
     """
 
     allowed: bool
@@ -88,9 +123,9 @@ class Suggestions:
 
 
 def check(grammar: MotionGrammar) -> GrammarReport:
-    """Look at a grammar: useless and nullable symbols, LR(1), LALR(1) and LL(1).
+    """Report useless and nullable symbols of a grammar, and whether it is LR(1), LALR(1) and LL(1).
 
-    A symbol is useless where no start symbol leads to it. (Nonterminals that never end are refused
+    A symbol is useless if no start symbol leads to it. (Nonterminals that never end are refused
     when the file is read.)
     """
     reached: set[str] = set()
@@ -118,10 +153,10 @@ def check(grammar: MotionGrammar) -> GrammarReport:
 
 
 def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> Validation:
-    """Whether a string of actions is one of the grammar's, from one of its start symbols.
+    """Return whether a string of actions belongs to the grammar, from one of its start symbols.
 
-    Without ``start``, the start symbols that get furthest answer together. The empty string is
-    never allowed: whoever is on court does something.
+    Without ``start``, the start symbols that parse the longest prefix answer together. The empty
+    string is never allowed: every player on court has at least one action.
     """
     symbols = [start] if start else [s.symbol for s in grammar.starts]
     faults: list[Validation] = []
@@ -148,7 +183,7 @@ def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") ->
 
 
 def _say(start: str, actions: Sequence[str], position: int, options: Sequence[str]) -> str:
-    """Where a string fails, in a sentence."""
+    """Return the place where a string fails as a sentence."""
     wanted = f"one of {', '.join(options)}" if len(options) > 1 else "".join(options)
     before = f" after '{' '.join(actions[:position])}'" if position else ""
     found, advice = "the end", "Go on with one of them."
@@ -156,19 +191,20 @@ def _say(start: str, actions: Sequence[str], position: int, options: Sequence[st
         found, advice = f"'{actions[position]}'", "Put one of them there, or add a rule for it."
         advice = suggestion(actions[position], options).strip() or advice
     if not actions:
-        advice = "Whoever is on court does something."
+        advice = "Every player on court needs at least one action."
     at = f"action {position + 1}{before}, from {start}"
     return f"{at}: expected {wanted or 'nothing more'}, found {found}. {advice}"
 
 
 def suggest(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> Suggestions:
-    """The actions that may follow on a string, most probable first.
+    """Return the actions that may follow a string, most probable first.
 
-    Without ``start``, every start symbol counts by how probable the string is from it.
+    Without ``start``, every start symbol is weighted by the probability of the string from it.
 
     Raises
     ------
-    SceneError where no string of the grammar begins so.
+    SceneError
+        No string of the grammar begins with these actions.
     """
     symbols = [start] if start else [s.symbol for s in grammar.starts]
     chances: dict[str | None, float] = {}
@@ -179,7 +215,7 @@ def suggest(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> 
             for action, chance in prefix.suggest(rules, actions):
                 chances[action] = chances.get(action, 0.0) + weight * chance
     end = chances.pop(prefix.END, 0.0)
-    if not actions:  # whoever is on court does something
+    if not actions:  # every player on court has at least one action
         end = 0.0
     total = sum(chances.values()) + end
     if total <= 0.0:
@@ -195,11 +231,12 @@ def plan(
     goals: Sequence[Collection[str]] = (),
     start: str = "",
 ) -> Tree:
-    """The shortest string that begins with ``actions`` and then goes through the goals in order.
+    """Return the shortest string that begins with ``actions`` and then reaches the goals in order.
 
     Raises
     ------
-    SceneError where the grammar has none, or a goal is no action of it.
+    SceneError
+        The grammar has no such string, or a goal is not one of its actions.
     """
     known = grammar.terminal
     for goal in goals:
@@ -213,17 +250,23 @@ def plan(
 
 
 def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str, Tree]:
-    """For each player the shortest string of the grammar that fits the diagram (g_user = 0).
+    """Return for each player the shortest string of the grammar that fits the diagram (g_user = 0).
 
     Parameters
     ----------
-    where : the diagram's file, for messages; its name where there is none.
+    diagram : Diagram
+        The diagram.
+    grammar : MotionGrammar
+        The grammar that it is played by.
+    where : str
+        Name of the diagram's file, for messages; by default the name of the diagram.
 
     Raises
     ------
-    SceneError, naming the player and what the grammar does not allow them, a place that the
-    grammar's rules need, an element whose rules need an opponent where there is none, or a player
-    who is to do more than a string can hold.
+    SceneError
+        A player is asked for something that the grammar does not allow, a place is missing that the
+        grammar's rules need, an element has a rule about an opponent and there is none, or a player
+        has more to do than a string can hold. The message names the player.
     """
     where = where or diagram.name
     _check_places(diagram, grammar, where)
@@ -253,7 +296,7 @@ def _planned(
     items: Sequence[Item],
     where: str,
 ) -> Tree:
-    """A player's shortest string; SceneError with the line of the first act that cannot be."""
+    """Return a player's shortest string, or raise a SceneError at the first impossible act."""
     goals = [item.actions for item in items]
     try:
         return plan(grammar, (), goals, start)
@@ -276,6 +319,7 @@ def _planned(
 
 
 def _check_places(diagram: Diagram, grammar: MotionGrammar, where: str) -> None:
+    """Refuse a diagram without a place that the grammar's rules need."""
     known = dict(diagram.places)
     for place in grammar.places:
         if place not in known:
@@ -288,7 +332,7 @@ def _check_places(diagram: Diagram, grammar: MotionGrammar, where: str) -> None:
 def _check_opponent(
     diagram: Diagram, grammar: MotionGrammar, name: str, start: str, item: Item, where: str
 ) -> None:
-    """Refuse an action that is about an opponent where nobody is one."""
+    """Refuse an action with a rule about an opponent if the player has none."""
     if item.element < 0 or item.other or diagram.opponent_of(name):
         return
     above = reachable_symbols(grammar.started(start))

@@ -1,9 +1,9 @@
-"""What a player plays: parts of the clips that were sampled, and pauses between them.
+"""What a player plays: parts of the sampled clips, and pauses between them.
 
-Sampling puts clips end to end. Polishing may leave out the middle of one in which somebody only
-stands (of the first its beginning, of the last its end), and may let a player stand between two.
-Everything that looks at the frames of a string, be it for rules, for the ball or for provenance,
-finds here which frame of which clip comes when.
+Sampling puts clips end to end. Polishing may leave out the middle of a clip in which a player only
+stands (the beginning of the first clip, the end of the last), and may insert a pause between two
+clips. All code that needs to know which frame of which clip is shown when (for rules, for the ball,
+for provenance) gets it from here.
 """
 
 from __future__ import annotations
@@ -20,9 +20,18 @@ from motiondb.scene.energy.scene_state import PlayerState
 
 @dataclass(frozen=True)
 class Part:
-    """``n_frames`` of one source, or of a pause, which plays its source to and fro.
+    """Frames of one source, or of a pause, which plays its source forwards and backwards.
 
-    ``clip`` : the action that it belongs to; of a pause the one before it, -1 before the first.
+    Attributes
+    ----------
+    source : ClipSource
+        The source.
+    n_frames : int
+        Number of frames.
+    clip : int
+        The action that it belongs to; for a pause the one before it, -1 before the first.
+    waits : bool
+        Whether it is a pause.
     """
 
     source: ClipSource
@@ -33,14 +42,20 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Playing:
-    """A player's string with its pauses; frames count from the first clip's first.
+    """A player's string with its pauses; frames count from the first frame of the first clip.
 
     Attributes
     ----------
-    begins : array (clips + 1,), frames at which clips begin, and where the last one ends.
-    ends : array (clips,), the frames behind the clips' last.
-    instants : array (clips,), where rules look: the clip's event, else its middle.
-    rows : array (frames,), the frame of the string as sampled; of a pause the one before it.
+    parts : tuple of Part
+        What is played.
+    begins : array of int (clips + 1,)
+        Frames at which clips begin, and where the last one ends.
+    ends : array of int (clips,)
+        The frames after the clips' last.
+    instants : array of int (clips,)
+        Where rules look: the clip's event, or its middle.
+    rows : array of int (frames,)
+        The frame of the string as sampled; for a pause the one before it.
     """
 
     parts: tuple[Part, ...]
@@ -72,7 +87,17 @@ class Playing:
 
 @dataclass(frozen=True)
 class Pause:
-    """Standing behind the clip ``behind``, in a clip in place, for ``n_frames``."""
+    """A pause after a clip.
+
+    Attributes
+    ----------
+    behind : int
+        Index of the clip before it.
+    source : ClipSource
+        The clip in place that is played.
+    n_frames : int
+        Its length.
+    """
 
     behind: int
     source: ClipSource
@@ -85,11 +110,18 @@ def play(
     lengths: Sequence[int] | None = None,
     pauses: Sequence[Pause] = (),
 ) -> Playing:
-    """A player's clips, each ``lengths[k]`` frames of it, with pauses.
+    """Return a player's clips, cut to given lengths, with pauses.
 
     Parameters
     ----------
-    lengths : default all; one that is shorter than its clip must be of a clip without an event.
+    player : PlayerState
+        The sampled player.
+    library : ClipLibrary
+        The clips.
+    lengths : sequence of int or None
+        Frames of each clip, all by default. A clip that is cut must have no event.
+    pauses : sequence of Pause
+        The pauses.
     """
     entries = np.asarray(player.entries).tolist()
     whole = [int(library.n_frames[entry]) for entry in entries]
@@ -121,7 +153,7 @@ def play(
 
 
 def kept_frames(whole: int, length: int, first: bool, last: bool) -> list[tuple[int, int]]:
-    """The frames [start, end) of a clip of ``whole`` that are kept where ``length`` are.
+    """Return the frames [start, end) of a clip of ``whole`` frames that are kept of it.
 
     >>> kept_frames(100, 20, True, False), kept_frames(100, 20, False, True)
     ([(80, 100)], [(0, 20)])
@@ -138,7 +170,7 @@ def kept_frames(whole: int, length: int, first: bool, last: bool) -> list[tuple[
 
 
 def part_of(source: ClipSource, start: int, end: int) -> ClipSource:
-    """Frames [start, end) of a clip's source; the same share of its bend."""
+    """Return frames [start, end) of a clip's source, with the same fraction of its bend."""
     share = (end - start) / (source.end - source.start)
     return replace(
         source, start=source.start + start, end=source.start + end, bend=source.bend * share

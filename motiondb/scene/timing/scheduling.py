@@ -1,18 +1,18 @@
-"""When everybody does what: where a scene waits for nothing, it is made shorter.
+"""The schedule of a scene by a linear program: shorter where nothing has to be waited for.
 
-A sampled scene has everybody's clips end to end and a delay before each string. Whoever must wait
-for somebody then goes slower, and whoever stands long at first makes all others stand. With T the
-frames of the scene at which clips begin and end, at which instants of synchronisations are, and
-with L the last of them, a linear program minimises
+A sampled scene has every player's clips end to end, and a delay before each string. Players who
+wait for somebody then have to go slower, and a long delay of one player lets all others stand. With
+T the frames of the scene at which clips begin and end and at which synchronisations look, and with
+L the last of them, a linear program minimises
 
     c L  +  4 sum |dT - ds|  +  50 sum |T_partner - T_own - lag|  +  sum of pauses / 20
          +  0.3 sum |T_own(t) - T_other(t)|  +  0.02 sum |T(0) - delay|
 
-where ds is as long as a clip lasts and a pause may lie between two clips that both stand still
-where they meet. Clips of standing (holding, idling, guarding) may be cut short for next to nothing.
-The fifth term keeps together what a rule of place looks at: who guards somebody who is just then in
-the midst of a run stays with that run. What the program leaves to a change of pace is then spread
-by :mod:`.time_editing`.
+where ds is the length of a clip. A pause may be inserted between two clips that are both at rest
+where they meet. Clips of standing (holding, idling, guarding) may be cut short at almost no cost.
+The fifth term keeps together what a rule of place looks at: a player who guards somebody in the
+middle of a run stays with that run. The change of pace that the program leaves is then spread by
+:mod:`.time_editing`.
 
 Source: M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized Multi-Character Motion Editing", ACM
 Transactions on Graphics 28 (2009), which bends time only; cuts, pauses and the program are ours.
@@ -29,21 +29,32 @@ from motiondb.records import FloatArray, IntArray
 from motiondb.scene.timing.time_editing import SLOWEST, Meeting
 
 SHORTEST_PAUSE = 12
-"""Frames of a pause, at least: into it and out of it takes ten."""
+"""Shortest pause, frames: the transitions into it and out of it take ten."""
 _PACE, _MEET, _PAUSE, _CUT = 4.0, 50.0, 0.05, 0.02
+"""Costs per frame of a change of pace, a missed synchronisation, a pause, and a cut of standing.
+
+Only their order matters: synchronisations before pace, pace before pauses and cuts. Chosen by hand.
+"""
 _BESIDE, _DELAY = 0.3, 0.02
+"""Costs per frame of the fifth term and of a changed delay. Chosen by hand, below those of pace."""
 
 
 @dataclass(frozen=True, eq=False)
 class Strings:
-    """What a schedule needs to know of one player's string.
+    """One player's string for a schedule.
 
     Attributes
     ----------
-    lengths : array (clips,), frames. least : array (clips,), to which they may be cut.
-    pauses : array (clips,), whether a pause may lie behind each; the last one's never counts.
-    delay : frames before the first, as sampled. after : frames that the scene lasts behind every
-        clip's own end, for a ball that is in the air; 0 for most.
+    lengths : array of int (clips,)
+        Frames of the clips.
+    least : array of int (clips,)
+        Frames to which they may be cut.
+    pauses : array of int (clips,)
+        1 if a pause may follow; the last one never counts.
+    delay : int
+        Frames before the first clip, as sampled.
+    after : array of int (clips,)
+        Frames that the scene lasts after the end of each clip, for a ball in the air; mostly 0.
     """
 
     lengths: IntArray
@@ -55,7 +66,17 @@ class Strings:
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
-    """One player's: frames of every clip, of the pause behind each (0: none), and the delay."""
+    """The schedule of one player.
+
+    Attributes
+    ----------
+    lengths : tuple of int
+        Frames of every clip.
+    pauses : tuple of int
+        Frames of the pause after each, 0 for none.
+    delay : float
+        Frames before the first clip.
+    """
 
     lengths: tuple[int, ...]
     pauses: tuple[int, ...]
@@ -68,14 +89,21 @@ def schedule(
     beside: Sequence[Meeting] = (),
     hurry: float = 1.0,
 ) -> tuple[Schedule, ...]:
-    """The schedules of all players; see the module.
+    """Return the schedules of all players; see the module.
 
     Parameters
     ----------
-    meetings : synchronisations, in frames of the strings as sampled, end to end.
-    beside : frames of two strings that show the same moment as sampled; lags 0.
-    hurry : c, what a frame of the scene costs.
+    strings : sequence of Strings
+        The players' strings.
+    meetings : sequence of Meeting
+        Synchronisations, in frames of the strings as sampled, end to end.
+    beside : sequence of Meeting
+        Frames of two strings that show the same moment as sampled; their lags are 0.
+    hurry : float
+        C, the cost of a frame of the scene.
 
+    Examples
+    --------
     >>> standing = Strings(np.array([100, 30]), np.array([15, 30]), np.array([1, 1]), 0,
     ...     np.array([0, 0]))
     >>> running = Strings(np.array([40]), np.array([40]), np.array([0]), 80, np.array([0]))
@@ -96,7 +124,7 @@ def schedule(
 
 
 class _Problem:
-    """The linear program's rows and columns: costs, bounds, equations a x = b."""
+    """The linear program: costs, bounds, and equations a x = b."""
 
     def __init__(
         self,
@@ -132,7 +160,7 @@ class _Problem:
         self._equals.append(value)
 
     def _off(self, terms: dict[int, float], value: float, costs: tuple[float, float]) -> None:
-        """terms = value, or more and less at their costs."""
+        """Add the equation terms = value, with slack variables for more and less at their costs."""
         more, less = self._column(costs[0]), self._column(costs[1])
         self._equation({**terms, more: -1.0, less: 1.0}, value)
 
@@ -166,7 +194,7 @@ class _Problem:
             self._equation({self._last: 1.0, now: -1.0, spare: -1.0}, float(own.after[clip]))
 
     def _stretch(self, since: int, length: float, least: float) -> int:
-        """A column that is ``length`` after another, faster, slower, or cut short to ``least``."""
+        """Add a time ``length`` after another, faster, slower, or cut short to ``least``."""
         until = self._column(0.0)
         slower = self._column(_PACE, 0.0, (SLOWEST - 1.0) * length)
         faster = self._column(_PACE, 0.0, (1.0 - 1.0 / SLOWEST) * length)
@@ -177,7 +205,7 @@ class _Problem:
         return until
 
     def _at(self, player: int, frame: float) -> dict[int, float]:
-        """When a frame of a string as sampled is shown, in columns."""
+        """Return the time at which a frame of a string as sampled is shown, in columns."""
         marks = self._marks[player]
         frames = [mark for mark, _ in marks]
         k = int(np.clip(np.searchsorted(frames, frame, side="right"), 1, len(marks) - 1))
@@ -186,7 +214,7 @@ class _Problem:
         return {first: 1.0 - share, second: share}
 
     def _meet(self, meeting: Meeting, cost: float) -> None:
-        """A partner who has not begun is to begin no earlier, one who has ended to end no later."""
+        """Add a meeting; one who has not begun must not be late, one who has ended not early."""
         terms: dict[int, float] = {}
         for player, frame, sign in (
             (meeting.player, meeting.own, -1.0),
@@ -200,7 +228,7 @@ class _Problem:
         self._off(terms, meeting.lag, (late, early))
 
     def solve(self, least: Sequence[FloatArray], most: Sequence[FloatArray]) -> None:
-        """Solve with these bounds of the pauses."""
+        """Solve the program with these bounds of the pauses."""
         from scipy.optimize import linprog
         from scipy.sparse import csr_array
 
@@ -222,11 +250,11 @@ class _Problem:
         self._found: FloatArray = np.asarray(found.x)
 
     def pauses(self, player: int) -> FloatArray:
-        """Frames of the pauses between a player's clips."""
+        """Return the frames of the pauses between a player's clips."""
         return self._found[self._pauses[player]]
 
     def schedule(self, player: int) -> Schedule:
-        """One player's part of the solution, in whole frames."""
+        """Return one player's part of the solution, in whole frames."""
         own = self._strings[player]
         lasts = self._found[self._ends[player]] - self._found[self._begins[player]]
         lengths = np.where(own.least < own.lengths, np.rint(lasts), own.lengths).astype(int)

@@ -1,15 +1,17 @@
-"""Time edited so that what belongs together happens together.
+"""Editing of time so that synchronisations hold.
 
-Every player's time is bent piecewise linearly: source frames s (0 at the first clip's first) to
-frames T(s) of the scene, with knots where clips begin, at instants that synchronisations are about,
-and at the end. Over all players together, with intervals ds, dT of neighbouring knots,
+Every player's time is a piecewise linear function from source frames s (0 at the first frame of the
+first clip) to frames T(s) of the scene. Its knots are where clips begin, at instants of
+synchronisations, and at the end. Over all players together, with intervals ds and dT between
+neighbouring knots,
 
-    minimise   sum (dT - ds)^2 / ds  +  w sum (T(0) - delay)^2
-    so that    T_partner - T_own = lag of every synchronisation,   dT / ds in [0.8, 1.25],   T >= 0.
+    minimise     sum (dT - ds)^2 / ds  +  w sum (T(0) - delay)^2
+    subject to   T_partner - T_own = lag of every synchronisation,   dT / ds in [0.8, 1.25],   T >=
+    0.
 
-Slopes are bounds, synchronisations equations of great weight: where both cannot hold, the bounds
-do, and the rest is shared among the equations, to be seen in the report. What everybody waits
-for at first is left out: somebody begins at 0.
+Slopes are bounds, and synchronisations are equations of great weight. If both cannot hold, the
+bounds do, and the error is shared among the equations and shown in the report. Time for which
+everybody waits at first is left out: one player begins at 0.
 
 Source: M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized Multi-Character Motion Editing", ACM
 Transactions on Graphics 28 (2009): interactions in time are kept by bending time.
@@ -25,14 +27,31 @@ import numpy as np
 from motiondb.records import FloatArray, IntArray
 
 SLOWEST = 1.25
-"""Frames of the scene per frame of a clip, at most; its inverse is the least."""
+"""Most frames of the scene per frame of a clip; the inverse is the least. Chosen by hand: faster or
+slower looks wrong."""
 _DELAY_WEIGHT = 0.05
+"""Weight of the delays: small, because nobody sees who waits how long. Chosen by hand."""
 _MEET_WEIGHT = 100.0
+"""Weight of the synchronisations: large enough to act as equations. Chosen by hand."""
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """``partner``'s source frame ``theirs`` is to be ``lag`` frames after ``own`` of ``player``."""
+    """A synchronisation of two players' source frames.
+
+    Attributes
+    ----------
+    player : int
+        The first player.
+    own : float
+        Source frame of the first player.
+    partner : int
+        The second player.
+    theirs : float
+        Source frame of the second player.
+    lag : float
+        Frames by which ``theirs`` must come after ``own``.
+    """
 
     player: int
     own: float
@@ -49,17 +68,17 @@ class TimeMap:
     shown: FloatArray
 
     def frame_of(self, source: FloatArray | IntArray) -> FloatArray:
-        """When source frames are shown, in frames of the scene."""
+        """Return the frames of the scene at which source frames are shown."""
         return np.interp(source, self.source, self.shown)
 
     def source_at(self, frames: FloatArray) -> FloatArray:
-        """What is shown at frames of the scene; before and behind, time goes on as it does."""
+        """Return the source frames shown at frames; outside, time passes at its usual rate."""
         inside = np.interp(frames, self.shown, self.source)
         early, late = np.minimum(frames - self.shown[0], 0.0), frames - self.shown[-1]
         return inside + early + np.maximum(late, 0.0)
 
     def slope_at(self, frames: FloatArray) -> FloatArray:
-        """Source frames per frame of the scene: array (frames,), 1 before and behind."""
+        """Return source frames per frame: array (frames,); 1 before and after the string."""
         slopes = np.diff(self.source) / np.diff(self.shown)
         where = np.searchsorted(self.shown, frames, side="right") - 1
         inside = (where >= 0) & (where < len(slopes))
@@ -69,14 +88,19 @@ class TimeMap:
 def edit_times(
     knots: Sequence[FloatArray], delays: Sequence[float], meetings: Sequence[Meeting]
 ) -> tuple[TimeMap, ...]:
-    """The time maps of all players that let meetings happen; see the module.
+    """Return the time maps of all players that let meetings happen; see the module.
 
     Parameters
     ----------
-    knots : for every player source frames, ascending from 0 to their last; those of meetings are
-        added.
-    delays : frames at which the players begin as sampled.
+    knots : sequence of array
+        For every player source frames, ascending from 0 to their last; those of meetings are added.
+    delays : sequence of float
+        Frames at which the players begin as sampled.
+    meetings : sequence of Meeting
+        The synchronisations.
 
+    Examples
+    --------
     >>> knots = [np.array([0.0, 10.0]), np.array([0.0, 10.0])]
     >>> maps = edit_times(knots, [0, 4], [Meeting(0, 10, 1, 10, 4.0)])
     >>> [round(float(m.frame_of(10.0)), 6) for m in maps]

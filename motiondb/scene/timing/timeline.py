@@ -1,12 +1,12 @@
-"""A scene frame by frame on one clock, and what its semantic rules measure there.
+"""A scene frame by frame on one clock, and the values of its semantic rules there.
 
-Sampling looks at clips and their places; polishing bends time and ways, after which a scene is no
-longer a string of clips. So that both are measured alike, either becomes a timeline: everybody's
-place at every frame of the scene, and the frames at which clips begin and have their instants.
-Before a player begins they stand in the first pose, behind their last frame in the last.
+Sampling works on clips and their places. Polishing bends time and paths, after which a scene is no
+longer a string of clips. To measure both in the same way, either becomes a timeline: the place of
+every player at every frame of the scene, and the frames at which clips begin and have their events.
+Before their string players stand in its first pose, after it in its last.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-Forum 35 (2016), section 3.1; :mod:`.rules` is the measure.
+Forum 35 (2016), section 3.1.
 """
 
 from __future__ import annotations
@@ -33,20 +33,24 @@ from motiondb.scene.language.semantic_rules import (
 )
 
 SYNCHRONOUS = 2.0
-"""Frames by which what happens together may be apart."""
+"""Accepted error of a synchronisation, frames. Chosen by hand: 67 ms, hardly visible."""
 
 
 @dataclass(frozen=True, eq=False)
 class Timeline:
-    """Where everybody is, and when.
+    """The places of all players over time.
 
     Attributes
     ----------
-    places : array (players, frames, 3), x, z in metres and heading in radians.
-    begins : for every player the frames at which their clips begin, and behind the last the end.
-    instants : for every player the frames of their clips' instants.
-    ends : for every player the frames behind their clips' last; () where each begins as the one
-        before it ends.
+    places : array (players, frames, 3), m and rad
+        x, z and heading.
+    begins : tuple of array of int (clips + 1,)
+        For every player the frames at which their clips begin, and after the last the end.
+    instants : tuple of array of int (clips,)
+        For every player the frames of their clips' events.
+    ends : tuple of array of int (clips,)
+        For every player the frames after their clips' last; () if each begins where the one before
+        it ends.
     """
 
     places: FloatArray
@@ -60,14 +64,24 @@ class Timeline:
         return self.places.shape[1]
 
     def end_of(self, player: int, clip: int) -> int:
-        """The frame behind a clip's last; pauses behind it are not counted."""
+        """Return the frame after a clip's last, without the pause after it."""
         ends = self.ends[player] if self.ends else self.begins[player][1:]
         return int(ends[clip])
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What a rule measures: f_k, the frame that counts (of many, the worst), the partner's clip."""
+    """The value of a rule.
+
+    Attributes
+    ----------
+    value : float
+        F_k.
+    frame : int
+        The frame that counts; of several the worst.
+    partner_clip : int
+        The partner's clip, or -1.
+    """
 
     value: float
     frame: int
@@ -75,7 +89,7 @@ class Measured:
 
 
 def own_places(player: PlayerState, library: ClipLibrary) -> FloatArray:
-    """The places of a player's frames, clip after clip: array (frames, 3)."""
+    """Return the places of a player's frames, clip after clip: array (frames, 3)."""
     at, parts = np.array(player.origin, dtype=float), []
     for entry in np.asarray(player.entries).tolist():
         parts.append(compose(at, library.path_of(entry)))
@@ -84,7 +98,9 @@ def own_places(player: PlayerState, library: ClipLibrary) -> FloatArray:
 
 
 def clip_frames(player: PlayerState, library: ClipLibrary) -> tuple[IntArray, IntArray]:
-    """Where a player's clips begin (clips + 1,) and have their instants (clips,), from their first.
+    """Return where a player's clips begin (clips + 1,) and have their events (clips,).
+
+    Frames count from the first.
 
     >>> from types import SimpleNamespace as Bare
     >>> library = Bare(n_frames=np.array([4, 9]), event_frame=np.array([-1, 5]))
@@ -99,7 +115,7 @@ def clip_frames(player: PlayerState, library: ClipLibrary) -> tuple[IntArray, In
 
 
 def sampled_timeline(state: SceneState, library: ClipLibrary) -> Timeline:
-    """A scene as it was sampled, nothing polished."""
+    """Return the timeline of a scene as it was sampled."""
     frames = [clip_frames(player, library) for player in state.players]
     delays = [player.delay for player in state.players]
     ends = [int(begins[-1]) for begins, _ in frames]
@@ -116,7 +132,7 @@ def sampled_timeline(state: SceneState, library: ClipLibrary) -> Timeline:
 
 
 def moment_frames(row: np.void, timeline: Timeline) -> IntArray:
-    """The frames at which a rule looks: one, or a stretch's where it holds throughout."""
+    """Return the frames at which a rule looks: one, or an interval for throughout."""
     player, first, last = int(row["player"]), int(row["first"]), int(row["last"])
     since = int(timeline.begins[player][first])
     end = max(timeline.end_of(player, last - 1) - 1, since)
@@ -134,7 +150,7 @@ def moment_frames(row: np.void, timeline: Timeline) -> IntArray:
 
 
 def target_places(row: np.void, timeline: Timeline, frames: IntArray, name: str) -> FloatArray:
-    """Where the ``target`` or the ``other`` of a rule is at frames: array (frames, 2), metres."""
+    """Return the places (frames, 2) of the ``target`` or the ``other`` of a rule, m."""
     prefix = "" if name == "target" else "other_"
     if row[name] >= 0:
         return timeline.places[row[name], frames, :2]
@@ -142,7 +158,7 @@ def target_places(row: np.void, timeline: Timeline, frames: IntArray, name: str)
 
 
 def wanted_headings(row: np.void, timeline: Timeline, frames: IntArray) -> FloatArray:
-    """The headings that a direction rule asks for at frames: array (frames,), radians."""
+    """Return the headings (frames,) that a direction rule asks for, rad."""
     if row["target"] == kinds.HEADING:
         return np.full(len(frames), float(row["x"]))
     own = timeline.places[row["player"], frames, :2]
@@ -150,7 +166,7 @@ def wanted_headings(row: np.void, timeline: Timeline, frames: IntArray) -> Float
 
 
 def frame_values(row: np.void, timeline: Timeline, frames: IntArray) -> FloatArray:
-    """f of a rule that is no synchronisation, at each of the frames: array (frames,)."""
+    """Return f of a rule that is no synchronisation at each of the frames: array (frames,)."""
     own = timeline.places[row["player"], frames]
     if row["kind"] == kinds.UNMET:
         return np.ones(len(frames))
@@ -165,7 +181,7 @@ def frame_values(row: np.void, timeline: Timeline, frames: IntArray) -> FloatArr
 
 
 def lag_of(row: np.void, timeline: Timeline, partner_clip: int) -> float:
-    """Seconds that a synchronisation asks for: said, or as long as the ball flies."""
+    """Return the lag of a synchronisation, s: as stated, or the time that the ball flies."""
     if not math.isnan(row["lag"]):
         return float(row["lag"])
     start = timeline.instants[row["player"]][row["first"]]
@@ -175,7 +191,7 @@ def lag_of(row: np.void, timeline: Timeline, partner_clip: int) -> float:
 
 
 def measure(table: RuleTable, number: int, timeline: Timeline) -> Measured:
-    """f of rule ``number`` of a table: the mean over its frames, see :mod:`.rule_table`."""
+    """Return f of rule ``number`` of a table: the mean over its frames, see :mod:`.rule_table`."""
     row = table.rows[number]
     frames = moment_frames(row, timeline)
     if row["kind"] != kinds.SYNCHRONISATION:
@@ -191,9 +207,10 @@ def measure(table: RuleTable, number: int, timeline: Timeline) -> Measured:
 
 
 def tolerance(row: np.void) -> float:
-    """What f of a rule may be in a polished scene: its weight, which is the deviation that costs 1.
+    """Return the largest accepted f of a rule in a polished scene.
 
-    A distance is kept or not, a synchronisation is to hold within :data:`SYNCHRONOUS`.
+    It is the weight, the deviation that costs 1. A distance must be kept exactly, and a
+    synchronisation within :data:`SYNCHRONOUS`.
     """
     if row["kind"] == kinds.DISTANCE:
         return 0.0
@@ -203,7 +220,7 @@ def tolerance(row: np.void) -> float:
 
 
 def excess(table: RuleTable, timeline: Timeline) -> float:
-    """By how much rules fail: the sum of what is beyond their tolerances, over their weights."""
+    """Return by how much rules fail: the sum of f beyond the tolerances, divided by the weights."""
     total = 0.0
     for number, row in enumerate(table.rows):
         if row["kind"] != kinds.UNMET:
@@ -213,7 +230,7 @@ def excess(table: RuleTable, timeline: Timeline) -> float:
 
 
 def contact_frames(table: RuleTable, timeline: Timeline, around: int) -> NDArray[np.bool_]:
-    """When two may touch: array (players, players, frames), ``around`` their common instants."""
+    """Return when two players may touch: array of bool (players, players, frames)."""
     n_players, n_frames, _ = timeline.places.shape
     may = np.zeros((n_players, n_players, n_frames), dtype=bool)
     for one, k, other, m in table.contacts.tolist():

@@ -1,9 +1,9 @@
-"""What players do while they wait: before their first action, between two, and behind their last.
+"""What players do while they wait: before their first action, between two, and after their last.
 
-A string of clips begins when its delay is over and ends before others do. Meanwhile a clip in place
-is played, of the entries of the grammar's own standing actions the one whose poses are most like
-those that it lies between. Who would begin or end in the midst of a run takes a first step out of
-rest before, or a last one into rest behind.
+A string of clips begins when its delay is over, and may end before others do. Meanwhile the player
+plays a clip in place: the entry of the grammar's standing actions whose poses are most like those
+before and after it. A player who would begin or end in the middle of a run takes a first step from
+rest before it, or a last one to rest after it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.timing.playing import Part
 
 IDLE, HOLDING = "idle", "hold"
-"""Actions that are waiting: without the ball, and with it."""
+"""Actions for waiting: without the ball, and with it."""
 BALL_BEFORE = (
     "hold",
     "dribble",
@@ -26,23 +26,25 @@ BALL_BEFORE = (
     "pivot_left",
     "pivot_right",
 )
-"""Who begins with one of these has the ball."""
+"""A player who begins with one of these actions has the ball."""
 BALL_BEHIND = ("hold", "catch", "dribble", "fake_shot", "pivot_left", "pivot_right")
-"""Who ends with one of these has it still."""
+"""A player who ends with one of these actions still has it."""
 ON_GUARD = "guard"
-"""What those who guard do when they wait."""
+"""Action of guarding; players who guard also wait in it."""
 AT_REST = 0.35
-"""Mean speed of the joints, metres a second, at which a body may pause."""
+"""Mean speed of the joints, m/s, up to which a body may pause. Chosen by hand on the sample
+captures."""
 _STILL = 0.12
-"""Metres that a clip in place may move."""
+"""Largest displacement of a clip in place, m. Chosen by hand."""
 _LEAST = {IDLE: 15, HOLDING: 15, ON_GUARD: 30}
-"""Frames to which clips of standing may be cut."""
+"""Frames to which clips of standing may be cut: half a second, guarding a second. Chosen by
+hand."""
 
 
 def least_lengths(library: ClipLibrary, entries: IntArray) -> IntArray:
-    """To how many frames each of a string's clips may be cut: all of them, but for standing.
+    """Return to how many frames each of a string's clips may be cut.
 
-    A clip with an event stays whole: rules look at its instant.
+    Only standing is cut. A clip with an event stays whole, because rules look at its instant.
     """
     whole = np.asarray(library.n_frames)[entries].astype(np.int64)
     for clip, entry in enumerate(np.asarray(entries).tolist()):
@@ -54,9 +56,9 @@ def least_lengths(library: ClipLibrary, entries: IntArray) -> IntArray:
 
 
 def may_pause(library: ClipLibrary, entries: IntArray) -> IntArray:
-    """1 for a clip behind which its player may stand: both it and the next rest where they meet.
+    """Return 1 for clips after which the player may stand: this and the next are at rest there.
 
-    Nowhere where the grammar has no clip to stand in.
+    It is 0 everywhere if the grammar has no clip to stand in.
     """
     found = np.zeros(len(entries), dtype=np.int64)
     if len(library.rest) and len(_standing(library, IDLE)):
@@ -66,7 +68,7 @@ def may_pause(library: ClipLibrary, entries: IntArray) -> IntArray:
 
 
 def pause_entry(library: ClipLibrary, entries: IntArray, behind: int) -> int:
-    """The entry that is played in a pause behind a clip; -1 where the grammar has none."""
+    """Return the entry that is played in a pause after a clip; -1 if the grammar has none."""
     played = _played(library, entries)
     action = HOLDING if played[behind] in BALL_BEHIND else IDLE
     standing = _standing(library, ON_GUARD if ON_GUARD in played else action)
@@ -79,7 +81,7 @@ def pause_entry(library: ClipLibrary, entries: IntArray, behind: int) -> int:
 
 
 def lead_in(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Part, ...]:
-    """What is played for ``n_frames`` before a string; () where nothing fits."""
+    """Return what is played for ``n_frames`` before a string; () if nothing fits."""
     played, kinds = _played(library, entries), np.asarray(library.seam_class)
     action = HOLDING if played[0] in BALL_BEFORE else IDLE
     standing = _standing(library, ON_GUARD if ON_GUARD in played else action)
@@ -97,7 +99,7 @@ def lead_in(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Par
 
 
 def lead_out(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Part, ...]:
-    """What is played behind a string: a last step where it ends in motion, then ``n_frames``."""
+    """Return what is played after a string: a last step if it ends in motion, then ``n_frames``."""
     played, kinds = _played(library, entries), np.asarray(library.seam_class)
     action = HOLDING if played[-1] in BALL_BEHIND else IDLE
     standing = _standing(library, ON_GUARD if ON_GUARD in played else action)
@@ -117,9 +119,9 @@ def _played(library: ClipLibrary, entries: IntArray) -> list[str]:
 
 
 def _step(library: ClipLibrary, entry: int, side: int) -> int:
-    """A step out of rest before an entry (side 0), or into rest behind it (1); -1: not needed.
+    """Return a step from rest before an entry (side 0) or to rest after it (1); -1 for none.
 
-    Of the same action, as captured; the one with the best seam, if that is better than to stop.
+    It is of the same action, as captured, with the best seam, if that is better than to stop.
     """
     if not len(library.rest):
         return -1
@@ -149,7 +151,7 @@ def _step(library: ClipLibrary, entry: int, side: int) -> int:
 
 
 def _standing(library: ClipLibrary, action: str) -> IntArray:
-    """Entries of an action, as captured, that stay in place; of the other one where it has none."""
+    """Return entries of an action, as captured, that stay in place; else of the other action."""
     for name in (action, HOLDING if action == IDLE else IDLE):
         found = [
             entry

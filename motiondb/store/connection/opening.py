@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import glob
 import os
+import re
 import time
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -83,6 +85,9 @@ def _connect_current(
                 _connect_current(path, usual_wait, False, wait).close()
                 return _connect_current(path, usual_wait, True, wait)
             migrations.migrate(connection, version)
+        _sweep_drafts(path)
+        if not read_only:
+            _sweep_copies(path)
     except duckdb.Error as error:
         connection.close()
         raise StoreError(_unreadable(path, error)) from error
@@ -99,9 +104,7 @@ def _create(path: Path) -> None:
         raise StoreError(
             f"{path}: expected the folder {path.parent}, found none. Make the folder first."
         )
-    for left in path.parent.glob(f".{glob.escape(path.name)}.new-*"):  # by a kill
-        if left == new or time.time() - left.stat().st_mtime > _ABANDONED:
-            left.unlink(missing_ok=True)
+    _sweep_drafts(path)
     connection = connect(new, read_only=False, named=path)
     try:
         migrations.migrate(connection, 0)
@@ -110,6 +113,36 @@ def _create(path: Path) -> None:
     if not path.exists() or path.stat().st_size == 0:
         new.replace(path)
     new.unlink(missing_ok=True)
+
+
+def _sweep_drafts(path: Path) -> None:
+    """Delete drafts of a new file whose process was killed."""
+    for left in path.parent.glob(f".{glob.escape(path.name)}.new-*"):
+        maker = re.search(r"\.new-([0-9]+)", left.name)
+        with suppress(OSError):
+            is_old = time.time() - left.stat().st_mtime > _ABANDONED
+            if is_old or (maker is not None and not _is_running(int(maker[1]))):
+                left.unlink(missing_ok=True)
+
+
+def _sweep_copies(path: Path) -> None:
+    """Delete copies that a killed ``compact`` left; for a writer, beside whom none can run."""
+    for left in path.parent.glob(f".{glob.escape(path.name)}.compact*"):
+        with suppress(OSError):
+            left.unlink(missing_ok=True)
+
+
+def _is_running(pid: int) -> bool:
+    """Whether this host has such a process, other than this one."""
+    if pid == os.getpid():
+        return False
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True  # of another user
+    return True
 
 
 def connect(

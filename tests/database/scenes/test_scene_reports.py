@@ -60,6 +60,9 @@ def test_sampling_that_time_ended_is_told() -> None:
     short = replace(SCENE, report={**SCENE.report, "cut_short": True})
     assert report_text(short).splitlines()[2] == said
     assert report_facts(short)["cut_short"] is True
+    at = {"try": 2, "rounds": 31, "of": 70}
+    told = replace(short, report={**short.report, "cut_at": at})
+    assert report_text(told).splitlines()[2] == f"{said}; it ended after 31 of 70 rounds of try 2"
 
 
 def test_scenes_that_did_not_note_frames_are_told_as_before() -> None:
@@ -72,3 +75,49 @@ def test_scenes_that_did_not_note_frames_are_told_as_before() -> None:
 def test_frames_of_other_rules_are_refused() -> None:
     with pytest.raises(ValueError, match="zip"):
         report_text(replace(SCENE, report={"rule_frames": [[40, 127]]}))
+
+
+def test_impossible_motion_is_told_with_its_frames() -> None:
+    assert "impossible" not in report_text(SCENE)  # a scene of an earlier version
+    possible = replace(SCENE, report={**SCENE.report, "impossible": []})
+    assert "impossible motion: none" in report_text(possible).splitlines()
+    walk = {
+        "kind": "airborne", "players": ["A1"], "action": "walk", "start": 20, "end": 32,
+        "frame": 26, "value": 12.0, "limit": 3.0, "unit": "frames",
+    }  # fmt: skip
+    limbs = {
+        "kind": "limbs", "players": ["A1", "D1"], "action": "", "start": 7, "end": 8,
+        "frame": 7, "value": 0.001, "limit": 0.01, "unit": "m",
+    }  # fmt: skip
+    scene = replace(SCENE, report={**SCENE.report, "impossible": [walk, limbs]})
+    lines = report_text(scene).splitlines()
+    at = lines.index("impossible motion:")
+    assert lines[at + 1 : at + 3] == [
+        "  A1 walk, frames 20 to 31, most at 26: both feet in the air for 12 frames, at most 3 are"
+        " possible",
+        "  A1 and D1, frame 7: limbs pass through one another",
+    ]
+    facts: Any = report_facts(scene)
+    assert [motion["frame"] for motion in facts["impossible"]] == [26, 7]
+
+
+def test_guards_feet_and_limbs_are_told_beside_the_rules() -> None:
+    report = {
+        **SCENE.report,
+        "guards": [{
+            "player": "D1", "target": "A1", "near": 0.5, "far": 2.0, "n_frames": 87,
+            "outside": 0.47, "farthest": 5.82, "frame": 300,
+        }],
+        "planted_feet": [{
+            "player": "D1", "foot": "left", "metres": 0.031, "start": 177, "end": 186,
+            "source_metres": 0.086,
+        }],
+        "near_limbs": [{"players": ["A1", "D1"], "metres": 0.03, "frame": 60, "n_frames": 4}],
+    }  # fmt: skip
+    text = report_text(replace(SCENE, report=report))
+    assert (
+        "  D1 from A1: outside 0.5 to 2 m in 47 % of 328 frames (rules look at 87),"
+        " farthest 5.8 m at frame 300\n"
+    ) in text
+    assert "  D1     0.031 (0.086), left foot, frames 177 to 186\n" in text
+    assert "  A1 and D1, 4 frames, nearest 0.03 m at frame 60\n" in text

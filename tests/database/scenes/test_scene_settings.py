@@ -14,6 +14,7 @@ from motiondb.errors import SceneError
         ({"chains": 0}, "chains: expected 1 to 64"),
         ({"minutes": 0.0}, "minutes: expected a number above 0"),
         ({"minutes": float("nan")}, "minutes: expected a number above 0"),
+        ({"rounds": 0}, "rounds: expected at least 1"),
         ({"tries": 0}, "tries: expected at least 1"),
     ],
 )

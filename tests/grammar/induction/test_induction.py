@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg.context_free import GrammarError, check_grammar, format_grammar
 from motiondb.grammar.induction.induction import FAMILIES, induce, induce_with_bits, read_rules
-from motiondb.grammar.induction.rule_arrays import LEFT, lawful, table_of
+from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, Laws, keeps_laws, table_of
 from motiondb.grammar.induction.rule_compaction import Effort, compact
 from motiondb.grammar.rules.description_length import (
     decode,
@@ -288,10 +288,9 @@ def test_the_search_keeps_single_terminals_as_the_plain_check_does():
 
 
 def _compiled_check(rules):
-    table, text, filled, _ = table_of(rules, 16, 64)
-    alternatives = np.bincount(table[:filled, LEFT] - rules.n_terminals, minlength=2)
+    table = table_of(rules, 16, 64)
+    lefts = table.rows[: table.used[ROWS], LEFT]
+    alternatives = np.bincount(lefts - rules.n_terminals, minlength=2)
     marks = np.array([int(t in rules.singles) << t for t in range(rules.n_terminals)])
     weights = np.zeros(rules.n_terminals, dtype=np.int64)
-    return bool(
-        lawful(table, text, filled, rules.n_terminals, alternatives, weights, marks, 0, True)
-    )
+    return bool(keeps_laws(table, alternatives, Laws(weights, marks, 0, True)))

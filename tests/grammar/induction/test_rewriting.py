@@ -8,14 +8,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.grammar.induction.rewriting import (
+    Part,
+    Place,
     edit_places,
+    merge,
     occurrences,
     replace,
-    unite,
-    write_out,
-    write_out_once,
+    substitute,
+    substitute_once,
 )
-from motiondb.grammar.induction.rule_arrays import bits_of, lawful, rules_of, table_of
+from motiondb.grammar.induction.rule_arrays import (
+    ROWS,
+    SYMBOLS,
+    Laws,
+    bits_of,
+    empty_table,
+    keeps_laws,
+    rules_of,
+    table_of,
+)
 from motiondb.grammar.rules.rule_set import RuleSet
 
 # terminals 0, 1, 2; start 3; nonterminals 4 and 5, 4 may use 5
@@ -42,26 +53,26 @@ class Arrays:
 
     def __init__(self, rule_set):
         self.like = rule_set
-        self.table, self.text, self.filled, self.end = table_of(rule_set, 64, 600)
-        self.goal = np.zeros_like(self.table)
+        self.table = table_of(rule_set, 64, 600)
+        self.goal = empty_table(self.table.text, 64, rule_set.n_terminals)
 
     def spell(self, part):
-        """A part, as a place in the text."""
-        place = self.end
-        self.text[place : place + len(part)] = part
-        self.end += len(part)
-        return place
+        """Write a part into the text."""
+        place = int(self.table.used[SYMBOLS])
+        self.table.text[place : place + len(part)] = part
+        self.table.used[SYMBOLS] += len(part)
+        return Part(place, len(part))
 
     def after(self, change, *arguments):
-        filled, _ = change(self.table, self.text, self.filled, self.end, self.goal, *arguments)
-        assert filled > 0
-        found = rules_of(self.goal, self.text, filled, T, self.like).rules
+        assert change(self.table, self.goal, *arguments)
+        assert self.goal.used[ROWS] > 0
+        found = rules_of(self.goal, self.like).rules
         return {left: rights for left, rights in found.items() if rights}
 
     def row(self, left, right):
-        for r in range(self.filled):
-            symbol, offset, length, *_ = self.table[r].tolist()
-            if symbol == left and tuple(self.text[offset : offset + length].tolist()) == right:
+        for r in range(self.table.used[ROWS]):
+            symbol, offset, length, *_ = self.table.rows[r].tolist()
+            if symbol == left and tuple(self.table.text[offset : offset + length]) == right:
                 return r
         raise AssertionError
 
@@ -104,14 +115,12 @@ def test_a_part_is_replaced_wherever_it_stands(rule_set, part):
         changed, number = (right, 0) if left == B else replaced(right, part, B)
         expected.append((left, changed, count))
         nodes += number * count
-        row = arrays.row(left, right)
-        _, offset, length, *_ = arrays.table[row].tolist()
         seen = replaced(right, part, B)[1]
-        assert occurrences(arrays.text, offset, length, place, len(part)) == seen
+        assert occurrences(arrays.table, arrays.row(left, right), place) == seen
     if nodes:
         expected.append((B, part, nodes))
     spared = np.array([False, False, True])
-    found = arrays.after(replace, place, len(part), B, spared, -1, T)
+    found = arrays.after(replace, place, B, spared, -1)
     assert found == collected(expected)
 
 
@@ -121,7 +130,7 @@ def test_two_nonterminals_become_one_as_if_renamed(rule_set):
     twin = rule_set.copy()
     twin.rename({B: A})
     expected = collected(uses_of(twin))
-    assert Arrays(rule_set).after(unite, A, B) == expected
+    assert Arrays(rule_set).after(merge, A, B) == expected
 
 
 @settings(max_examples=40, deadline=None)
@@ -134,7 +143,7 @@ def test_a_nonterminal_of_one_rule_is_written_out(rule_set):
         for left, right, count in uses_of(rule_set)
         if left != B
     ]
-    assert Arrays(rule_set).after(write_out, B) == collected(expected)
+    assert Arrays(rule_set).after(substitute, B) == collected(expected)
 
 
 @settings(max_examples=40, deadline=None)
@@ -151,7 +160,7 @@ def test_alternatives_are_written_into_the_one_rule_that_uses_them(rule_set, dat
     expected = [u for u in uses_of(rule_set) if u[0] != B and u[1] != right]
     for part, number in rule_set.rules[B].items():
         expected.append((A, (*inner[:place], *part, *inner[place:]), number))
-    assert Arrays(rule_set).after(write_out_once, B) == collected(expected)
+    assert Arrays(rule_set).after(substitute_once, B) == collected(expected)
 
 
 @pytest.mark.parametrize("one_row", [True, False])
@@ -161,10 +170,10 @@ def test_parts_at_two_places_become_alternatives(one_row):
     arrays = Arrays(rule_set)
     a, b = arrays.row(S, first), arrays.row(S, second)
     if one_row:
-        found = arrays.after(edit_places, a, 0, 1, a, 2, 2, A)
+        found = arrays.after(edit_places, Place(a, 0, 1), Place(a, 2, 2), A)
         assert found == {S: {(A, 1, A): 2, second: 3}, A: {(0,): 2, (2, 0): 2}}
     else:
-        found = arrays.after(edit_places, a, 1, 2, b, 1, 0, A)
+        found = arrays.after(edit_places, Place(a, 1, 2), Place(b, 1, 0), A)
         assert found == {S: {(0, A, 0): 2, (2, A, 1, 1): 3}, A: {(1, 2): 2, (): 3}}
 
 
@@ -182,7 +191,7 @@ def test_bits_and_laws_are_those_of_the_rule_set(rule_set, constants, singles, e
     arrays = Arrays(rule_set)
     alternatives, nodes = np.zeros(8, dtype=np.int64), np.zeros(8, dtype=np.int64)
     logs = np.log2(np.maximum(np.arange(64), 1))
-    bits = bits_of(arrays.table, arrays.filled, T, nodes, alternatives, logs)
+    bits = bits_of(arrays.table, nodes, alternatives, logs)
     assert bits == pytest.approx(rule_set.bits())
     weights, marks = np.zeros(T, dtype=np.int64), np.zeros(T, dtype=np.int64)
     for terminal in constants:
@@ -190,8 +199,5 @@ def test_bits_and_laws_are_those_of_the_rule_set(rule_set, constants, singles, e
     for place, terminal in enumerate(sorted(singles)):
         marks[terminal] = 1 << place
     total = sum(int(weights[c]) * number for c, number in constants.items())
-    kept = lawful(
-        arrays.table, arrays.text, arrays.filled, T, alternatives, weights, marks, total,
-        rule_set.empties,
-    )  # fmt: skip
-    assert kept == rule_set.lawful()
+    laws = Laws(weights, marks, total, rule_set.empties)
+    assert keeps_laws(arrays.table, alternatives, laws) == rule_set.lawful()

@@ -242,7 +242,7 @@ def changed(scene, library, rng) -> tuple[float, Callable[[], None]]:
     origin = (x + dx, z + dz, theta + turn)
     if way < 0.85:
         origin, delay = (x, z, theta), int(scene.begin[player, 0])
-    return energies.change(scene, library, player, k, entry, origin, delay), back_all
+    return energies.change(scene, library, player, k, entry, (*origin, delay)), back_all
 
 
 @settings(max_examples=12, deadline=None)

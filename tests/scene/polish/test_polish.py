@@ -35,7 +35,7 @@ from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish import polish as polishing
 from motiondb.scene.polish.polish import polish
-from motiondb.scene.polish.scene_report import report_scene
+from motiondb.scene.report.scene_report import report_scene
 from motiondb.scene.timing.scene_schedule import schedule_scene
 
 GRAMMAR = read_motion_grammar(

@@ -14,8 +14,8 @@ from motiondb.scene.energy.energy import change, scene_arrays, token_errors, unc
 from motiondb.scene.energy.placement import clip_arrays
 from motiondb.scene.energy.scene_state import PlayerState, SceneState
 from motiondb.scene.sampling.clip_choice import clip_groups, smooth_entry
-from motiondb.scene.sampling.metropolis import origin_for_tail
 from motiondb.scene.sampling.scene_chain import Chain
+from motiondb.scene.sampling.step_geometry import origin_for_tail
 from motiondb.scene.sampling.tempering import SamplerSettings
 
 from .test_sampling import ALONE, EXCHANGES, TOY, toy_play, toy_state
@@ -29,7 +29,7 @@ def test_what_stands_behind_stays_and_the_way_back_is_the_same(wandering) -> Non
     before, total = scene.placed.copy(), scene.total.copy()
     seams = scene.seams.copy()
     origin = origin_for_tail(scene, play.library, 0, 1, 7)
-    change(scene, play.library, 0, 1, 7, origin, 5)
+    change(scene, play.library, 0, 1, 7, (*origin, 5))
     turns = np.array([1.0, 1.0, 2 * np.pi])
     gap = scene.placed[0, 2:4, :3] - before[0, 2:4, :3]
     np.testing.assert_allclose(gap - turns * np.round(gap / turns) * [0, 0, 1], 0.0, atol=1e-9)

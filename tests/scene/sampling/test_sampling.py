@@ -32,11 +32,10 @@ from motiondb.scene.sampling.metropolis import (
     MEET,
     SMOOTH,
     VARIANT,
-    lateness,
-    linked,
 )
 from motiondb.scene.sampling.play import Prices, make_play
 from motiondb.scene.sampling.scene_chain import Chain
+from motiondb.scene.sampling.step_geometry import lateness, linked
 
 TOY = read_motion_grammar(
     """

@@ -37,6 +37,11 @@ def library_for(grammar, wandering, **options):
     return wandering([terminal.name for terminal in grammar.terminals], **options)
 
 
+def sampled(library, diagram, grammar, settings, rng, state=None, progress=None):
+    play = make_play(diagram, grammar, library, settings.most_actions, settings.prices)
+    return sample(play, settings, rng, state, progress)
+
+
 def bytes_of(state: SceneState) -> list[object]:
     return [
         (p.tree, np.asarray(p.entries).tobytes(), np.array(p.origin).tobytes(), p.delay)
@@ -90,12 +95,12 @@ def test_the_same_seed_gives_the_same_bytes_on_any_threads(wandering, name: str)
     diagram, grammar = read(name)
     library = library_for(grammar, wandering)
     found = [
-        sample(None, library, diagram, grammar, replace(SHORT, threads=n), np.random.default_rng(7))
+        sampled(library, diagram, grammar, replace(SHORT, threads=n), np.random.default_rng(7))
         for n in (1, 2)
     ]
     assert bytes_of(found[0][0]) == bytes_of(found[1][0])
     np.testing.assert_array_equal(found[0][1].energies, found[1][1].energies)
-    other = sample(None, library, diagram, grammar, SHORT, np.random.default_rng(8))
+    other = sampled(library, diagram, grammar, SHORT, np.random.default_rng(8))
     assert bytes_of(other[0]) != bytes_of(found[0][0])
 
 
@@ -108,8 +113,8 @@ def test_what_comes_out_fits_and_is_the_best_of_the_trace(wandering) -> None:
         told.append(done)
         return done == 3
 
-    found, trace = sample(
-        None, library, diagram, grammar, SHORT, np.random.default_rng(1), progress
+    found, trace = sampled(
+        library, diagram, grammar, SHORT, np.random.default_rng(1), progress=progress
     )
     assert told == [1, 2, 3]
     assert trace.energies.shape == (4, 3)
@@ -210,7 +215,7 @@ def test_a_warm_start_keeps_who_does_the_same_and_moves_whom_the_diagram_moves(w
     diagram, grammar = read("pass-and-shoot")
     library = library_for(grammar, wandering)
     rng = np.random.default_rng(5)
-    state, _ = sample(None, library, diagram, grammar, SHORT, rng)
+    state, _ = sampled(library, diagram, grammar, SHORT, rng)
     moved = list(diagram.players)
     at = moved[1].at
     moved[1] = replace(moved[1], at=Spot(at.x + 0.5, at.z - 0.25))
@@ -230,7 +235,7 @@ def test_a_warm_start_keeps_who_does_the_same_and_moves_whom_the_diagram_moves(w
     assert before[-1] == "shoot"
     for k, m in common_actions(actions, before):
         assert warm.players[1].entries[k] == state.players[1].entries[m]
-    again, trace = sample(warm, library, changed, grammar, WARM, np.random.default_rng(0))
+    again, trace = sampled(library, changed, grammar, WARM, np.random.default_rng(0), warm)
     assert trace.final <= trace.best[0]
     assert again.players[1].tree.leaves()[-1] == "layup"
 

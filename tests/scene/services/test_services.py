@@ -75,7 +75,7 @@ def test_nobody_on_court_does_nothing(basketball) -> None:
     assert (found.allowed, found.position) == (False, 0)
     assert found.message == (
         "action 1, from S_A: expected one of run, walk, idle, screen, hold, catch, feint, found"
-        " the end. Whoever is on court does something."
+        " the end. Every player on court needs at least one action."
     )
     together = services.validate(basketball, [])
     assert together.start == "S_A or S_D"

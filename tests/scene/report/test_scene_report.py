@@ -9,7 +9,8 @@ from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.energy.binding import bind
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.polish.scene_report import _rule
+from motiondb.scene.report.scene_report import _rule
+from motiondb.scene.report.visible_motion import guard_distances
 from motiondb.scene.timing.timeline import Timeline
 
 GRAMMAR = read_motion_grammar(
@@ -67,3 +68,29 @@ def test_an_instant_is_one_frame(rules) -> None:
         assert (rules["pass", kind].start, rules["pass", kind].end) == (200, 201)
         assert rules["pass", kind].frame == 200
     assert rules["pass", "synchronisation"].after == pytest.approx(1.0)
+
+
+def test_a_guards_distance_is_told_over_all_frames() -> None:
+    grammar = read_motion_grammar(
+        "grammar g\nstart S\nS -> guard | walk\nguard := 'guard'\nwalk := 'walk'\n".replace(
+            "'", '"'
+        )
+        + "guard: distance(opponent, 0.5 m .. 2 m)\n",
+        "g.grammar",
+    )
+    diagram = read_diagram(
+        'diagram "g"\ngrammar g\ncourt half\nattack A1 at 0 1\ndefence D1 at 0 2 guards A1\n',
+        "g.tactics",
+    )
+    trees = [parse(grammar.started(), [action]) for action in ("walk", "guard")]
+    table = bind(diagram, grammar, trees)
+    places = np.zeros((2, 100, 3))
+    places[1, :40, 1] = 1.5  # guards in frames 0 to 39, and then stays where A1 leaves
+    places[1, 40:, 1] = 3.0
+    places[1, 70, 1] = 4.5
+    begins, instants, ends = [np.array([0, 100])] * 2, [np.array([20])] * 2, [np.array([40])] * 2
+    timeline = Timeline(places, tuple(begins), tuple(instants), tuple(ends))
+    (guard,) = guard_distances(table, timeline)
+    assert (guard.player, guard.target, guard.near, guard.far) == ("D1", "A1", 0.5, 2.0)
+    assert (guard.n_frames, guard.outside) == (40, pytest.approx(0.6))
+    assert (guard.farthest, guard.frame) == (4.5, 70)

@@ -1,23 +1,23 @@
-"""What is wrong with a scene, and what was before it was polished: rule by rule, player by player.
+"""The report of a scene, before and after polishing: rule by rule, player by player.
 
-Everything is measured on the motions that came out, not on what polishing meant to do: places and
-headings of the pelvis, discs, feet, bones, palms. A rule's value is in a unit that can be read:
+Everything is measured on the finished motions, not on what polishing intended: places and headings
+of the pelvis, discs, feet, bones, palms. The values of rules have readable units:
 
     position, line    metres                      threshold: the rule's weight
     direction         degrees                     threshold: the rule's weight
     distance          metres beyond its bounds    threshold: 0
     synchronisation   frames                      threshold: 2
 
-A rule looks at one frame, or, where it holds throughout, at every frame of its own actions; what is
-before and behind them no rule looks at. It is judged by its mean over these frames, a distance by
-its worst frame. The frame is where it fails most.
+A rule is evaluated at one frame, or, if it holds throughout, at every frame of its own actions; no
+rule covers the frames before and after them. It is judged by its mean over these frames, a distance
+by its worst frame. ``frame`` is where it fails most.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,8 +29,27 @@ from motiondb.scene.energy import rule_table as kinds
 from motiondb.scene.energy.rule_table import RuleTable
 from motiondb.scene.energy.scene_state import SceneState
 from motiondb.scene.language.semantic_rules import RULE_NAMES
-from motiondb.scene.polish.polish import Placed, PolishedScene
+from motiondb.scene.polish.placed import Placed
+from motiondb.scene.polish.polish import PolishedScene
 from motiondb.scene.polish.separation import Overlap, overlaps
+from motiondb.scene.report.report_records import (
+    Collision,
+    FeetReport,
+    PaceReport,
+    RuleReport,
+    SceneReport,
+    SourceRun,
+)
+from motiondb.scene.report.visible_motion import (
+    crossing_limbs,
+    foot_jumps,
+    guard_distances,
+    impossible_gait,
+    impossible_jump,
+    natural_ranges,
+    near_limbs,
+    shown_actions,
+)
 from motiondb.scene.timing.timeline import (
     Timeline,
     measure,
@@ -44,109 +63,6 @@ _UNITS = {kinds.DIRECTION: "deg", kinds.SYNCHRONISATION: "frames", kinds.UNMET: 
 _SCALES = {kinds.DIRECTION: 180.0 / math.pi, kinds.SYNCHRONISATION: MOTION_FPS}
 
 
-@dataclass(frozen=True)
-class RuleReport:
-    """One rule: whose, of which action, about what, and by how much it fails.
-
-    ``token`` : number of the action in the player's string; ``last`` the one behind the stretch.
-    ``frame`` : of the polished scene; ``start``, ``end`` : the frames [start, end) of it that the
-    rule looked at. ``before``, ``after`` polishing, and ``threshold``, in ``unit``; ``kept`` :
-    whether ``after`` is no more than it. A rule whose role nobody fills is ``unmet`` and never
-    kept.
-    """
-
-    player: str
-    action: str
-    token: int
-    last: int
-    kind: str
-    about: str
-    unit: str
-    threshold: float
-    frame: int
-    start: int
-    end: int
-    before: float
-    after: float
-    kept: bool
-    unmet: bool = False
-
-
-@dataclass(frozen=True)
-class FeetReport:
-    """Mean speed of feet on the ground, metres a second: in the scene, and in its captures."""
-
-    player: str
-    slip: float
-    source_slip: float
-
-
-@dataclass(frozen=True)
-class PaceReport:
-    """Fastest that a player's pelvis goes on the ground, metres a second, before and after."""
-
-    player: str
-    before: float
-    after: float
-
-
-@dataclass(frozen=True)
-class SourceRun:
-    """Frames [start, end) of a player, the capture's frames that they show, edit and licence."""
-
-    player: str
-    start: int
-    end: int
-    capture: str
-    source_start: float
-    source_end: float
-    edit: str
-    licence: str
-
-
-@dataclass(frozen=True)
-class Collision:
-    """Two players overlap in frames [start, end), by ``depth`` metres at most."""
-
-    players: tuple[str, str]
-    start: int
-    end: int
-    depth: float
-
-
-@dataclass(frozen=True, eq=False)
-class SceneReport:
-    """A scene's report.
-
-    ``n_instances`` clips were put together. ``collisions_before`` polishing and ``collisions``
-    after it. ``paces`` : rules that were made true by inhuman speed show there. ``bone_error`` :
-    metres by which any bone is ever longer or shorter than the body's. ``ball_gap`` : metres from
-    the ball's middle to the nearest palm while it is held, at most; NaN without a ball.
-    """
-
-    n_characters: int
-    n_instances: int
-    n_frames: int
-    rules: tuple[RuleReport, ...]
-    collisions_before: tuple[Collision, ...]
-    collisions: tuple[Collision, ...]
-    feet: tuple[FeetReport, ...]
-    paces: tuple[PaceReport, ...]
-    bone_error: float
-    ball_gap: float
-    sources: tuple[SourceRun, ...]
-
-    @property
-    def broken(self) -> tuple[RuleReport, ...]:
-        """The rules that do not hold."""
-        return tuple(rule for rule in self.rules if not rule.kept)
-
-    @property
-    def clean(self) -> bool:
-        """Whether every rule holds and nobody overlaps."""
-        return not self.broken and not self.collisions
-
-
 def report_scene(
     state: SceneState,
     library: ClipLibrary,
@@ -154,9 +70,18 @@ def report_scene(
     table: RuleTable,
     polished: PolishedScene,
 ) -> SceneReport:
-    """Measure a polished scene; ``motions`` are those of the captures, by name."""
+    """Measure a polished scene; ``motions`` are those of whole captures, by name."""
     before, after = sampled_timeline(state, library), shown_timeline(polished)
     joints = [retarget.motion_positions(placed.motion)[0] for placed in polished.players]
+    names = [placed.player for placed in polished.players]
+    ranges = natural_ranges(library, motions, {a for row in table.actions for a in row})
+    jumps, impossible = [], []
+    for placed, actions, own in zip(polished.players, table.actions, joints, strict=True):
+        labels = shown_actions(placed, actions)
+        jumps.append(foot_jumps(placed, own, motions))
+        impossible += impossible_gait(placed.player, own, labels, ranges)
+        impossible += impossible_jump(jumps[-1], labels)
+    limbs = tuple(near_limbs(names, joints))
     gap = np.nan
     if polished.ball is not None and np.isfinite(polished.ball.gap).any():
         gap = float(np.nanmax(polished.ball.gap))
@@ -172,11 +97,15 @@ def report_scene(
         max(_bone_error(positions) for positions in joints),
         gap,
         tuple(run for placed in polished.players for run in _runs(placed)),
+        (*impossible, *crossing_limbs(limbs)),
+        tuple(jumps),
+        limbs,
+        tuple(guard_distances(table, after)),
     )
 
 
 def shown_timeline(polished: PolishedScene) -> Timeline:
-    """The timeline of a polished scene with the places that its motions show."""
+    """Return the timeline of a polished scene with the places that its motions show."""
     shown = []
     for placed in polished.players:
         positions, world = retarget.motion_positions(placed.motion)
@@ -213,7 +142,7 @@ def _rule(table: RuleTable, number: int, before: Timeline, after: Timeline) -> R
 
 
 def _value(table: RuleTable, number: int, timeline: Timeline) -> tuple[float, int]:
-    """A rule's value and the frame that counts; of a distance the metres beyond its bounds."""
+    """Return a rule's value and the frame that counts; for a distance the metres beyond bounds."""
     row = table.rows[number]
     if row["kind"] != kinds.DISTANCE:
         measured = measure(table, number, timeline)
@@ -227,7 +156,7 @@ def _value(table: RuleTable, number: int, timeline: Timeline) -> tuple[float, in
 
 
 def _about(table: RuleTable, row: np.void) -> str:
-    """Whom or what a rule is about, in words."""
+    """Return whom or what a rule is about, in words."""
     if row["kind"] == kinds.UNMET:
         return "nobody"
     if row["kind"] == kinds.SYNCHRONISATION:
@@ -292,14 +221,14 @@ def _mean(speeds: FloatArray) -> float:
 
 
 def _bone_error(joints: FloatArray) -> float:
-    """Metres by which bones differ from the body's, at most: joints (frames, 21, 3)."""
+    """Return the largest difference of a bone from its length, m: joints (frames, 21, 3)."""
     child = np.arange(1, len(body.JOINTS))
     lengths = np.linalg.norm(joints[:, child] - joints[:, body.PARENTS[child]], axis=2)
     return float(np.abs(lengths - np.linalg.norm(body.OFFSETS[child], axis=1)).max())
 
 
 def _runs(placed: Placed) -> list[SourceRun]:
-    """Stretches of one clip with the same edit, blends aside."""
+    """Return consecutive frames of one clip with the same edit; blends do not count as edits."""
     edits = [_unblended(edit) for edit in placed.edits]
     clips, numbers = placed.clips.tolist(), placed.source_numbers.tolist()
     keys = list(zip(clips, numbers, edits, strict=True))

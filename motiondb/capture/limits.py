@@ -1,0 +1,291 @@
+"""Limits on what one file may cost, and the one place where unexpected errors are translated.
+
+A file that a stranger made can be large, slow to read, or provoke errors in the libraries that read
+it. The readers check sizes before they allocate; :func:`guarded` turns whatever is left into a
+:class:`CaptureError` that names the file, so that one odd file never stops an import.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+
+import numpy as np
+
+from motiondb.errors import CaptureError, MotionDBError
+
+MIN_FPS, MAX_FPS = 1.0, 2000.0
+"""Frame rates outside this range are refused in a file. Optical systems record 30 to 1,000 frames a
+second; slower or faster rates come from damaged headers."""
+MAX_GIVEN_FPS = 10_000.0
+"""The highest frame rate that a user may give, in an option or in a sheet."""
+BYTES_PER_JOINT_FRAME = 100
+"""Memory that a reader needs for one joint in one frame: a quaternion and a position in float64 (56
+bytes) and the temporary copies of them."""
+SLOW_FPS = 10.0
+"""Below this rate, resampling to 30 frames a second multiplies the frames; above, every real
+capture lies."""
+MAX_SLOW_FRAMES = 100_000
+"""Canonical frames (55 minutes) that a capture below ``SLOW_FPS`` may fill."""
+
+
+@dataclass(frozen=True)
+class ReadLimits:
+    """What reading one file may cost.
+
+    The longest of 540 real captures (CMU, Bandai-Namco) needs 20 MB and 1 s, so real captures stay
+    far below the defaults. Files that are large on disk may take more: see the attributes.
+
+    Attributes
+    ----------
+    seconds : float
+        Time to read a file of 10 MB; larger files get more time in proportion.
+    memory : int
+        Bytes that the clip may fill in memory: 22 joints for half an hour at 120 frames a second.
+        A file that holds at least one byte for each joint in each frame may fill more, because
+        then its data are real; every real capture in text is such a file.
+    file_bytes : int
+        Largest file that is opened.
+    joints : int
+        Largest number of joints. Rigs with faces and fingers have up to about 1,500.
+    """
+
+    seconds: float = 60.0
+    memory: int = 400_000_000
+    file_bytes: int = 2_000_000_000
+    joints: int = 20_000
+
+    def seconds_for(self, n_bytes: int) -> float:
+        """Return the time limit for a file of so many bytes, in seconds.
+
+        >>> ReadLimits().seconds_for(5_000_000), ReadLimits().seconds_for(50_000_000)
+        (60.0, 300.0)
+        """
+        return self.seconds * max(1.0, n_bytes / 1e7)
+
+
+NO_LIMITS = ReadLimits(sys.float_info.max, sys.maxsize, sys.maxsize, sys.maxsize)
+"""For bytes that were accepted before, such as those that a database keeps."""
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """How a capture is read.
+
+    Attributes
+    ----------
+    fps : float or None
+        Frames per second, in place of what the file says.
+    unit : float or None
+        Metres per length unit; None: what the file says, or estimated from the size of the body.
+    skip_bad_frames : bool
+        Leave out frames with wrong or unreadable values instead of refusing the file.
+    limits : ReadLimits
+        What reading may cost.
+    """
+
+    fps: float | None = None
+    unit: float | None = None
+    skip_bad_frames: bool = False
+    limits: ReadLimits = field(default_factory=ReadLimits)
+
+
+def check_options(options: ReadOptions, path: object) -> None:
+    """Refuse a frame rate or a unit that no capture can have.
+
+    Raises
+    ------
+    CaptureError
+        If the frame rate is not from 1 to 10,000 or the unit is not a positive finite number.
+    """
+    fps, unit = options.fps, options.unit
+    if fps is not None and not 0 < fps < float("inf"):
+        raise CaptureError(path, f"expected a frame rate above 0, found {fps:g}. Give another.")
+    if fps is not None and not MIN_FPS <= fps <= MAX_GIVEN_FPS:
+        raise CaptureError(
+            path,
+            f"expected a frame rate from {MIN_FPS:g} to {MAX_GIVEN_FPS:g}, found {fps:g}. "
+            "Give another.",
+        )
+    if unit is not None and not 0 < unit < float("inf"):
+        raise CaptureError(
+            path, f"expected a length unit above 0 metres, found {unit:g}. Give another."
+        )
+
+
+def check_file_size(n_bytes: int, path: object, limits: ReadLimits) -> None:
+    """Refuse a file that is too large to be opened.
+
+    Raises
+    ------
+    CaptureError
+        If the file is larger than ``limits.file_bytes``.
+    """
+    if n_bytes > limits.file_bytes:
+        raise CaptureError(
+            path,
+            f"expected at most {_megabytes(limits.file_bytes)}, found {_megabytes(n_bytes)}. "
+            "Cut the capture into shorter takes.",
+        )
+
+
+def check_clip_size(
+    n_frames: int, n_joints: int, n_bytes: int, path: object, limits: ReadLimits
+) -> None:
+    """Refuse a clip that would fill too much memory, before the memory is allocated.
+
+    Parameters
+    ----------
+    n_frames, n_joints : int
+        Size of the clip.
+    n_bytes : int
+        Size of the file.
+    path : object
+        Name of the file in messages.
+    limits : ReadLimits
+        What reading may cost.
+
+    Raises
+    ------
+    CaptureError
+        If there are more joints or joint positions than the limits allow.
+    """
+    if n_joints > limits.joints:
+        raise CaptureError(
+            path, f"expected at most {limits.joints} joints, found {n_joints}. Export fewer."
+        )
+    cells = n_frames * n_joints
+    if cells * BYTES_PER_JOINT_FRAME > limits.memory and cells > n_bytes:
+        raise CaptureError(
+            path,
+            f"expected a clip of at most {_megabytes(limits.memory)} in memory, found {n_frames} "
+            f"frames of {n_joints} joints ({_megabytes(cells * BYTES_PER_JOINT_FRAME)}) in a file "
+            f"of {_megabytes(n_bytes)}. Cut the capture, or allow more with --memory-limit.",
+        )
+
+
+def check_duration(n_frames: int, fps: float, path: object) -> None:
+    """Refuse a slow frame rate that would make resampling fill the memory.
+
+    Raises
+    ------
+    CaptureError
+        If the rate is below 10 frames a second and the capture lasts more than 55 minutes.
+    """
+    if fps < SLOW_FPS and n_frames / fps * 30.0 > MAX_SLOW_FRAMES:
+        raise CaptureError(
+            path,
+            f"expected a frame rate above {SLOW_FPS:g} for {n_frames} frames, found {fps:g} "
+            f"({n_frames / fps / 3600.0:.3g} hours). Give the right frame rate with --fps.",
+        )
+
+
+@contextmanager
+def guarded(path: object, seconds: float | None = None) -> Iterator[None]:
+    """Run a block that reads a file, so that only errors of this project leave it.
+
+    Floating-point warnings are off inside: what overflows is refused afterwards, as not finite.
+
+    Parameters
+    ----------
+    path : object
+        Name of the file in messages.
+    seconds : float or None
+        Time limit. It works in the main thread of a process on systems with interval timers;
+        elsewhere there is none.
+
+    Raises
+    ------
+    CaptureError
+        For every exception that is no :class:`MotionDBError`, and when the time is up.
+    """
+    try:
+        with np.errstate(all="ignore"), _alarm(seconds):
+            yield
+    except MotionDBError:
+        raise
+    except _TimeUp:
+        if seconds is None:  # the limit of a block around this one
+            raise
+        raise CaptureError(
+            path,
+            f"expected to read the file within {seconds:.3g} s, found that it takes longer. "
+            "Cut the capture, or allow more with --time-limit.",
+        ) from None
+    except MemoryError as error:
+        raise CaptureError(
+            path, "expected a file that fits into memory, found a larger one. Cut the capture."
+        ) from error
+    except RecursionError as error:
+        raise CaptureError(
+            path, "expected a file of ordinary depth, found deeply nested data. Export it again."
+        ) from error
+    except Exception as error:
+        what = f"{type(error).__name__}: {error}".splitlines()[0][:120]
+        raise CaptureError(
+            path,
+            f"expected a file that its reader knows, found one that it cannot read ({what}). "
+            "Export it again.",
+        ) from error
+
+
+def cap_memory(n_bytes: float) -> None:
+    """Limit how much more memory this process may take; beyond it, MemoryError is raised.
+
+    Address space is limited, of which a process uses a part, so this is a bound that keeps a
+    computer alive, not an exact measure. Does nothing where the system has no such limit.
+
+    Parameters
+    ----------
+    n_bytes : float
+        Bytes beyond what the process holds now.
+    """
+    try:
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        limit = int(pages * resource.getpagesize() + n_bytes)
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        if hard == resource.RLIM_INFINITY or limit < hard:
+            resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+    except (ImportError, OSError, ValueError):
+        return
+
+
+class _TimeUp(BaseException):
+    """The time limit of a file has passed. No reader catches it by accident."""
+
+
+@contextmanager
+def _alarm(seconds: float | None) -> Iterator[None]:
+    """Raise :class:`_TimeUp` in the block after so many seconds, and every second from then on."""
+    main = threading.current_thread() is threading.main_thread()
+    if seconds is None or seconds > 1e8 or not main or not hasattr(signal, "setitimer"):
+        yield
+        return
+
+    def end(_number: int, _frame: FrameType | None) -> None:
+        raise _TimeUp
+
+    before = signal.signal(signal.SIGALRM, end)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _megabytes(n_bytes: int) -> str:
+    """Write a number of bytes for a message.
+
+    >>> _megabytes(1_000_000_000), _megabytes(900)
+    ('1000 MB', '0.0009 MB')
+    """
+    return f"{n_bytes / 1e6:.4g} MB"

@@ -1,0 +1,179 @@
+"""How long a download may wait, how much it may take, and how it fails."""
+
+from __future__ import annotations
+
+import errno
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from motiondb.errors import MotionDBError, QueryError
+
+
+class RefusedError(MotionDBError):
+    """One file that cannot be downloaded, while others may."""
+
+
+class NotFoundError(RefusedError):
+    """A file that the server does not have."""
+
+
+class TooLongError(RefusedError):
+    """A file that is longer than a file may be."""
+
+
+class UnreachableError(MotionDBError):
+    """No server answers, the disk is full, or a limit is reached: no further file can be had."""
+
+
+@dataclass(frozen=True)
+class Patience:
+    """How long to wait for a server.
+
+    Attributes
+    ----------
+    timeout : float
+        Seconds to wait for the next bytes of an answer. Chosen by hand.
+    attempts : int
+        Attempts in a row that may bring nothing. Chosen by hand.
+    pause : callable
+        Waits for so many seconds.
+    """
+
+    timeout: float = 30.0
+    attempts: int = 4
+    pause: Callable[[float], None] = time.sleep
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How much one download may take; no real download of subjects comes near.
+
+    Attributes
+    ----------
+    seconds : float
+        From beginning to end. The default is six hours: all 2,500 captures at 1 Mbit a second
+        would take longer, and should come as the site's one archive.
+    pages : int
+        Pages of descriptions, one for each subject. The site has 144 subjects.
+    files : int
+        Files of all subjects together. The site has about 2,700.
+    page_bytes : int
+        Of one page. The longest of the site's has 0.1 MB.
+    file_bytes : int
+        Of one file. The longest of the site's has 25 MB.
+    total_bytes : int
+        Of everything. The site's captures have 4 GB.
+    """
+
+    seconds: float = 6 * 3600.0
+    pages: int = 200
+    files: int = 5000
+    page_bytes: int = 10_000_000
+    file_bytes: int = 500_000_000
+    total_bytes: int = 20_000_000_000
+
+
+def check_limits(limits: Limits) -> None:
+    """Refuse limits that are no numbers above 0.
+
+    Raises
+    ------
+    QueryError
+        Names the first one.
+    """
+    for name, value in vars(limits).items():
+        if not (value > 0 and value < float("inf")):
+            raise QueryError(f"{name}: expected a number above 0, found {value!r}.")
+
+
+@dataclass
+class Budget:
+    """What one download has taken of its limits.
+
+    Attributes
+    ----------
+    limits : Limits
+        What it may take.
+    clock : callable
+        Gives seconds that only rise.
+    n_bytes : int
+        Bytes that came so far, of pages and files.
+    """
+
+    limits: Limits
+    clock: Callable[[], float] = time.monotonic
+    n_bytes: int = 0
+    began: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.began = self.clock()
+
+    def seconds_left(self) -> float:
+        """Seconds until the download must be done."""
+        return self.limits.seconds - (self.clock() - self.began)
+
+    def spend(self, url: str, n_bytes: int) -> None:
+        """Count bytes that came.
+
+        Parameters
+        ----------
+        url : str
+            Where from, for the message.
+        n_bytes : int
+            How many; 0 to look at the time only.
+
+        Raises
+        ------
+        UnreachableError
+            The seconds or the bytes of the whole download are used up.
+        """
+        self.n_bytes += n_bytes
+        if self.seconds_left() <= 0.0:
+            raise UnreachableError(
+                f"{url}: expected to be done within {self.limits.seconds:g} s, found more to fetch."
+                " Run the same command again to go on, or give it longer with --deadline; what is"
+                " there already is kept."
+            )
+        if self.n_bytes > self.limits.total_bytes:
+            raise UnreachableError(
+                f"{url}: expected at most {self.limits.total_bytes} bytes in all, found more. "
+                "Fetch fewer subjects at once; what is there already is kept."
+            )
+
+    @staticmethod
+    def check_size(url: str, n_bytes: int, most: int) -> None:
+        """Refuse a page or a file that is longer than it may be.
+
+        Raises
+        ------
+        TooLongError
+            Tells both lengths.
+        """
+        if n_bytes > most:
+            raise TooLongError(
+                f"{url}: expected at most {most} bytes, found {n_bytes} or more. "
+                "That is no capture's size; it was not kept."
+            )
+
+
+def disk_fault(path: Path, error: OSError) -> UnreachableError:
+    """Say why a file or folder cannot be written, and what to do.
+
+    Parameters
+    ----------
+    path : Path
+        The file or folder.
+    error : OSError
+        What the system said.
+    """
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return UnreachableError(
+            f"{path}: expected room on the disk, found it full. "
+            "Make room and run the same command again; what is there already is kept."
+        )
+    return UnreachableError(
+        f"{path}: expected a file that can be written, found: {error.strerror}. "
+        "Choose another folder with --dir."
+    )

@@ -1,0 +1,180 @@
+"""``add`` on folders with odd files: every one is named, and all others are added."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from odd_captures import AMC, ASF, BVH, DEEPMIMIC
+
+import motiondb
+from motiondb.database.cataloguing import AddReport
+from motiondb.database.reading import AddSettings, read_all
+from motiondb.errors import MotionDBError
+
+FAST = BVH.replace(" 90 0 ", " 90 0 ", 1)
+for _frame in range(8):
+    FAST = FAST.replace(f"\n{_frame} 90 0 ", f"\n{_frame * 4000} 90 0 ")
+
+
+def add(folder: Path, base: Path, sheet: str = "", **settings: object) -> AddReport:
+    """Add a folder to a new database, with a sheet if there is one."""
+    words = None
+    if sheet:
+        words = base / "words.tsv"
+        words.write_text(sheet)
+    shutil.rmtree(base / "db", ignore_errors=True)
+    (base / "db").mkdir()
+    with motiondb.open(base / "db" / "m.duckdb") as db:
+        how = AddSettings(**{"jobs": 1, **settings})  # type: ignore[arg-type]  # of a test
+        return db.add(folder, words=words, settings=how)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with one good capture."""
+    made = tmp_path / "takes"
+    made.mkdir()
+    (made / "good.bvh").write_text(BVH)
+    return made
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_odd_files_are_problems_and_the_good_one_is_added(
+    tmp_path: Path, folder: Path, jobs: int
+) -> None:
+    (folder / "deep.json").write_text('{"Frames": ' + "[" * 100_000 + "]" * 100_000 + "}")
+    (folder / "frames.bvh").write_text(BVH.replace("Frames: 8", "Frames: ²"))
+    (folder / "huge.txt").write_text(DEEPMIMIC.replace("0.03", "9" * 5000))
+    (folder / "zip.npz").write_bytes(b"PK")
+    (folder / "axis.amc").write_text(AMC)
+    (folder / "axis.asf").write_text(ASF.replace("axis XYZ", "axis QQQ"))
+    report = add(folder, tmp_path, jobs=jobs)
+    assert report.added == ("good",)
+    named = [problem.split(":")[0] for problem in report.problems]
+    files = ("axis.asf", "deep.json", "frames.bvh", "huge.txt", "zip.npz")
+    assert sorted(named) == [f"{folder}/{name}" for name in files] or sorted(named) == [
+        f"{folder}/axis.amc", *[f"{folder}/{name}" for name in files[1:]]
+    ]  # fmt: skip
+
+
+def test_a_name_that_is_no_text_is_a_problem(tmp_path: Path, folder: Path) -> None:
+    odd = os.fsencode(folder) + b"/caf\xe9.bvh"
+    try:
+        Path(os.fsdecode(odd)).write_text(BVH)
+    except OSError:
+        pytest.skip("this file system takes no such names")
+    report = add(folder, tmp_path)
+    assert report.added == ("good",)
+    assert report.problems == (
+        f"{folder}/caf\\xe9.bvh: expected a file name in UTF-8, found other bytes. "
+        "Rename the file.",
+    )
+
+
+def test_what_is_not_read_is_named(tmp_path: Path, folder: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (folder / "link").symlink_to(tmp_path / "elsewhere")
+    for name in ("a.fbx", "b.FBX", "c.trc", ".hidden.fbx"):
+        (folder / name).touch()
+    assert add(folder, tmp_path).notes == (
+        f"{folder}/link: a link to a folder is not followed; add that folder by itself",
+        f"{folder}/a.fbx and 1 more: .fbx (Autodesk FBX) is not read; export as BVH",
+        f"{folder}/c.trc: .trc (marker tracks of Motion Analysis or OpenSim) is not read; "
+        "export as BVH",
+    )
+    (folder / "good.bvh").unlink()
+    with pytest.raises(MotionDBError) as caught:
+        add(folder, tmp_path)
+    assert "found none." in str(caught.value)
+    assert "a.fbx and 1 more: .fbx (Autodesk FBX) is not read; export as BVH." in str(caught.value)
+
+
+def test_the_skeleton_of_another_performer_is_not_taken(tmp_path: Path, folder: Path) -> None:
+    (folder / "02_01.amc").write_text(AMC)
+    (folder / "35.asf").write_text(ASF)
+    assert add(folder, tmp_path).problems == (
+        f"{folder}/02_01.amc: expected its skeleton 02.asf in the same folder, found 35.asf. "
+        "Put the ASF beside the AMC, or name it in the sheet's column 'skeleton'.",
+    )
+    report = add(folder, tmp_path, "file\tskeleton\n02_01\t35\n")
+    assert (report.added, report.problems) == (("02_01", "good"), ())
+
+
+@pytest.mark.parametrize(
+    "name", ["02.asf", "02_01.asf", "Skeleton.asf", "my_body.asf", "takes.asf"]
+)
+def test_the_skeleton_with_a_fitting_name_is_taken(tmp_path: Path, folder: Path, name: str) -> None:
+    (folder / "02_01.amc").write_text(AMC)
+    (folder / name).write_text(ASF)
+    assert add(folder, tmp_path).problems == ()
+
+
+def test_a_sheet_names_skeletons_inside_the_folder_only(tmp_path: Path, folder: Path) -> None:
+    (folder / "02_01.amc").write_text(AMC)
+    (tmp_path / "secret.asf").write_text(ASF)
+    for name in ("../secret.asf", str(tmp_path / "secret.asf")):
+        sheet = f"file\tskeleton\n02_01\t{name}\n"
+        assert add(folder, tmp_path, sheet).problems == (
+            f"{folder}/02_01.amc: expected a skeleton inside the added folder, found {name!r} "
+            "outside. Copy it into the folder, or pass --outside-skeletons.",
+        )
+        assert add(folder, tmp_path, sheet, outside_skeletons=True).problems == ()
+    assert add(folder, tmp_path, "file\tskeleton\n02_01\tnone.asf\n").problems == (
+        f"{folder}/02_01.amc: expected the skeleton 'none.asf' of the sheet below {folder} or "
+        "beside the capture, found none. Correct the column 'skeleton'.",
+    )
+
+
+def test_motion_faster_than_people_is_a_problem(tmp_path: Path, folder: Path) -> None:
+    (folder / "fast.bvh").write_text(FAST)
+    report = add(folder, tmp_path)
+    assert report.added == ("good",)
+    assert report.problems == (
+        f"{folder}/fast.bvh: motion: expected the motion of a person, found 88% of the frames "
+        "leaping or without numbers (in the median at 1200 m/s). Check the frame rate (--fps) and "
+        "the unit (--unit), or pass --keep-implausible.",
+    )
+    kept = add(folder, tmp_path, keep_implausible=True)
+    assert (kept.added, kept.problems) == (("fast", "good"), ())
+
+
+class Deadly(type(Path())):  # type: ignore[misc]  # the class of this system's paths
+    """The path of a file that ends the process to which it is handed."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return os._exit, (3,)
+
+
+def test_a_reader_process_that_dies_costs_only_its_file(folder: Path) -> None:
+    jobs = []
+    for number in range(7):
+        path = folder / f"take{number}.bvh"
+        path.write_text(BVH)
+        jobs.append((path.stem, Deadly(path) if number == 3 else path, None, folder, AddSettings()))
+    readings = list(read_all(jobs, 2))
+    assert [reading.name for reading in readings] == [f"take{n}" for n in range(7)]
+    assert [bool(reading.problem) for reading in readings] == [n == 3 for n in range(7)]
+    assert readings[3].problem == (
+        f"{folder}/take3.bvh: expected a file that can be read, found one that ends the process "
+        "that reads it (too much memory or time, or a damaged file). Export it again, cut the "
+        "capture, or allow more with --memory-limit or --time-limit."
+    )
+
+
+@pytest.mark.parametrize(
+    "option", ["--fps=nan", "--fps=0", "--fps=1e9", "--time-limit=nan", "--memory-limit=-1"]
+)
+def test_numeric_options_have_ranges(tmp_path: Path, option: str) -> None:
+    command = [sys.executable, "-c", "from motiondb.cli.main import main; main()", "add"]
+    ended = subprocess.run(
+        [*command, option, str(tmp_path), "--db", str(tmp_path / "m.duckdb")],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ended.returncode == 2
+    assert option.split("=")[0] in ended.stderr
+    assert "Traceback" not in ended.stderr
