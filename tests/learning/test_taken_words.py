@@ -102,7 +102,7 @@ def test_a_question_without_a_known_word_says_what_may_be_meant(db: motiondb.Mot
         QueryError, match=r"expected a known word, found wlak\. Did you mean walk\?"
     ):
         unknown_words(db.searchable, "wlak", nearby_table())
-    with pytest.raises(QueryError, match="found mortgage. `motiondb words` lists"):
+    with pytest.raises(QueryError, match=r"found mortgage\. `motiondb words` lists"):
         unknown_words(db.searchable, "the mortgage", nearby_table())
 
 
