@@ -34,7 +34,7 @@ from nearby_words.wordnet import read_wordnet
 
 OUTPUT = Path(__file__).parents[1] / "motiondb" / "words" / "nearby" / "words.table"
 N_TAKEN = 12
-LEAST_KEPT = 0.1
+LEAST_KEPT = 0.03
 """Less likely words are not kept; below 0.3 nothing is said, but shares of a mixture are."""
 LEAST_HELD = 0.25
 """A word is held if its likeliest answer reaches this; nothing is ever said of the others."""
@@ -79,13 +79,13 @@ def shortened(
 ) -> list[tuple[str, float]]:
     """The words worth their place: likely, and usual enough to stand in captions.
 
-    A probability counts 0.1 less for every tenfold place of the target among all words by use, so
-    that usual words come before rare ones of the same meaning (chosen by hand). Of two words that
-    are opposites the likelier is kept: a word is never taken as both.
+    A probability counts 0.3 less for every tenfold place of the target among all words by use, so
+    that usual words come before rare ones of the same meaning (chosen on the tuning list). Of two
+    words that are opposites the likelier is kept: a word is never taken as both.
     """
 
     def worth(pair: tuple[str, float]) -> float:
-        return pair[1] - 0.1 * float(np.log10(1 + places.get(pair[0], 60_000)))
+        return pair[1] - 0.3 * float(np.log10(1 + places.get(pair[0], 60_000)))
 
     best: list[tuple[str, float]] = []
     for target, chance in sorted(kept, key=lambda pair: (-worth(pair), pair[0])):
@@ -116,8 +116,10 @@ def main() -> None:
     places = {word: n for n, word in enumerate(ordered)}
     held: dict[str, list[tuple[str, float]]] = {}
     for word, kept in taken(ordered, allowed, lexicon, similarity, model, never):
-        if len(held) < N_WORDS and kept and kept[0][1] >= LEAST_HELD:
+        if kept and kept[0][1] >= LEAST_HELD:
             held[word] = shortened(kept, places, never)
+        if len(held) == N_WORDS:
+            break
     named = sorted({*held, *(t for kept in held.values() for t, _ in kept)})
     silent = sorted(zlib.crc32(w.encode()) for w in ordered if w not in set(named))
     pairs = {w: [(t, max(1, round(p / UNIT))) for t, p in held.get(w, [])] for w in named}

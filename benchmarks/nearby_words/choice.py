@@ -16,7 +16,7 @@ from motiondb.words.vocabulary import STOP_WORDS
 from nearby_words.wordnet import WordNet, is_plain
 
 N_WORDS = 20_000
-N_ANSWERS = 30_000
+N_ANSWERS = 12_000
 FIELDS = {
     **dict.fromkeys(
         (29, 33, 34, 35, 38), 4.0
