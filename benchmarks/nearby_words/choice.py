@@ -15,7 +15,7 @@ from motiondb.words.lemmas import FIXED, VERBS, lemma
 from motiondb.words.vocabulary import STOP_WORDS
 from nearby_words.wordnet import WordNet, is_plain
 
-N_WORDS = 20_000
+N_WORDS = 24_000
 N_ANSWERS = 12_000
 FIELDS = {
     **dict.fromkeys(
