@@ -24,7 +24,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
-from robustness_tasks.reading import Place, make_case
+from robustness_tasks.reading import Case, Place, make_case
 
 MOST_SECONDS, MOST_MEGABYTES = 10.0, 1000.0
 """The targets: a case above either fails."""
@@ -64,9 +64,13 @@ class Outcome:
 
 def read_one(seed: int, place: Place) -> Outcome:
     """Read the case of a seed in this process."""
+    return measured(seed, make_case(seed), place)
+
+
+def measured(seed: int, case: Case, place: Place) -> Outcome:
+    """Read a case in this process, and measure it."""
     from motiondb.errors import MotionDBError
 
-    case = make_case(seed)
     _forget_peak()
     children = _megabytes(resource.RUSAGE_CHILDREN)
     began, result, message = _worked(), "read", ""
@@ -113,6 +117,24 @@ def run(seeds: range, database: Path, processes: int = 2) -> Iterator[Outcome]:
                     left.appendleft(chunk)
             else:
                 active[pipe] = (process, chunk, time.monotonic())
+
+
+def read_beside(case: Case, place: Place) -> Outcome:
+    """Read a case in a process of its own."""
+    here, there = multiprocessing.get_context("fork").Pipe()
+    process = multiprocessing.get_context("fork").Process(
+        target=lambda: there.send(measured(0, case, place))
+    )
+    process.start()
+    there.close()
+    try:
+        late = not here.poll(HANGS)
+        return Outcome(0, case.kind, "failed", "no end", HANGS, 0.0) if late else here.recv()
+    except EOFError:
+        return Outcome(0, case.kind, "failed", "its process ended", 0.0, 0.0)
+    finally:
+        process.kill()
+        process.join()
 
 
 def _start(chunk: range, database: Path) -> tuple[Connection, BaseProcess]:

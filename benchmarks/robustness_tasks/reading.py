@@ -110,7 +110,7 @@ def _import(data: bytes, place: Place, verb: str, ending: str) -> object:
     """Give a file to a verb of the database, then ask whether the database is whole."""
     path = place.folder / f"given{ending}"
     path.write_bytes(data)
-    with _writable(place) as db:
+    with writable(place) as db:
         report = getattr(db, verb)(path)
         db.search("walk")
     return report
@@ -125,7 +125,7 @@ def _add(seed: int, place: Place) -> object:
     for name, content in companions.items():
         (folder / name).write_bytes(content)
     (folder / "whole.bvh").write_text(odd_captures.BVH)
-    with _writable(place) as db:
+    with writable(place) as db:
         report = db.add(folder, settings=AddSettings(jobs=1, limits=ReadLimits(10.0)))
         if "whole" not in {info.name for info in db.captures()}:
             raise AssertionError("an odd file kept a whole one from being added")
@@ -133,7 +133,8 @@ def _add(seed: int, place: Place) -> object:
 
 
 @contextmanager
-def _writable(place: Place) -> Iterator[MotionDB]:
+def writable(place: Place) -> Iterator[MotionDB]:
+    """A copy of the database that may be changed."""
     copy = place.folder / "copy.duckdb"
     shutil.copy(place.database, copy)
     with MotionDB(copy) as db:
