@@ -69,10 +69,14 @@ def search(
 ) -> None:
     """Search for intervals that show actions, given by words, in their order.
 
+    The question may hold "then", "while", "or", "not", "without", "twice", "for ten seconds",
+    "slowly", parentheses, and "?" for any action. How it is understood is printed above the
+    answers; what the search does not use is named.
+
     Every answer has a probability that it shows the actions, estimated with performers held out. If
     no answer is good enough, a line says so, and the nearest ones follow.
     """
-    from motiondb.cli import explaining
+    from motiondb.cli import explaining, understanding
 
     if explain and by_symbols:
         from motiondb.errors import QueryError
@@ -91,8 +95,12 @@ def search(
             _draw(base, answer.matches, png, words)
     note_unknown(answer.unknown)
     why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
-    decoded = {"decoding": asdict(answer.decoding)} if answer.decoding else {}
-    _print_answer(answer, json, reasons=True, why=why, more=decoded)
+    more = {"question": understanding.question_facts(answer.question, answer.not_used)}
+    if answer.decoding:
+        more["decoding"] = asdict(answer.decoding)
+    if not json:
+        understanding.print_question(answer.question, answer.not_used, "search")
+    _print_answer(answer, json, reasons=True, why=why, more=more)
     if explain and not json:
         explaining.print_reasons(answer, vocabulary)
 
@@ -233,6 +241,8 @@ def generate(
     json: Json = False,
 ) -> None:
     """Generate a motion from a sentence; a file beside it names its sources."""
+    from motiondb.cli import understanding
+
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
         if save is not None:
@@ -246,8 +256,10 @@ def generate(
             made.draw(png)
     note_unknown(made.unknown)
     if json:
+        facts["question"] = understanding.question_facts(made.question, made.not_used)
         print_json(facts)
         return
+    understanding.print_question(made.question, made.not_used, "generation")
     typer.echo(f"{facts['seconds']:.2f} s of motion written to {output} ({method}, seed {seed})")
     typer.echo(f"symbols:    {' '.join(map(str, made.symbols))}")
     typer.echo(f"recognised: {' '.join(map(str, made.recognised))}")

@@ -17,7 +17,10 @@ _FPS = 30.0
 
 
 def reason_facts(words: Sequence[str], why: Sequence[WordReason]) -> dict[str, Any]:
-    """Decomposition of one answer as JSON; ``math.fsum`` of all parts is ``log_odds``.
+    """Decomposition of one answer as JSON.
+
+    ``math.fsum`` of all parts of ``words``, ``together`` and the amounts of ``excluded`` is
+    ``log_odds``.
 
     Parameters
     ----------
@@ -31,25 +34,29 @@ def reason_facts(words: Sequence[str], why: Sequence[WordReason]) -> dict[str, A
     return {
         "log_odds": reasons.total(why),
         "together": reasons.together(why),
-        "words": [
+        "words": [_word_facts(words, w) for w in why if w.exclusion < 0],
+        "excluded": [
             {
-                "word": words[w.word],
-                "log_odds": w.log_odds,
-                "log_probability": w.log_probability,
-                "contribution": w.contribution,
-                "prior": w.prior,
-                "written": w.written,
-                "symbols": [
-                    {
-                        "symbol": s.symbol,
-                        "from": s.start / _FPS,
-                        "to": s.end / _FPS,
-                        "share": s.amount,
-                    }
-                    for s in w.shares
-                ],
+                "amount": lowering.amount,
+                "log_odds": lowering.log_odds,
+                "words": [_word_facts(words, w) for w in why if w.exclusion == lowering.exclusion],
             }
-            for w in why
+            for lowering in reasons.lowerings(why)
+        ],
+    }
+
+
+def _word_facts(words: Sequence[str], w: WordReason) -> dict[str, Any]:
+    return {
+        "word": words[w.word],
+        "log_odds": w.log_odds,
+        "log_probability": w.log_probability,
+        "contribution": w.contribution,
+        "prior": w.prior,
+        "written": w.written,
+        "symbols": [
+            {"symbol": s.symbol, "from": s.start / _FPS, "to": s.end / _FPS, "share": s.amount}
+            for s in w.shares
         ],
     }
 
@@ -72,20 +79,36 @@ def print_reasons(answer: WordAnswer, words: Sequence[str]) -> None:
             f"score {match.score:.3f}"
         )
         for w in why:
-            loudest = reasons.strongest(w)
-            rest = w.contribution - w.prior - w.written - sum(s.amount for s in loudest)
-            others = f", others {rest:+.3f}" if abs(rest) >= 0.0005 else ""
-            shares = ", ".join(
-                f"symbol {s.symbol} {s.amount:+.3f} ({s.start / _FPS:.1f}-{s.end / _FPS:.1f} s)"
-                for s in loudest
-            )
-            written = f", written {w.written:+.3f}" if w.written else ""
-            typer.echo(
-                f"    {words[w.word]}: {w.contribution:+.3f} = usual {w.prior:+.3f}{written}, "
-                f"{shares}{others}"
-            )
+            if w.exclusion < 0:
+                typer.echo(f"    {_word_line(w, words)}")
         if joint := reasons.together(why):
             typer.echo(f"    all of them together: {joint:+.3f}")
+        for lowering in reasons.lowerings(why):
+            own = [w for w in why if w.exclusion == lowering.exclusion]
+            excluded = " ".join(words[w.word] for w in own)
+            typer.echo(
+                f"    not {excluded}: {lowering.amount:+.3f}, as its log-odds are "
+                f"{lowering.log_odds:+.3f}"
+            )
+            for w in own:
+                typer.echo(f"        {_word_line(w, words)}")
+
+
+def _word_line(w: WordReason, words: Sequence[str]) -> str:
+    """What one word adds, and of what that is made."""
+    from motiondb.search import reasons
+
+    loudest = reasons.strongest(w)
+    rest = w.contribution - w.prior - w.written - sum(s.amount for s in loudest)
+    others = f", others {rest:+.3f}" if abs(rest) >= 0.0005 else ""
+    shares = ", ".join(
+        f"symbol {s.symbol} {s.amount:+.3f} ({s.start / _FPS:.1f}-{s.end / _FPS:.1f} s)"
+        for s in loudest
+    )
+    written = f", written {w.written:+.3f}" if w.written else ""
+    return (
+        f"{words[w.word]}: {w.contribution:+.3f} = usual {w.prior:+.3f}{written}, {shares}{others}"
+    )
 
 
 def draw_reason(base: MotionDB, answer: WordAnswer, path: Path, title: str) -> None:

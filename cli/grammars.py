@@ -24,6 +24,7 @@ from motiondb.cli.options import (
 
 if TYPE_CHECKING:
     from motiondb import store
+    from motiondb.database.grammars.grammar_learning import ByDuration
 
 
 def register(app: typer.Typer) -> None:
@@ -58,7 +59,8 @@ def learn(
     terminals: Annotated[
         str | None,
         typer.Option(
-            "--terminals", help="Number of terminals (20), or auto: chosen from the data."
+            "--terminals",
+            help="How many kinds of action (default: by duration, 4 to 20), or auto.",
         ),
     ] = None,
     name: Annotated[
@@ -106,16 +108,17 @@ def learn(
         return
     typer.echo(summary(size))
     _say_tried(facts)
+    _say_list(facts)
     _say_lost(lost)
 
 
-def _number(terminals: str | None) -> int | None:
-    """Number of terminals; None: to be chosen from the data."""
-    from motiondb.database.grammars.grammar_learning import N_TERMINALS
+def _number(terminals: str | None) -> int | ByDuration | None:
+    """Return the number of terminals; None to choose by bits."""
+    from motiondb.database.grammars.grammar_learning import BY_DURATION
     from motiondb.errors import QueryError
 
     if terminals is None or terminals == "auto":
-        return N_TERMINALS if terminals is None else None
+        return BY_DURATION if terminals is None else None
     if not (terminals.isdecimal() and int(terminals) > 0):
         raise QueryError(
             f"--terminals: expected a number of 1 or more, or auto, found {terminals!r}."
@@ -145,7 +148,7 @@ def _counted(n: int, what: str) -> str:
 
 
 def _say_tried(facts: dict[str, Any]) -> None:
-    """Print the bits by number of terminals, if the number was chosen from the data."""
+    """Say how the number of terminals was chosen, if it was chosen by bits."""
     tried = facts["settings"].get("tried")
     if tried:
         said = ", ".join(f"{k}: {tried[k]:.0f}" for k in sorted(tried, key=int))
@@ -153,6 +156,17 @@ def _say_tried(facts: dict[str, Any]) -> None:
         typer.echo(
             f"bits by number of terminals {said}; of those within {allowed:.0f} of the fewest, one"
             f" standard error, the smallest: {len(facts['terminals'])}"
+        )
+
+
+def _say_list(facts: dict[str, Any]) -> None:
+    """Say when the grammar is a list of its sentences, and what could help."""
+    if not facts["derives_new"]:
+        typer.echo(
+            f"note: {facts['grammar']} is a list of its sentences: it derives nothing new. More"
+            " captures of the same activity, another number of kinds of action (--terminals) or"
+            " shorter sentences (--longest) may give it rules.",
+            err=True,
         )
 
 

@@ -26,7 +26,9 @@ Db = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 Where = Annotated[
     str,
-    typer.Option("--where", help="Only captures that match, such as 'performer=14 and fps>60'."),
+    typer.Option(
+        "--where", help="Only captures that match, such as 'performer in (14, 16) and not fps<60'."
+    ),
 ]
 Limit = Annotated[int, typer.Option("--limit", min=1, help="Largest number of answers.")]
 GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="Name of a grammar.")]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
 
 SHOWN = 10
-"""Unlike segments that are printed; JSON has all."""
+"""Unlike segments that are printed; JSON holds all."""
 
 
 def register(group: typer.Typer) -> None:

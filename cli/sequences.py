@@ -172,10 +172,10 @@ def _hand_out(
 def _offer(
     base: MotionDB, name: str, edited: Edit, seed: int, output: Path | None
 ) -> dict[str, Any]:
-    """The alternatives played; as files NAME-1, NAME-2, ... where an output is named.
+    """Play the alternatives; write them as NAME-1, NAME-2, ... if an output is named.
 
-    One that cannot be played, for captures that are gone, is offered with the reason; where none
-    can, the reason is the answer.
+    An alternative that cannot be played because captures are gone is offered with the reason. If
+    none can be played, the first reason is raised.
     """
     from motiondb.errors import QueryError
 

@@ -168,7 +168,8 @@ def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | Non
     peaks = ordered_peaks(values)
     if peaks is None:
         return None
-    parts = _intervals(values, peaks, [bool(words) for words in actions])
+    runs = [(peak, peak + 1) for peak in peaks]
+    parts = place_parts(values, runs, [bool(words) for words in actions])
     wholes = [float(take.whole[list(words)].mean()) for words in actions if words]
     largest = [a + int(np.argmax(values[k][a:b])) for k, (a, b) in enumerate(parts)]
     inner = [float(values[k][largest[k]]) for k in range(len(parts)) if actions[k]]
@@ -300,19 +301,32 @@ def lower_quartile(values: FloatArray) -> float:
     return float(ordered[low] + (place - low) * (ordered[high] - ordered[low]))
 
 
-def _intervals(
-    values: FloatArray, peaks: Sequence[int], worded: Sequence[bool]
+def place_parts(
+    values: FloatArray, runs: Sequence[tuple[int, int]], worded: Sequence[bool]
 ) -> list[tuple[int, int]]:
-    """Segments [a, b) of every action: those with words grow, empty ones fill the gaps."""
+    """Segments [a, b) of every part: those with words grow, empty ones fill the gaps.
+
+    Parameters
+    ----------
+    values : array (parts, segments)
+        Values of the parts.
+    runs : sequence of (int, int)
+        Segments [a, b) that every part covers at least, each behind the one before.
+    worded : sequence of bool
+        Whether a part asks for something; at least one does.
+    """
     n_actions, n_segments = values.shape
     parts = [(0, 0)] * n_actions
     asked = [k for k in range(n_actions) if worded[k]]
     end, last = 0, -1
     for place, k in enumerate(asked):
         following = asked[place + 1] if place + 1 < len(asked) else n_actions
-        limit = peaks[following] if following < n_actions else n_segments
+        limit = runs[following][0] if following < n_actions else n_segments
         low, high = end + (k - last - 1), limit - (following - k - 1)
-        parts[k] = grow(values[k], peaks[k], low, high)
+        first, behind = runs[k]
+        peak = first + int(np.argmax(values[k][first:behind]))
+        start, stop = grow(values[k], peak, low, high)
+        parts[k] = (min(start, first), max(stop, behind))
         _fill(parts, last + 1, k, end, parts[k][0])
         end, last = parts[k][1], k
     _fill(parts, last + 1, n_actions, end, n_segments)

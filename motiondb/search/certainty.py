@@ -16,6 +16,7 @@ Source: Platt, Probabilistic outputs for support vector machines (1999).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,6 +80,43 @@ def probability(log_odds: FloatArray | float) -> FloatArray:
     [0.5, 0.75]
     """
     return np.asarray(1.0 / (1.0 + np.exp(-np.clip(log_odds, -50.0, 50.0))))
+
+
+def answer_probability(
+    sure: Certainty,
+    asked: Sequence[tuple[float, float]],
+    excluded: Sequence[Sequence[tuple[float, float]]],
+) -> float:
+    """Calibrated probability that an answer shows all that is asked and nothing that is excluded.
+
+    The product over the asked actions of the probability that each is shown, and over the
+    exclusions of one minus the probability that all of their actions are.
+
+    Parameters
+    ----------
+    sure : Certainty
+        Of answers to words.
+    asked : sequence of (float, float)
+        Per action its log-odds, and what of them people's words add: these are not calibrated.
+    excluded : sequence of sequences of (float, float)
+        The same for the actions of every exclusion.
+
+    >>> sure = Certainty(np.array([1.0]), 0.0, 0.0)
+    >>> answer_probability(sure, [(0.0, 0.0)], [[(0.0, 0.0)]])
+    0.25
+    """
+
+    def shown(actions: Sequence[tuple[float, float]]) -> float:
+        result = 1.0
+        for log_odds, said in actions:
+            heard = float(sure.log_odds(np.array([log_odds - said])))
+            result *= float(probability(heard + said))
+        return result
+
+    result = shown(asked)
+    for actions in excluded:
+        result *= 1.0 - shown(actions)
+    return result
 
 
 def fit_probability(cues: FloatArray, right: NDArray[np.bool_]) -> tuple[FloatArray, float]:

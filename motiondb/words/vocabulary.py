@@ -129,16 +129,59 @@ def words_of(
     return [word for action in split_actions(text, synonyms, lemmas) for word in action]
 
 
+def motion_word(
+    token: str, synonyms: Mapping[str, str], lemmas: Mapping[str, str] | None = None
+) -> str | None:
+    """Lemma under which a word is filed, or None where it says nothing of a motion.
+
+    Parameters
+    ----------
+    token : str
+        One word.
+    synonyms : dict
+        Lemma -> canonical lemma.
+    lemmas : dict, optional
+        Lemmas that the dictionary gave earlier (:func:`motiondb.words.lemmas.lemma`).
+
+    >>> motion_word("Walks", {}), motion_word("the", {}), motion_word("strolls", {"stroll": "walk"})
+    ('walk', None, 'walk')
+    """
+    token = token.lower().split("'")[0]
+    if token in STOP_WORDS or len(token) < 2:
+        return None
+    word = synonyms.get(token) or lemma(token, lemmas)
+    word = synonyms.get(word, word)
+    return word if word not in STOP_WORDS or word in VERBS else None
+
+
+def join_phrases(text: str) -> str:
+    """A text with plain apostrophes and with phrases that are one word written as one word.
+
+    >>> join_phrases("don’t do a lay-up")
+    "don't do a layup"
+    """
+    text = text.translate(_APOSTROPHES)
+    for phrase, word in _PHRASES:
+        text = phrase.sub(word, text)
+    return text
+
+
+def split_compound(token: str) -> list[str]:
+    """The words of a word written in CamelCase.
+
+    >>> split_compound("KickFlip"), split_compound("walk")
+    (['Kick', 'Flip'], ['walk'])
+    """
+    return _CAMEL.sub(" ", token).split()
+
+
 def forms_of(text: str) -> list[str]:
     """Split a text into words in lower case, stop words included.
 
     >>> forms_of("A dancer's CartWheels")
     ['a', 'dancer', 'cart', 'wheels']
     """
-    text = text.translate(_APOSTROPHES)
-    for phrase, word in _PHRASES:
-        text = phrase.sub(word, text)
-    tokens = _WORD.findall(_CAMEL.sub(" ", text))
+    tokens = _WORD.findall(_CAMEL.sub(" ", join_phrases(text)))
     return [token.lower().split("'")[0] for token in tokens]
 
 
@@ -178,7 +221,7 @@ def parse_query(
             actions.append(found)
     words = tuple(word for action in actions for word in action)
     if not words:
-        raise QueryError(_nothing_known(text, unknown))
+        raise QueryError(nothing_known(text, unknown))
     return ParsedQuery(words, tuple(actions), unknown)
 
 
@@ -236,10 +279,7 @@ def word_numbers(words: Iterable[str], vocabulary: Sequence[str]) -> IntArray:
 
 def _pieces(text: str) -> list[str]:
     """Pieces of text between the separators of actions, wildcards included, in order of time."""
-    text = text.translate(_APOSTROPHES)
-    for phrase, word in _PHRASES:
-        text = phrase.sub(word, text)
-    text = _WILD.sub(",\0,", text)
+    text = _WILD.sub(",\0,", join_phrases(text))
     pieces = []
     for piece in _BREAK.split(text):
         if piece.strip() == "\0":
@@ -252,19 +292,17 @@ def _pieces(text: str) -> list[str]:
 def _piece_words(
     piece: str, synonyms: Mapping[str, str], lemmas: Mapping[str, str] | None
 ) -> list[str]:
-    words = []
-    for token in _WORD.findall(_CAMEL.sub(" ", piece)):
-        token = token.lower().split("'")[0]
-        if token in STOP_WORDS or len(token) < 2:
-            continue
-        word = synonyms.get(token) or lemma(token, lemmas)
-        word = synonyms.get(word, word)
-        if word not in STOP_WORDS or word in VERBS:
-            words.append(word)
-    return words
+    tokens = _WORD.findall(_CAMEL.sub(" ", piece))
+    words = (motion_word(token, synonyms, lemmas) for token in tokens)
+    return [word for word in words if word is not None]
 
 
-def _nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
+def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
+    """The refusal of a question in which no word is known.
+
+    >>> nothing_known("wlak", {"wlak": ("walk",)})
+    'query: expected a known word, found wlak. Did you mean walk?'
+    """
     if not unknown:
         return (
             f"query: expected words that describe a motion, found {text!r}. "

@@ -19,7 +19,8 @@ def test_search_and_like_answer_as_promised(command: Any, learned_file: Path) ->
     for words in (("search", "walk, kick"), ("like", "ana/bow_1", "--from", 0.5, "--to", 2)):
         asked = (*words, "--where", "performer=ana", "--limit", 3, "--json", "--db", learned_file)
         told = answer(command(*asked))
-        assert list(told) == ["matches_anything", "strength", "threshold", "matches"]
+        more = ["question"] if words[0] == "search" else []
+        assert list(told) == ["matches_anything", "strength", "threshold", "matches", *more]
         assert told["matches_anything"] is (told["strength"] >= told["threshold"])
         found = told["matches"]
         assert [m["rank"] for m in found] == [1, 2, 3]
@@ -232,7 +233,8 @@ def test_nothing_matches_is_said_above_the_nearest(command: Any, learned_file: P
     where = ("--where", "name=ana/bow_1", "--db", learned_file)
     ended = command("search", "kick", *where)
     assert (ended.code, ended.err) == (0, "")
-    told = ended.out.splitlines()
+    understood, *told = ended.out.splitlines()
+    assert understood == "understood: kick"
     assert told[0] == "nothing in this database matches; the nearest:"
     assert told[1].split() == ["rank", "capture", "start", "end", "score", "probability", "words",
                                "found"]  # fmt: skip
@@ -241,7 +243,9 @@ def test_nothing_matches_is_said_above_the_nearest(command: Any, learned_file: P
     assert ended.code == 0
     assert ended.out.startswith("nothing in this database matches; the nearest:\n")
     ended = command("search", "kick", "--where", "name=nobody", "--db", learned_file)
-    assert (ended.code, ended.out) == (0, "nothing in this database matches\n")
+    assert (ended.code, ended.out) == (
+        0, "understood: kick\nnothing in this database matches\n",
+    )  # fmt: skip
 
 
 def test_answers_by_symbols_carry_their_certificate(command: Any, learned_file: Path) -> None:

@@ -8,7 +8,13 @@ from hypothesis import strategies as st
 
 from motiondb.errors import QueryError
 from motiondb.records import CaptureInfo
-from motiondb.store.catalogue.where import Condition, check_names, matches, parse_where
+from motiondb.store.catalogue.where import (
+    Condition,
+    asks_captions,
+    check_names,
+    matches,
+    parse_where,
+)
 
 
 def _info(**tags: str) -> CaptureInfo:
@@ -61,7 +67,7 @@ def test_unknown_name_gets_a_suggestion() -> None:
         check_names(parse_where("preformer=14"), ["performer", "style"])
     assert str(error.value) == (
         "filter on 'preformer': expected one of capture_id, name, sha256, format, kind, fps, "
-        "n_frames, duration, motion_frames, leg_length, path, run_id, performer, style, "
+        "n_frames, duration, motion_frames, leg_length, path, run_id, caption, performer, style, "
         "found no such column or tag. Did you mean performer?"
     )
 
@@ -114,3 +120,129 @@ def test_each_operator_agrees_with_numbers(a: float, b: float) -> None:
 def test_whatever_is_typed_gives_a_filter_or_a_sentence(text: str, value: str) -> None:
     with suppress(QueryError):
         matches(_info(tag=value), parse_where(text))
+
+
+CAPTIONS = ("a person walks", "Walk, turn left")
+
+
+@pytest.mark.parametrize(
+    ("text", "holds"),
+    [
+        ("performer=6 or style=shy", True),
+        ("style=shy or performer=7", False),
+        ("style=shy or style=proud and performer=7", False),  # and binds tighter
+        ("(style=shy or style=proud) and performer=6", True),
+        ("not style=shy", True),
+        ("not style=proud", False),
+        ("not not style=proud", True),
+        ("not (style=proud and performer=6)", False),
+        ("not (style=proud and performer=7)", True),
+        ("not mood=proud", True),
+        ("NOT style=shy AND performer=6", True),
+        ("performer in (5, 6, 7)", True),
+        ("performer in (5, 7)", False),
+        ("performer not in (5, 7)", True),
+        ("performer not in (6)", False),
+        ("style in ('shy', 'proud')", True),
+        ("mood not in (proud)", True),
+        ("style!~rou", False),
+        ("style!~x", True),
+        ("mood!~x", True),
+        ("caption~walk", True),
+        ("caption~'TURN LEFT'", True),
+        ("caption~run", False),
+        ("caption!~walk", False),
+        ("caption!~run", True),
+        ("caption='a person walks'", True),
+        ("caption!='a person walks'", False),
+        ("caption~walk and not caption~run or style=shy", True),
+        ("((performer=6))", True),
+        ("fps in (60) or (duration<2 or (duration>=4 and not kind=generated))", True),
+    ],
+)
+def test_filters_with_alternatives_negations_and_captions(text: str, holds: bool) -> None:
+    info = _info(performer="06", style="proud")
+    assert matches(info, parse_where(text), CAPTIONS) is holds
+
+
+def test_a_capture_without_captions_answers_only_to_negations() -> None:
+    assert not matches(_info(), parse_where("caption~walk"))
+    assert matches(_info(), parse_where("caption!~walk"))
+    assert matches(_info(), parse_where("not caption~walk"))
+    assert asks_captions(parse_where("fps=60 or not (caption~walk)"))
+    assert not asks_captions(parse_where("action~caption"))
+
+
+def test_values_may_hold_parentheses_and_commas() -> None:
+    (bear,) = parse_where("action=bear (human subject), slow")
+    assert bear == Condition("action", "=", "bear (human subject), slow")
+    ((first,), (second,)) = parse_where("name in ('a,b)', c d)")[0].alternatives  # type: ignore[union-attr]
+    assert (first.value, second.value) == ("a,b)", "c d")  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("(a=1", "filter '(a=1': expected ')' for every '(', found 'the end'. "
+         "Close the parentheses."),
+        ("a=1)", "filter 'a=1)': expected '(' before ')', found none. Leave out ')', or put the "
+         "value into quotes."),
+        ("a in ()", "filter 'a in ()': expected NAME OPERATOR VALUE with one of "
+         "= != < <= > >= ~, found 'a in ()'. Write for example: performer=14 and duration>2.5."),
+        ("not", "filter 'not': expected NAME OPERATOR VALUE with one of "
+         "= != < <= > >= ~, found 'not'. Write for example: performer=14 and duration>2.5."),
+        ("a=1 or or b=2", "filter 'a=1 or or b=2': expected NAME OPERATOR VALUE with one of "
+         "= != < <= > >= ~, found 'or b=2'. Write for example: performer=14 and duration>2.5."),
+        ("not " * 60 + "a=1", None),
+        ("(" * 60 + "a=1" + ")" * 60, None),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_read_is_refused(text: str, message: str | None) -> None:
+    with pytest.raises(QueryError) as error:
+        parse_where(text)
+    if message is None:
+        assert "expected at most 50 parentheses and negations within one another" in str(
+            error.value
+        )
+    else:
+        assert str(error.value) == message
+
+
+def test_a_filter_has_a_longest_length() -> None:
+    with pytest.raises(QueryError) as error:
+        parse_where("a=1" + " or a=2" * 20_000)
+    assert str(error.value) == (
+        "filter: expected at most 100,000 characters, found 140,003. Ask for less at a time."
+    )
+    assert len(parse_where("name in (" + ", ".join(map(str, range(5_000))) + ")")) == 1
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.lists(
+        st.sampled_from(
+            ["a", "b", "caption", "=", "~", "(", ")", "not", "and", "or", "in", ",", "1", "'x y'",
+             '"', "!~"]
+        ),
+        max_size=20,
+    )
+)  # fmt: skip
+def test_any_words_of_the_language_give_a_filter_or_a_sentence(pieces: list[str]) -> None:
+    with suppress(QueryError):
+        matches(_info(a="1"), parse_where(" ".join(pieces)), CAPTIONS)
+
+
+@given(st.integers(0, 63), st.integers(0, 7))
+def test_filters_agree_with_logic(shape: int, tags: int) -> None:
+    def wrap(text: str, negate: int) -> str:
+        return f"not ({text})" if negate else text
+
+    names = ["x", "y", "z"]
+    truth = {name: bool(tags >> n & 1) for n, name in enumerate(names)}
+    atoms = [wrap(f"{name}=1", shape >> n & 1) for n, name in enumerate(names)]
+    values = [truth[name] != bool(shape >> n & 1) for n, name in enumerate(names)]
+    joints = ["and" if shape >> n & 1 else "or" for n in (3, 4)]
+    text = wrap(f"{atoms[0]} {joints[0]} {atoms[1]} {joints[1]} {atoms[2]}", shape >> 5 & 1)
+    spelt = f"{values[0]} {joints[0]} {values[1]} {joints[1]} {values[2]}"
+    info = _info(**{name: str(int(value)) for name, value in truth.items()})
+    assert matches(info, parse_where(text)) is (eval(spelt) != bool(shape >> 5 & 1))

@@ -19,6 +19,8 @@ from motiondb.database.session import Session
 from motiondb.learning.making.motion_making import METHODS, make_motion
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.words import decoding
+from motiondb.words.question.known import KnownQuestion
+from motiondb.words.question.tree import NotUsed
 
 __all__ = ["METHODS", "Generated", "generate"]
 
@@ -43,10 +45,12 @@ class Generated:
         Symbols recognised in the motion.
     provenance : Provenance
         Origin and licence of every frame.
-    unknown : dict
-        Words of the sentence that are not known -> nearest known words.
+    question : KnownQuestion
+        The sentence as it was understood.
     spans : tuple of (int, int)
         First frame and last frame + 1 of every action.
+    not_used : tuple of NotUsed
+        What of the sentence the motion takes no account of.
     words : str
         The sentence.
     seed : int
@@ -62,11 +66,17 @@ class Generated:
     decodings: tuple[decoding.Decoding, ...]
     recognised: tuple[int, ...]
     provenance: store.Provenance
-    unknown: Mapping[str, tuple[str, ...]]
+    question: KnownQuestion
     spans: tuple[tuple[int, int], ...] = ()
+    not_used: tuple[NotUsed, ...] = ()
     words: str = ""
     seed: int = 0
     method: str = "stitched"
+
+    @property
+    def unknown(self) -> Mapping[str, tuple[str, ...]]:
+        """Words of the sentence that are not known -> nearest known words."""
+        return self.question.unknown
 
     def facts(self) -> dict[str, Any]:
         """What was asked, decoded and used, for JSON; times in seconds."""
@@ -128,6 +138,8 @@ def generate(session: Session, words: str, seed: int, method: str) -> Generated:
     ----------
     session : Session
         The open database.
+    not_used : tuple of NotUsed
+        What of the sentence the motion takes no account of.
     words : str
         The sentence.
     seed : int
@@ -158,8 +170,9 @@ def generate(session: Session, words: str, seed: int, method: str) -> Generated:
         decodings=found.decodings,
         recognised=tuple(int(s) for s in found.recognised),
         provenance=provenance,
-        unknown=found.unknown,
+        question=found.question,
         spans=found.spans,
+        not_used=found.not_used,
         words=words,
         seed=seed,
         method=method,

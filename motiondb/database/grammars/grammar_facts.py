@@ -12,6 +12,7 @@ from motiondb import store
 from motiondb.database.generate.generated_files import source_facts, write_with_provenance
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
+from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg import context_free
 from motiondb.records import MOTION_FPS
 
@@ -45,9 +46,23 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> dict[str, 
         "sentence_lengths": [min(lengths), float(np.mean(lengths)), max(lengths)],
         "nonterminals": len(grammar.nonterminals),
         "rules": len(grammar.rules),
+        "derives_new": derives_new(grammar, learned.strings),
         "bits": {**learned.bits, "sum": sum(learned.bits.values())},
         "text": context_free.format_grammar(grammar),
     }
+
+
+def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ...]]) -> bool:
+    """Whether a grammar derives a string that is none of the sentences.
+
+    If not, it is a list of the sentences, and new sequences repeat them.
+
+    >>> derives_new(context_free.read_grammar("S -> a | b b"), [("a",), ("b", "b")])
+    False
+    """
+    known = frozenset(sentences)
+    language = finite_language(grammar, len(known))
+    return language is None or not language <= known
 
 
 def terminal_facts(

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
@@ -32,21 +33,45 @@ Progress = Callable[[str, float, float], None]
 """Called with what is being done, how much is done, how much there is."""
 
 SENTENCES = ("auto", "captures", "captions")
-N_TERMINALS = 20
+ByDuration = Literal["by duration"]
+BY_DURATION: ByDuration = "by duration"
+"""Number of terminals: as many as the duration of the captures supports."""
+
+FEWEST_TERMINALS, MOST_TERMINALS = 4, 20
+"""Bounds of the default number of terminals: the fewest that ``auto`` tries, and a number near the
+fewest bits in most tables of real takes in ``docs/grammar.md``."""
+
+SECONDS_A_TERMINAL = 5.0
+"""Duration for each terminal by default. Chosen by hand: in a minute of motion most of 20 terminals
+occur once (``docs/grammar.md``, boxing: 13 of 20), and then nothing recurs that rules could say."""
+
 MAX_NAME = 80
+"""Letters of a name, so that it fits into file names and tables."""
 
 
 @dataclass(frozen=True)
 class GrammarSettings:
     """Everything that decides what is learned.
 
-    n_terminals : K; None lets the description length choose. from_symbols : the motion symbols of
-    the database are the terminals. sentences : "auto", "captures" (each is one) or "captions" (one
-    begins where timed words begin). search : how terminals are looked for. shortest, longest :
-    terminals of a sentence that is found. evaluations : partitions into sentences that are tried.
+    Attributes
+    ----------
+    n_terminals : int or str, optional
+        K; ``BY_DURATION`` for :func:`default_terminals`, None to choose by description length.
+    from_symbols : bool
+        Whether the motion symbols of the database are the terminals.
+    sentences : str
+        "auto" (found), "captures" (each is one) or "captions" (one begins where timed words begin).
+    seed : int
+        Seed of the search.
+    search : TerminalSettings
+        How terminals are searched.
+    shortest, longest : int
+        Terminals of a sentence that is found.
+    evaluations : int
+        Partitions into sentences that are tried.
     """
 
-    n_terminals: int | None = N_TERMINALS
+    n_terminals: int | ByDuration | None = BY_DURATION
     from_symbols: bool = False
     sentences: str = "auto"
     seed: int = 0
@@ -134,6 +159,16 @@ def _record(
     )
 
 
+def default_terminals(n_frames: int) -> int:
+    """Return the number of terminals for captures of so many frames in all (30 a second).
+
+    >>> default_terminals(300), default_terminals(1_800), default_terminals(9_000)
+    (4, 12, 20)
+    """
+    wished = round(n_frames / MOTION_FPS / SECONDS_A_TERMINAL)
+    return min(max(wished, FEWEST_TERMINALS), MOST_TERMINALS)
+
+
 def _sources(database: store.Store, captures: Sequence[str]) -> list[CaptureInfo]:
     infos = [store.load_capture(database, capture) for capture in captures]
     if not infos:
@@ -201,6 +236,8 @@ def _search(
         chosen = choose_terminals(motions, rng, settings=search, learn=learn, progress=advance)
         none = np.full(len(chosen.terminals.names), -1)
         return _Found(chosen.terminals, none, chosen.sentences, chosen.ledgers, chosen.noise)
+    if number == BY_DURATION:
+        number = default_terminals(sum(motion.n_frames for motion in motions))
     terminals = find_terminals(motions, number, rng, settings=search, progress=advance)
     return _Found(terminals, np.full(number, -1), learn(terminals, rng))
 

@@ -14,8 +14,7 @@ import numpy as np
 
 from motiondb import store
 from motiondb.grammar.cfg import context_free
-from motiondb.grammar.cfg.parse import ParseError
-from motiondb.grammar.cfg.passage import parse_passage
+from motiondb.grammar.cfg.parse import ParseError, parse_passage
 from motiondb.grammar.terminals.labelling import Reading
 from motiondb.records import MOTION_FPS
 

@@ -1,99 +1,186 @@
-"""The chart of a sentence: for each stretch i..j, the symbols that derive it and how strongly.
+"""The chart of a sentence: for each span i..j, the symbols that derive it and their values.
 
-A chart cell (i, j) lists its symbols in ascending order with their values; a value is a
-floating-point number times a power of two that the whole cell shares, so that long sentences do
-not run under. Cells are filled from the right: a tail (Y Z) over (i, j) takes Y from a dense row
-of cells that begin at i, and Z from the list of (k, j) (Cocke, Younger and Kasami, on sparse
-cells). What a cell then derives without reading more comes from the chains of the compiled
-grammar, so that unit cycles and empty rules cost nothing here.
+A cell (i, j) lists its symbols in ascending order with their values. A value is a floating-point
+number times a power of two that the whole cell shares, so that long sentences do not underflow.
+Cells are filled from the right: a tail (Y Z) over (i, j) takes Y from a dense row of cells that
+begin at i, and Z from the list of (k, j) (Cocke, Younger and Kasami, on sparse cells). What a cell
+then derives without reading more comes from the chains of the compiled grammar, so that unit cycles
+and empty rules cost nothing here.
 
-``sum_chart`` adds the values of derivations (probabilities, or their number), ``best_chart`` keeps
-the greatest. ``best_choices`` reads the best tree out of a chart; see also forward.py.
+A chart sums the values of derivations (probabilities, or their number) or keeps the greatest.
+:func:`best_choices` reads the best tree from a chart of greatest values; see also :mod:`.forward`.
 """
 
 from __future__ import annotations
 
 from math import frexp, inf, ldexp, log
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-TOLERANCE = 2.5e-10  # two log-probabilities this near count as equal; under the rule penalty
+from motiondb.grammar.cfg.closure import Sparse
+from motiondb.records import FloatArray, IntArray
+
+TOLERANCE = 2.5e-10
+"""Log-probabilities this near count as equal. It is below the rule penalty."""
+
+
+class Chart(NamedTuple):
+    """The chart of a sentence of n symbols.
+
+    Attributes
+    ----------
+    begin, end : arrays (n + 1, n + 1)
+        Where the entries of each cell begin and end.
+    exponents : array (n + 1, n + 1)
+        The power of two of each cell.
+    symbols, values : arrays (entries,)
+        Symbols, ascending within a cell, and their values.
+    """
+
+    begin: IntArray
+    end: IntArray
+    exponents: IntArray
+    symbols: IntArray
+    values: FloatArray
+
+
+class Tails(NamedTuple):
+    """Tails by one of their children: ``tails[starts[s]:starts[s + 1]]`` have the child s."""
+
+    starts: IntArray
+    tails: IntArray
+
+
+class TailRules(NamedTuple):
+    """How symbols combine: tails by their right child, and the left child of each tail (S,)."""
+
+    by_right: Tails
+    left: IntArray
+
+
+class Forms(NamedTuple):
+    """The rules of a compiled grammar, as :func:`best_choices` needs them.
+
+    Attributes
+    ----------
+    left, right : arrays (S,)
+        Children of a tail, else -1.
+    rule_of : array (S + 1,)
+        Where the rules of a symbol begin.
+    rule_right : array (R,)
+        Right side of a rule, -1 for the empty string.
+    log_weights : array (R,)
+        Log-probability of a rule, less the penalty.
+    """
+
+    left: IntArray
+    right: IntArray
+    rule_of: IntArray
+    rule_right: IntArray
+    log_weights: FloatArray
+
+
+class _Work(NamedTuple):
+    """Values by symbol (S,), and lists of the symbols that have one.
+
+    Attributes
+    ----------
+    base, full : arrays (S,)
+        Values of a cell before and after the chains.
+    touched, reached : arrays (S,)
+        Symbols with a value in ``base`` and in ``full``.
+    """
+
+    base: FloatArray
+    full: FloatArray
+    touched: IntArray
+    reached: IntArray
+
+
+class _Cell(NamedTuple):
+    """The entries of a cell, and the power of two that their products get."""
+
+    symbols: IntArray
+    values: FloatArray
+    factor: float
 
 
 @njit(cache=True)
-def fill_chart(best, sentence, by_right, left, chains):  # type: ignore[no-untyped-def]
-    """Chart of a sentence.
+def fill_chart(best: bool, sentence: IntArray, rules: TailRules, chains: Sparse) -> Chart:
+    """Fill the chart of a sentence.
 
     Parameters
     ----------
-    best : whether derivations compete (max) instead of adding up.
-    sentence : array (n,), symbol numbers.
-    by_right : (starts (S + 1,), tails), the tails by their right child.
-    left : array (S,), the left child of a tail.
-    chains : (starts (S + 1,), symbols, weights), for each symbol what leads to it unread.
-
-    Returns
-    -------
-    begin, end (n + 1, n + 1) into symbols and values (entries,); exponents (n + 1, n + 1).
+    best : bool
+        Whether the greatest value of the derivations is kept; else they are summed.
+    sentence : array (n,)
+        Symbol numbers.
+    rules : TailRules
+        How symbols combine.
+    chains : Sparse
+        For each symbol, the symbols that lead to it without reading anything, with weights.
     """
-    n, n_symbols = len(sentence), len(left)
+    n, n_symbols = len(sentence), len(rules.left)
     begin = np.zeros((n + 1, n + 1), np.int64)
     end, exponents = np.zeros((n + 1, n + 1), np.int64), np.zeros((n + 1, n + 1), np.int64)
     symbols, values, used = np.zeros(256, np.int64), np.zeros(256), 0
     row, splits = np.zeros((n + 1, n_symbols)), np.zeros(n + 1, np.int64)
-    base, full = np.zeros(n_symbols), np.zeros(n_symbols)
-    touched, reached = np.zeros(n_symbols, np.int64), np.zeros(n_symbols, np.int64)
+    work = _Work(
+        np.zeros(n_symbols), np.zeros(n_symbols),
+        np.zeros(n_symbols, np.int64), np.zeros(n_symbols, np.int64),
+    )  # fmt: skip
     for i in range(n - 1, -1, -1):
         n_splits = 0
         for j in range(i + 1, n + 1):
-            n_touched = 0
+            chart = Chart(begin, end, exponents, symbols, values)
             if j == i + 1:
-                base[sentence[i]], touched[0], n_touched = 1.0, sentence[i], 1
-            top = _top_exponent(begin, end, exponents, splits[:n_splits], i, j)
-            for s in range(n_splits):
-                k = splits[s]
+                work.base[sentence[i]], work.touched[0] = 1.0, sentence[i]
+            n_touched = int(j == i + 1)
+            top = _top_exponent(chart, splits[:n_splits], i, j)
+            for k in splits[:n_splits]:
                 factor = ldexp(1.0, exponents[i, k] + exponents[k, j] - top)
-                cell = symbols[begin[k, j] : end[k, j]], values[begin[k, j] : end[k, j]]
-                n_touched = _combine(
-                    best, row[k], cell, factor, by_right, left, (base, touched, n_touched)
-                )
-            n_reached = _climb(best, touched[:n_touched], base, chains, full, reached)
+                entries = slice(begin[k, j], end[k, j])
+                cell = _Cell(symbols[entries], values[entries], factor)
+                n_touched = _combine(best, row[k], cell, rules, work, n_touched)
+            n_reached = _climb(best, n_touched, chains, work)
             if used + n_reached > len(symbols):
                 more = max(n_reached, len(symbols))
                 symbols = np.append(symbols, np.zeros(more, np.int64))
                 values = np.append(values, np.zeros(more))
-            shift = _shift(full, reached, n_reached)
+            shift = _shift(work, n_reached)
             begin[i, j], exponents[i, j] = used, top + shift
-            _sort(reached[:n_reached])
-            for r in range(n_reached):
-                value = ldexp(full[reached[r]], -shift)
-                symbols[used], values[used], row[j, reached[r]] = reached[r], value, value
-                full[reached[r]] = 0.0
+            _sort(work.reached[:n_reached])
+            for symbol in work.reached[:n_reached]:
+                value = ldexp(work.full[symbol], -shift)
+                symbols[used], values[used], row[j, symbol] = symbol, value, value
+                work.full[symbol] = 0.0
                 used += 1
             end[i, j] = used
             if n_reached > 0:
                 splits[n_splits] = j
                 n_splits += 1
         for j in range(i + 1, n + 1):
-            for entry in range(begin[i, j], end[i, j]):
-                row[j, symbols[entry]] = 0.0
-    return begin, end, exponents, symbols[:used], values[:used]
+            row[j, symbols[begin[i, j] : end[i, j]]] = 0.0
+    return Chart(begin, end, exponents, symbols[:used], values[:used])
 
 
 @njit(cache=True)
-def _combine(best, firsts, cell, factor, by_right, left, work):  # type: ignore[no-untyped-def]
+def _combine(
+    best: bool, firsts: FloatArray, cell: _Cell, rules: TailRules, work: _Work, n_touched: int
+) -> int:
     """Add the tails made of what ends at a place and the cell that begins there to ``base``."""
-    starts, tails = by_right
-    symbols, values = cell
-    base, touched, n_touched = work
-    for entry in range(len(symbols)):
-        for t in range(starts[symbols[entry]], starts[symbols[entry] + 1]):
+    starts, tails = rules.by_right
+    base, touched = work.base, work.touched
+    for entry in range(len(cell.symbols)):
+        symbol = cell.symbols[entry]
+        for t in range(starts[symbol], starts[symbol + 1]):
             tail = tails[t]
-            first = firsts[left[tail]]
-            if first == 0.0:  # not there; an endless count times 0 would be no number
+            first = firsts[rules.left[tail]]
+            if first == 0.0:  # not there; an infinite count times 0 would be no number
                 continue
-            value = first * values[entry] * factor
+            value = first * cell.values[entry] * cell.factor
             if value == 0.0:
                 continue
             if base[tail] == 0.0:
@@ -104,18 +191,17 @@ def _combine(best, firsts, cell, factor, by_right, left, work):  # type: ignore[
 
 
 @njit(cache=True)
-def _climb(best, touched, base, chains, full, reached):  # type: ignore[no-untyped-def]
-    """Follow the chains up from ``base`` (emptied) to ``full``; returns how many are reached."""
-    starts, symbols, weights = chains
+def _climb(best: bool, n_touched: int, chains: Sparse, work: _Work) -> int:
+    """Follow the chains up from ``base`` (emptied) to ``full``; how many symbols are reached."""
+    base, full = work.base, work.full
     n_reached = 0
-    for t in range(len(touched)):
-        symbol = touched[t]
-        for c in range(starts[symbol], starts[symbol + 1]):
-            above, value = symbols[c], weights[c] * base[symbol]
+    for symbol in work.touched[:n_touched]:
+        for c in range(chains.starts[symbol], chains.starts[symbol + 1]):
+            above, value = chains.columns[c], chains.values[c] * base[symbol]
             if value == 0.0:
                 continue
             if full[above] == 0.0:
-                reached[n_reached] = above
+                work.reached[n_reached] = above
                 n_reached += 1
             full[above] = max(full[above], value) if best else full[above] + value
         base[symbol] = 0.0
@@ -123,8 +209,8 @@ def _climb(best, touched, base, chains, full, reached):  # type: ignore[no-untyp
 
 
 @njit(cache=True)
-def _sort(numbers):  # type: ignore[no-untyped-def]
-    """Shell's sort in place: quicker to compile than a general one, and cells are small."""
+def _sort(numbers: IntArray) -> None:
+    """Shell's sort in place: it compiles faster than a general one, and cells are small."""
     gap = len(numbers) // 2
     while gap > 0:
         for i in range(gap, len(numbers)):
@@ -137,50 +223,46 @@ def _sort(numbers):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _top_exponent(begin, end, exponents, splits, i, j):  # type: ignore[no-untyped-def]
-    top, found = 0, False
+def _top_exponent(chart: Chart, splits: IntArray, i: int, j: int) -> int:
+    """Return the greatest power of two among the products over a span."""
+    top, is_known = 0, False
     for k in splits:
-        if begin[k, j] < end[k, j]:
-            here = exponents[i, k] + exponents[k, j]
-            if not found or here > top:
-                top, found = here, True
+        if chart.begin[k, j] < chart.end[k, j]:
+            here = chart.exponents[i, k] + chart.exponents[k, j]
+            if not is_known or here > top:
+                top, is_known = here, True
     return top
 
 
 @njit(cache=True)
-def _shift(full, reached, n_reached):  # type: ignore[no-untyped-def]
+def _shift(work: _Work, n_reached: int) -> int:
+    """Return the power of two of the greatest finite value of a cell."""
     greatest = 0.0
-    for r in range(n_reached):
-        value = full[reached[r]]
+    for symbol in work.reached[:n_reached]:
+        value = work.full[symbol]
         if value > greatest and value < inf:
             greatest = value
     return frexp(greatest)[1] if greatest > 0.0 else 0
 
 
 @njit(cache=True)
-def place_of(symbols, symbol, low, high):  # type: ignore[no-untyped-def]
-    """The first place from ``low`` to ``high`` with no smaller symbol (binary search)."""
-    while low < high:
+def find(chart: Chart, symbol: int, i: int, j: int) -> tuple[float, int]:
+    """Return value and exponent of a symbol over (i, j), i < j; value 0 if it is not there."""
+    low, high = chart.begin[i, j], chart.end[i, j]
+    while low < high:  # binary search
         middle = (low + high) // 2
-        if symbols[middle] < symbol:
+        if chart.symbols[middle] < symbol:
             low = middle + 1
         else:
             high = middle
-    return low
-
-
-@njit(cache=True)
-def find(chart, symbol, i, j):  # type: ignore[no-untyped-def]
-    """Value and exponent of a symbol over (i, j), i < j; value 0 where it is not there."""
-    begin, end, exponents, symbols, values = chart
-    low = place_of(symbols, symbol, begin[i, j], end[i, j])
-    if low < end[i, j] and symbols[low] == symbol:
-        return values[low], exponents[i, j]
+    if low < chart.end[i, j] and chart.symbols[low] == symbol:
+        return chart.values[low], chart.exponents[i, j]
     return 0.0, 0
 
 
 @njit(cache=True)
-def _log_best(chart, empties, symbol, i, j):  # type: ignore[no-untyped-def]
+def _log_best(chart: Chart, empties: FloatArray, symbol: int, i: int, j: int) -> float:
+    """Return the log of the best value of a symbol over (i, j), -inf if there is none."""
     if i == j:
         return log(empties[symbol]) if empties[symbol] > 0.0 else -inf
     value, exponent = find(chart, symbol, i, j)
@@ -188,14 +270,21 @@ def _log_best(chart, empties, symbol, i, j):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def best_choices(chart, empties, forms, start, n):  # type: ignore[no-untyped-def]
-    """Rules of the best tree in preorder, as indices among the rules in use.
+def best_choices(chart: Chart, empties: FloatArray, forms: Forms, start: int, n: int) -> IntArray:
+    """Return the rules of the best tree in preorder, as indices among the rules in use.
 
     Parameters
     ----------
-    chart, empties : the best chart, and (S,) the best values of the empty string.
-    forms : (left, right, rule_of, rule_right, log weights) of the compiled grammar.
-    start, n : the symbol to begin with and the sentence's length.
+    chart : Chart
+        The chart of greatest values.
+    empties : array (S,)
+        The greatest values of the empty string.
+    forms : Forms
+        The rules.
+    start : int
+        The symbol at the root.
+    n : int
+        Length of the sentence.
     """
     left, right, rule_of, rule_right, _ = forms
     choices, used = np.zeros(64, np.int64), 0
@@ -213,13 +302,7 @@ def best_choices(chart, empties, forms, start, n):  # type: ignore[no-untyped-de
             choices = np.append(choices, np.zeros_like(choices))
         goal = _log_best(chart, empties, symbol, i, j) - TOLERANCE
         if left[symbol] >= 0:
-            k = i
-            while k < j and (
-                _log_best(chart, empties, left[symbol], i, k)
-                + _log_best(chart, empties, right[symbol], k, j)
-                < goal
-            ):
-                k += 1
+            k = _first_split(chart, empties, (left[symbol], right[symbol]), (i, j), goal)
             nodes[depth], begins[depth], ends[depth] = right[symbol], k, j
             nodes[depth + 1], begins[depth + 1], ends[depth + 1] = left[symbol], i, k
             depth += 2
@@ -233,8 +316,34 @@ def best_choices(chart, empties, forms, start, n):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True)
-def _first_rule(chart, empties, forms, symbol, span, goal):  # type: ignore[no-untyped-def]
-    """The first rule of a symbol that reaches the goal over a span."""
+def _first_split(
+    chart: Chart,
+    empties: FloatArray,
+    children: tuple[int, int],
+    span: tuple[int, int],
+    goal: float,
+) -> int:
+    """Return the first place at which two children over a span reach the goal."""
+    left, right = children
+    k, j = span
+    while k < j:
+        first = _log_best(chart, empties, left, span[0], k)
+        if first + _log_best(chart, empties, right, k, j) >= goal:
+            break
+        k += 1
+    return k
+
+
+@njit(cache=True)
+def _first_rule(
+    chart: Chart,
+    empties: FloatArray,
+    forms: Forms,
+    symbol: int,
+    span: tuple[int, int],
+    goal: float,
+) -> int:
+    """Return the first rule of a symbol that reaches the goal over a span."""
     _, _, rule_of, rule_right, log_weights = forms
     i, j = span
     for rule in range(rule_of[symbol], rule_of[symbol + 1] - 1):

@@ -1,10 +1,10 @@
-"""Paths of every length through a graph of symbols, summed, maximised or counted at once.
+"""Closure of a weighted graph: all paths between symbols, summed, maximised or counted.
 
 A derivation can pass from symbol to symbol without reading anything: A -> B, or A -> B C where C
 becomes empty. With w(A, B) the weight of one such step, the closure w* = 1 + w + w w + ... holds
-the weight of all chains from A to B, endless round trips included. It is found component by
-component (Tarjan, 1972), the symbols that lead nowhere else first; inside a strongly connected
-component by Kleene's elimination, for which a semiring needs only plus, times and star.
+the weight of all chains from A to B, cycles included. It is computed component by component
+(Tarjan, 1972), the symbols that lead nowhere else first; inside a strongly connected component by
+Kleene's elimination, for which a semiring needs only plus, times and star.
 
 The three semirings share their product and differ in plus and star:
 SUM (+, 1 / (1 - a)) gives probabilities, BEST (max, 1) the best chain, COUNT (+, infinity) numbers.
@@ -12,26 +12,90 @@ SUM (+, 1 / (1 - a)) gives probabilities, BEST (max, 1) the best chain, COUNT (+
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import BoolArray, FloatArray, IntArray
 
 SUM, BEST, COUNT = 0, 1, 2
+"""The semirings."""
+
+
+class Sparse(NamedTuple):
+    """A sparse matrix by rows, or a weighted graph by nodes.
+
+    Attributes
+    ----------
+    starts : array (n + 1,)
+        Row a has the entries ``starts[a]`` to ``starts[a + 1]``.
+    columns : array (entries,)
+        Column of each entry; of a graph, where the edge leads.
+    values : array (entries,)
+        Value of each entry; of a graph, the weight of the edge.
+    """
+
+    starts: IntArray
+    columns: IntArray
+    values: FloatArray
+
+
+class _Graph(NamedTuple):
+    """A :class:`Sparse` graph with the component ``label`` (n,) of each node."""
+
+    starts: IntArray
+    columns: IntArray
+    values: FloatArray
+    label: IntArray
+
+
+class _Rows(NamedTuple):
+    """Rows of the closure so far: where each begins and ends (n,), columns and values."""
+
+    begin: IntArray
+    end: IntArray
+    columns: IntArray
+    values: FloatArray
+
+
+class _Component(NamedTuple):
+    """The component that is being closed.
+
+    Attributes
+    ----------
+    place : array (n,)
+        Number of a node within the component.
+    inner : array (m, m)
+        Weights of steps inside the component.
+    outer : array (largest m, n)
+        Weights from a node of the component to any node.
+    reached, is_reached : arrays (n,)
+        Nodes with a weight in ``outer``: a list, and marks.
+    """
+
+    place: IntArray
+    inner: FloatArray
+    outer: FloatArray
+    reached: IntArray
+    is_reached: BoolArray
 
 
 @njit(cache=True)
-def strong_components(starts, targets):  # type: ignore[no-untyped-def]
-    """Number the strongly connected components of a graph, those that others lead to first.
+def strong_components(starts: IntArray, targets: IntArray) -> IntArray:
+    """Assign the numbers of the strongly connected components, those that others lead to first.
 
     Parameters
     ----------
-    starts, targets : arrays (n + 1,), (edges,); the edges of node a lead to
-        ``targets[starts[a]:starts[a + 1]]``.
+    starts : array (n + 1,)
+        The edges of node a lead to ``targets[starts[a]:starts[a + 1]]``.
+    targets : array (edges,)
+        Where edges lead.
 
     Returns
     -------
-    array (n,), the component of each node; an edge never leads to a higher number.
+    array (n,)
+        The component of each node; an edge never leads to a higher number.
     """
     n = len(starts) - 1
     label = np.full(n, -1, np.int64)
@@ -73,19 +137,21 @@ def strong_components(starts, targets):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _plus(kind, a, b):  # type: ignore[no-untyped-def]
-    return max(a, b) if kind == 1 else a + b
+def _plus(kind: int, a: float, b: float) -> float:
+    """Add two weights in a semiring."""
+    return max(a, b) if kind == BEST else a + b
 
 
 @njit(cache=True)
-def _star(kind, a):  # type: ignore[no-untyped-def]
-    if a == 0.0 or kind == 1:
+def _star(kind: int, a: float) -> float:
+    """Return 1 + a + a a + ... in a semiring."""
+    if a == 0.0 or kind == BEST:
         return 1.0
-    return 1.0 / (1.0 - a) if kind == 0 and a < 1.0 else np.inf
+    return 1.0 / (1.0 - a) if kind == SUM and a < 1.0 else np.inf
 
 
 @njit(cache=True)
-def _close_component(kind, inner):  # type: ignore[no-untyped-def]
+def _close_component(kind: int, inner: FloatArray) -> None:
     """Kleene's elimination in place: ``inner`` (m, m) becomes its closure."""
     m = len(inner)
     for k in range(m):
@@ -102,26 +168,26 @@ def _close_component(kind, inner):  # type: ignore[no-untyped-def]
             if j != k and inner[k, j] != 0.0:
                 inner[k, j] *= star
         inner[k, k] = star
-    return inner
 
 
 @njit(cache=True)
-def _gather(kind, node, a, graph, rows, work):  # type: ignore[no-untyped-def]
-    """Row ``a`` of a component: steps inside it, and what the steps out of it lead to.
+def _gather(
+    kind: int, node: int, graph: _Graph, rows: _Rows, component: _Component, n_reached: int
+) -> int:
+    """Fill the row of a node: steps inside its component, and what the steps out of it lead to.
 
     Returns how many nodes are reached so far.
     """
-    starts, targets, weights, label = graph
-    row_start, row_end, columns, values = rows
-    place, inner, outer, reached, is_reached, n_reached = work
-    for e in range(starts[node], starts[node + 1]):
-        target = targets[e]
-        if label[target] == label[node]:
-            inner[a, place[target]] = _plus(kind, inner[a, place[target]], weights[e])
+    place, inner, outer, reached, is_reached = component
+    a = place[node]
+    for e in range(graph.starts[node], graph.starts[node + 1]):
+        target, weight = graph.columns[e], graph.values[e]
+        if graph.label[target] == graph.label[node]:
+            inner[a, place[target]] = _plus(kind, inner[a, place[target]], weight)
             continue
-        for c in range(row_start[target], row_end[target]):
-            column = columns[c]
-            outer[a, column] = _plus(kind, outer[a, column], weights[e] * values[c])
+        for c in range(rows.begin[target], rows.end[target]):
+            column = rows.columns[c]
+            outer[a, column] = _plus(kind, outer[a, column], weight * rows.values[c])
             if not is_reached[column]:
                 reached[n_reached], is_reached[column] = column, True
                 n_reached += 1
@@ -129,88 +195,100 @@ def _gather(kind, node, a, graph, rows, work):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _close_graph(kind, graph, order, largest):  # type: ignore[no-untyped-def]
-    label = graph[3]
+def _multiply(kind: int, nodes: IntArray, rows: _Rows, component: _Component, used: int) -> int:
+    """Write the rows of a component, inner times outer, and empty ``outer``.
+
+    Returns how many entries there are so far.
+    """
+    _, inner, outer, reached, is_reached = component
+    m = len(nodes)
+    for a in range(m):
+        rows.begin[nodes[a]] = used
+        for column in reached:
+            total = 0.0
+            for b in range(m):
+                if inner[a, b] != 0.0 and outer[b, column] != 0.0:
+                    total = _plus(kind, total, inner[a, b] * outer[b, column])
+            if total != 0.0:
+                rows.columns[used], rows.values[used] = column, total
+                used += 1
+        rows.end[nodes[a]] = used
+    for column in reached:
+        for a in range(m):
+            outer[a, column] = 0.0
+        is_reached[column] = False
+    return used
+
+
+@njit(cache=True)
+def _close_graph(kind: int, graph: _Graph, order: IntArray, largest: int) -> _Rows:
+    """Return the closure by rows; ``order`` lists the nodes by component."""
+    label = graph.label
     n = len(label)
-    row_start, row_end = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    row_begin, row_end = np.zeros(n, np.int64), np.zeros(n, np.int64)
     columns, values, used = np.zeros(2 * n + 16, np.int64), np.zeros(2 * n + 16), 0
     place, reached, is_reached = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.bool_)
     outer = np.zeros((largest, n))
     first = 0
     while first < n:
-        m, n_reached = 0, 0
+        m = 0
         while first + m < n and label[order[first + m]] == label[order[first]]:
             node = order[first + m]
             place[node], outer[m, node] = m, 1.0
             reached[m], is_reached[node] = node, True
             m += 1
-        inner, n_reached = np.zeros((m, m)), m
-        for a in range(m):
-            rows = (row_start, row_end, columns, values)
-            work = (place, inner, outer, reached, is_reached, n_reached)
-            n_reached = _gather(kind, order[first + a], a, graph, rows, work)
+        nodes, n_reached = order[first : first + m], m
+        rows = _Rows(row_begin, row_end, columns, values)
+        inner = np.zeros((m, m))
+        component = _Component(place, inner, outer, reached, is_reached)
+        for node in nodes:
+            n_reached = _gather(kind, node, graph, rows, component, n_reached)
         _close_component(kind, inner)
         while used + m * n_reached > len(columns):
             columns = np.append(columns, np.zeros_like(columns))
             values = np.append(values, np.zeros_like(values))
-        for a in range(m):
-            row_start[order[first + a]] = used
-            for r in range(n_reached):
-                total = 0.0
-                for b in range(m):
-                    if inner[a, b] != 0.0 and outer[b, reached[r]] != 0.0:
-                        total = _plus(kind, total, inner[a, b] * outer[b, reached[r]])
-                if total != 0.0:
-                    columns[used], values[used] = reached[r], total
-                    used += 1
-            row_end[order[first + a]] = used
-        for r in range(n_reached):
-            for a in range(m):
-                outer[a, reached[r]] = 0.0
-            is_reached[reached[r]] = False
+        rows = _Rows(row_begin, row_end, columns, values)
+        component = _Component(place, inner, outer, reached[:n_reached], is_reached)
+        used = _multiply(kind, nodes, rows, component, used)
         first += m
-    return row_start, row_end, columns, values
+    return _Rows(row_begin, row_end, columns, values)
 
 
-def close_graph(
-    kind: int, starts: IntArray, targets: IntArray, weights: FloatArray
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Closure of a weighted graph as sparse rows.
+def close_graph(kind: int, graph: Sparse) -> Sparse:
+    """Compute the closure of a weighted graph as sparse rows.
 
     Parameters
     ----------
-    kind : SUM, BEST or COUNT.
-    starts, targets, weights : arrays (n + 1,), (edges,), (edges,), the edges of each node.
+    kind : int
+        SUM, BEST or COUNT.
+    graph : Sparse
+        The edges of each node.
 
     Returns
     -------
-    starts (n + 1,), columns and values (entries,): row a holds w*(a, b) for all b it leads to,
-    itself with the empty chain included, in ascending order of b.
+    Sparse
+        Row a holds w*(a, b) for all b it leads to, in ascending order of b, itself with the empty
+        chain included.
 
-    >>> starts, columns, values = close_graph(
-    ...     SUM, np.array([0, 1, 2]), np.array([1, 0]), np.array([0.5, 0.5]))
-    >>> values.round(4).tolist()
+    >>> graph = Sparse(np.array([0, 1, 2]), np.array([1, 0]), np.array([0.5, 0.5]))
+    >>> close_graph(SUM, graph).values.round(4).tolist()
     [1.3333, 0.6667, 0.6667, 1.3333]
     """
-    label = strong_components(starts, targets)
+    label = strong_components(graph.starts, graph.columns)
     order, largest = np.argsort(label, kind="stable"), int(np.bincount(label).max(initial=0))
-    begin, end, columns, values = _close_graph(
-        kind, (starts, targets, weights, label), order, largest
-    )
+    begin, end, columns, values = _close_graph(kind, _Graph(*graph, label), order, largest)
     lengths = end - begin
-    new_starts = np.concatenate(([0], np.cumsum(lengths)))
-    take = np.repeat(begin - new_starts[:-1], lengths) + np.arange(new_starts[-1])
+    starts = np.concatenate(([0], np.cumsum(lengths)))
+    take = np.repeat(begin - starts[:-1], lengths) + np.arange(starts[-1])
     rows = np.repeat(np.arange(len(lengths)), lengths)
     take = take[np.lexsort((columns[take], rows))]
-    return new_starts, columns[take], values[take]
+    return Sparse(starts, columns[take], values[take])
 
 
-def transpose(
-    starts: IntArray, columns: IntArray, values: FloatArray
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """The same sparse matrix by columns: for each b, the a that lead to it, ascending."""
-    n = len(starts) - 1
-    rows = np.repeat(np.arange(n), np.diff(starts))
-    order = np.argsort(columns, kind="stable")
-    new_starts = np.concatenate(([0], np.cumsum(np.bincount(columns, minlength=n))))
-    return new_starts, rows[order], values[order]
+def transpose(matrix: Sparse) -> Sparse:
+    """Return the matrix by columns: for each b, the a that lead to it, ascending."""
+    n = len(matrix.starts) - 1
+    rows = np.repeat(np.arange(n), np.diff(matrix.starts))
+    order = np.argsort(matrix.columns, kind="stable")
+    starts = np.concatenate(([0], np.cumsum(np.bincount(matrix.columns, minlength=n))))
+    return Sparse(starts, rows[order], matrix.values[order])

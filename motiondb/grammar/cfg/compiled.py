@@ -1,9 +1,9 @@
-"""A grammar as arrays of numbers, made once and parsed with often.
+"""A grammar as arrays of numbers, made once and used for many parses.
 
 Symbols are numbered: nonterminals, terminals, then *tails*. A tail stands for two or more symbols
-at the end of a rule, X Y Z = X (Y Z), and is shared by all rules that end so. Then a rule of the
-grammar rewrites a nonterminal into one symbol (or into nothing), and a tail always splits into its
-two children: trees over this form and trees of the grammar are the same, one to one, for any
+at the end of a rule, X Y Z = X (Y Z), and is shared by all rules that end with them. Then a rule of
+the grammar rewrites a nonterminal into one symbol (or into nothing), and a tail always splits into
+its two children. Trees over this form and trees of the grammar correspond one to one, for any
 grammar, with empty rules, unit cycles and left recursion.
 
 p(rule)   probability of a rule, scaled to sum to 1 over the rules of its left side
@@ -12,12 +12,12 @@ e(X)      probability that X becomes empty; z(X) that X ends at all; both the le
           connected component
 w(A, B)   weight of a step that reads nothing: p(A -> B), e(Z) for (Y Z) to Y, e(Y) for (Y Z) to Z
 
-Rules that no finished derivation can use (probability 0, a symbol that never ends, a left side
-never reached) are left out.
+Rules that no finished derivation can use (probability 0, a symbol that never ends, a left side that
+is never reached) are left out.
 
-Sources: A. Stolcke, "An Efficient Probabilistic Context-Free Parsing Algorithm that Computes
-Prefix Probabilities", Computational Linguistics 21 (1995); K. Etessami and M. Yannakakis,
-"Recursive Markov Chains", Journal of the ACM 56 (2009), for Newton's method.
+Sources: A. Stolcke, "An Efficient Probabilistic Context-Free Parsing Algorithm that Computes Prefix
+Probabilities", Computational Linguistics 21 (1995); K. Etessami and M. Yannakakis, "Recursive
+Markov Chains", Journal of the ACM 56 (2009), for Newton's method.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, close_graph, transpose
+from motiondb.grammar.cfg.chart import TailRules, Tails
+from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, Sparse, close_graph, transpose
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, check_grammar
 from motiondb.grammar.cfg.least_solution import (
     best_empties,
@@ -37,23 +38,36 @@ from motiondb.grammar.cfg.least_solution import (
     least_solution,
     sparse_graph,
 )
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import BoolArray, FloatArray, IntArray
 
 RULE_PENALTY = 1e-9
-"""Each rule of a tree lowers its log-probability by this when trees are compared, so that of
-equally probable trees the one with fewest rules is best, and no round trip is free."""
-
-Sparse = tuple[IntArray, IntArray, FloatArray]
+"""Each rule of a tree lowers its log-probability by this when trees are
+compared, so that of equally probable trees the one with the fewest rules is best, and no cycle is
+free. Small beside differences of probability that matter, large beside rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledGrammar:
     """A grammar in the numbered form; S symbols, R rules in use.
 
-    ``names``: nonterminals, then terminals. ``left``, ``right`` (S,): children of a tail, else -1.
-    ``rule_numbers`` (R,): numbers in ``grammar.rules``, sorted by left side, then number;
-    ``rule_of`` (S + 1,): where the rules of a nonterminal begin. ``rule_left``, ``rule_right``
-    (R,): its two sides, right -1 for the empty string. ``probabilities`` (R,).
+    Attributes
+    ----------
+    grammar : Grammar
+        The grammar.
+    names : tuple of str
+        Nonterminals, then terminals.
+    n_nonterminals : int
+        Number of nonterminals.
+    left, right : arrays (S,)
+        Children of a tail, else -1.
+    rule_numbers : array (R,)
+        Numbers in ``grammar.rules``, sorted by left side, then number.
+    rule_of : array (S + 1,)
+        Where the rules of a nonterminal begin.
+    rule_left, rule_right : arrays (R,)
+        The sides of a rule; right -1 for the empty string.
+    probabilities : array (R,)
+        p.
     """
 
     grammar: Grammar
@@ -69,18 +83,18 @@ class CompiledGrammar:
 
     @cached_property
     def ids(self) -> dict[str, int]:
-        """Terminal -> its number."""
+        """Number of each terminal."""
         first = self.n_nonterminals
         return {name: first + k for k, name in enumerate(self.names[first:])}
 
     @property
     def n_symbols(self) -> int:
-        """S."""
+        """Number of symbols, S."""
         return len(self.left)
 
     @property
     def terminals(self) -> slice:
-        """The numbers of the terminals."""
+        """The numbers of the terminals, as a slice."""
         return slice(self.n_nonterminals, len(self.names))
 
     @property
@@ -90,12 +104,12 @@ class CompiledGrammar:
 
     @cached_property
     def ends(self) -> FloatArray:
-        """z (S,): the probability that a symbol's derivation ends."""
+        """The probability z (S,) that a symbol's derivation ends."""
         return least_solution(self, 1.0, np.ones(self.n_symbols, bool))
 
     @cached_property
     def empties(self) -> FloatArray:
-        """e (S,): the probability that a symbol becomes empty."""
+        """The probability e (S,) that a symbol becomes empty."""
         return least_solution(self, 0.0, self.nullable)
 
     @cached_property
@@ -109,13 +123,13 @@ class CompiledGrammar:
         return count_empties(self)
 
     @cached_property
-    def nullable(self) -> np.ndarray:
-        """(S,) whether a symbol derives the empty string."""
+    def nullable(self) -> BoolArray:
+        """Whether a symbol (S,) derives the empty string."""
         return grow(self, np.zeros(self.n_symbols, bool), all_parts=True)
 
     @cached_property
-    def speaking(self) -> np.ndarray:
-        """(S,) whether a symbol derives a string that is not empty."""
+    def speaking(self) -> BoolArray:
+        """Whether a symbol (S,) derives a string that is not empty."""
         seed = np.zeros(self.n_symbols, bool)
         seed[self.terminals] = True
         return grow(self, seed, all_parts=False)
@@ -124,43 +138,44 @@ class CompiledGrammar:
     def best_chains(self) -> Sparse:
         """Best chain of steps that read nothing, by the symbol they end in."""
         weights = self.probabilities * np.exp(-RULE_PENALTY)
-        return transpose(*close_graph(BEST, *_steps(self, weights, self.best_empties)))
+        return transpose(close_graph(BEST, _steps(self, weights, self.best_empties)))
 
     @cached_property
     def all_chains(self) -> Sparse:
         """Sum over all chains of steps that read nothing, by the symbol they end in."""
-        return transpose(*close_graph(SUM, *_steps(self, self.probabilities, self.empties)))
+        return transpose(close_graph(SUM, _steps(self, self.probabilities, self.empties)))
 
     @cached_property
     def counted_chains(self) -> Sparse:
         """Number of chains of steps that read nothing, by the symbol they end in."""
         ones = np.ones(len(self.probabilities))
-        return transpose(*close_graph(COUNT, *_steps(self, ones, self.empty_counts)))
+        return transpose(close_graph(COUNT, _steps(self, ones, self.empty_counts)))
 
     @cached_property
     def left_corners(self) -> Sparse:
         """Sum over all chains from a symbol to what its string can begin with, by the symbol."""
         steps = _steps(self, self.probabilities, self.empties, corners=True)
-        return close_graph(SUM, *steps)
+        return close_graph(SUM, steps)
 
     @cached_property
-    def by_right(self) -> tuple[IntArray, IntArray]:
-        """For each symbol, the tails whose right child it is (both children not only empty)."""
-        return _tails_by(self, self.right)
+    def by_right(self) -> TailRules:
+        """Tails by their right child, and the left child of each tail."""
+        return TailRules(_tails_by(self, self.right), self.left)
 
     @cached_property
-    def by_left(self) -> tuple[IntArray, IntArray]:
-        """For each symbol, the tails whose left child it is (both children not only empty)."""
+    def by_left(self) -> Tails:
+        """Tails by their left child (tails of which a child is always empty left out)."""
         return _tails_by(self, self.left)
 
 
 @lru_cache(maxsize=16)
 def compile_grammar(grammar: Grammar) -> CompiledGrammar:
-    """The numbered form of a grammar; the latest few are remembered.
+    """Compile a grammar; the latest few are cached.
 
     Raises
     ------
-    GrammarError where the start symbol derives no string.
+    GrammarError
+        The start symbol derives no string.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> compiled = compile_grammar(read_grammar("S -> S S [0.6] | a [0.3] | empty [0.1]"))
@@ -204,6 +219,7 @@ def compile_grammar(grammar: Grammar) -> CompiledGrammar:
 
 
 def _useful_rules(grammar: Grammar) -> list[int]:
+    """Return the rules that a finished derivation can use."""
     likely = [r for r, rule in enumerate(grammar.rules) if rule.probability > 0]
     ending: set[str] = {s for s in grammar.terminals if not grammar.is_nonterminal(s)}
     while True:
@@ -231,6 +247,10 @@ def _useful_rules(grammar: Grammar) -> list[int]:
 def _number_tail(
     right: tuple[str, ...], table: dict[tuple[str, ...], int], pairs: list[tuple[int, int]]
 ) -> int:
+    """Return the number of a right side, -1 if it is empty.
+
+    New tails go into ``table`` and ``pairs``.
+    """
     if not right:
         return -1
     n_names = len(table) - len(pairs)
@@ -245,7 +265,10 @@ def _number_tail(
 def _steps(
     compiled: CompiledGrammar, weights: FloatArray, empties: FloatArray, corners: bool = False
 ) -> Sparse:
-    """Graph of steps that read nothing; with ``corners``, of steps to what a string begins with."""
+    """Return the graph of steps that read nothing.
+
+    With ``corners``, of steps to what a string begins with.
+    """
     sources, targets, values, _ = list_steps(compiled, weights, empties, corners)
     return sparse_graph(compiled.n_symbols, sources, targets, values)
 
@@ -253,7 +276,24 @@ def _steps(
 def list_steps(
     compiled: CompiledGrammar, weights: FloatArray, empties: FloatArray, corners: bool = False
 ) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
-    """Steps that read nothing: from, to, weight, and the rule in use or -1 for a tail's."""
+    """List the steps that read nothing.
+
+    Parameters
+    ----------
+    compiled : CompiledGrammar
+        The grammar.
+    weights : array (R,)
+        Weight of each rule.
+    empties : array (S,)
+        Weight with which each symbol becomes empty.
+    corners : bool
+        Whether a step to a left child is always free: steps to what a string begins with.
+
+    Returns
+    -------
+    sources, targets, values, origins : arrays (steps,)
+        From, to, weight, and the rule in use, -1 for a step of a tail.
+    """
     tails = np.flatnonzero(compiled.left >= 0)
     left, right = compiled.left[tails], compiled.right[tails]
     real = np.flatnonzero(compiled.rule_right >= 0)
@@ -266,20 +306,21 @@ def list_steps(
     return sources[keep], targets[keep], values[keep], origins[keep]
 
 
-def _tails_by(compiled: CompiledGrammar, child: IntArray) -> tuple[IntArray, IntArray]:
+def _tails_by(compiled: CompiledGrammar, child: IntArray) -> Tails:
+    """Return tails by one of their children, those of which a child is always empty left out."""
     speaking = compiled.speaking
     full = (compiled.left >= 0) & speaking[compiled.left] & speaking[compiled.right]
     tails = np.flatnonzero(full)
-    starts, found, _ = sparse_graph(compiled.n_symbols, child[tails], tails, np.ones(len(tails)))
-    return starts, found
+    graph = sparse_graph(compiled.n_symbols, child[tails], tails, np.ones(len(tails)))
+    return Tails(graph.starts, graph.columns)
 
 
 def finite_part(compiled: CompiledGrammar) -> CompiledGrammar:
-    """The same grammar with probabilities given that the derivation ends.
+    """Return the grammar with probabilities given that the derivation ends.
 
-    p'(A -> X Y ...) = p(A -> X Y ...) z(X) z(Y) ... / z(A): trees keep their proportions, and
-    where all derivations end with probability 1 nothing changes (Z. Chi, "Statistical Properties
-    of Probabilistic Context-Free Grammars", Computational Linguistics 25, 1999).
+    p'(A -> X Y ...) = p(A -> X Y ...) z(X) z(Y) ... / z(A): trees keep their proportions, and if
+    all derivations end with probability 1 nothing changes (Z. Chi, "Statistical Properties of
+    Probabilistic Context-Free Grammars", Computational Linguistics 25, 1999).
     """
     if (compiled.ends[: compiled.n_nonterminals] > 1 - 1e-12).all():
         return compiled
@@ -287,13 +328,13 @@ def finite_part(compiled: CompiledGrammar) -> CompiledGrammar:
 
 
 def ending_chances(compiled: CompiledGrammar) -> FloatArray:
-    """Probability (R,) of each rule in use, given that the derivation ends."""
+    """Return the probability (R,) of each rule in use, given that the derivation ends."""
     z, right = compiled.ends, compiled.rule_right
     return compiled.probabilities * np.where(right < 0, 1.0, z[right]) / z[compiled.rule_left]
 
 
 def with_chances(compiled: CompiledGrammar, chances: FloatArray) -> CompiledGrammar:
-    """The same rules with other probabilities (R,), scaled to sum to 1 for each left side."""
+    """Return the same rules with other probabilities (R,), scaled for each left side."""
     chance = np.zeros(len(compiled.grammar.rules))
     chance[compiled.rule_numbers] = chances
     rules = (replace(r, probability=float(p)) for r, p in zip(compiled.grammar.rules, chance))
@@ -301,5 +342,5 @@ def with_chances(compiled: CompiledGrammar, chances: FloatArray) -> CompiledGram
 
 
 def numbered(compiled: CompiledGrammar, sentence: Sequence[str]) -> IntArray:
-    """A sentence as symbol numbers, -1 for what is no terminal of the grammar."""
+    """Return a sentence as symbol numbers, -1 for what is no terminal of the grammar."""
     return np.array([compiled.ids.get(symbol, -1) for symbol in sentence], np.int64)

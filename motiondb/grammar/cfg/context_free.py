@@ -1,11 +1,11 @@
-"""Context-free grammars as records: rules, derivation trees, their text, their faults.
+"""Context-free grammars as records: rules, derivation trees, their text, checks.
 
-A grammar G = {V, Sigma, R, S} of nonterminals V, terminals Sigma, production rules R and a start
+A grammar G = {V, Sigma, R, S} has nonterminals V, terminals Sigma, production rules R and a start
 symbol S in V. A rule rewrites one nonterminal into a string of terminals and nonterminals, which
-may be empty. Symbols are names; a name is a nonterminal exactly where a rule has it on its left.
+may be empty. Symbols are names; a name is a nonterminal if and only if a rule has it on its left.
 
-As text, a rule a line, alternatives divided by ``|``, ``empty`` for the empty string, and a
-probability in brackets where the alternatives are not equally likely::
+In the text form each line is a rule. Alternatives are separated by ``|``, ``empty`` is the empty
+string, and alternatives that are not equally likely have a probability in brackets::
 
     S -> a b A c d
     A -> x [0.75] | y [0.25]
@@ -24,31 +24,32 @@ from functools import cached_property
 from motiondb.errors import MotionDBError
 
 EMPTY = "empty"
-"""How the empty string is written in the text of a grammar; no symbol may have this name."""
+"""The empty string in the text of a grammar; no symbol may have this name."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_'.-]*|<[0-9]+>")
 _ALTERNATIVE = re.compile(r"^(?P<right>[^\[\]]*?)\s*(?:\[(?P<probability>[0-9.eE+-]+)\])?$")
 
 
 class GrammarError(MotionDBError):
-    """A grammar, or a string asked of it, is not what it should be."""
+    """A grammar, or a string given to it, is not valid."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """``left -> right``, taken with ``probability`` among the rules of ``left``."""
+    """A rule ``left -> right`` with its ``probability`` among the rules of ``left``."""
 
     left: str
     right: tuple[str, ...]
     probability: float = 1.0
 
     def __str__(self) -> str:
+        """Return the rule as text, without its probability."""
         return f"{self.left} -> {' '.join(self.right) or EMPTY}"
 
 
 @dataclass(frozen=True)
 class Tree:
-    """A derivation: ``rule`` is the number of the rule that rewrites ``symbol``, -1 at a leaf."""
+    """A derivation; ``rule`` is the number of the rule that rewrites ``symbol``, -1 at a leaf."""
 
     symbol: str
     rule: int = -1
@@ -60,7 +61,7 @@ class Tree:
         return self.rule < 0
 
     def leaves(self) -> tuple[str, ...]:
-        """The string that the tree derives."""
+        """Return the string that the tree derives."""
         found: list[str] = []
         waiting = [self]
         while waiting:
@@ -71,7 +72,7 @@ class Tree:
         return tuple(found)
 
     def nodes(self) -> Iterator[Tree]:
-        """All nodes in preorder."""
+        """Yield all nodes in preorder."""
         waiting = [self]
         while waiting:
             tree = waiting.pop()
@@ -81,10 +82,18 @@ class Tree:
 
 @dataclass(frozen=True)
 class Grammar:
-    """A start symbol and rules; the order of rules is kept, their number names them.
+    """A start symbol and rules.
 
-    ``terminals`` may hold more than the rules use (a terminal that was heard but stands in no
-    sentence); every terminal of the rules is in it.
+    The order of the rules is kept; their numbers identify them.
+
+    Attributes
+    ----------
+    start : str
+        The start symbol.
+    rules : tuple of Rule
+        The rules.
+    terminals : tuple of str
+        All terminals of the rules, and perhaps others that stand in no rule.
     """
 
     start: str
@@ -92,18 +101,19 @@ class Grammar:
     terminals: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        """Add the terminals of the rules that are missing."""
         used = {symbol for rule in self.rules for symbol in rule.right} - set(self.nonterminals)
         missing = sorted(used - set(self.terminals))
         object.__setattr__(self, "terminals", (*self.terminals, *missing))
 
     @cached_property
     def nonterminals(self) -> tuple[str, ...]:
-        """V in the order of their first rules."""
+        """Nonterminals V in the order of their first rules."""
         return tuple(dict.fromkeys(rule.left for rule in self.rules))
 
     @cached_property
     def rules_of(self) -> dict[str, tuple[int, ...]]:
-        """Nonterminal -> the numbers of its rules."""
+        """Numbers of the rules of each nonterminal."""
         numbers: dict[str, list[int]] = {}
         for number, rule in enumerate(self.rules):
             numbers.setdefault(rule.left, []).append(number)
@@ -114,7 +124,7 @@ class Grammar:
         return symbol in self.rules_of
 
     def with_probabilities(self, weights: Sequence[float]) -> Grammar:
-        """The same rules, their probabilities proportional to ``weights`` (equal where all 0)."""
+        """Return the same rules, probabilities proportional to ``weights`` (equal if all are 0)."""
         totals: dict[str, float] = {}
         for rule, weight in zip(self.rules, weights, strict=True):
             totals[rule.left] = totals.get(rule.left, 0.0) + weight
@@ -129,9 +139,9 @@ class Grammar:
 
 
 def format_grammar(grammar: Grammar) -> str:
-    """The grammar as text, a nonterminal a line, the start symbol first.
+    r"""Return the grammar as text, a nonterminal a line, the start symbol first.
 
-    >>> print(format_grammar(read_grammar("S -> a A\\nA -> x | y | empty")))
+    >>> print(format_grammar(read_grammar("S -> a A\nA -> x | y | empty")))
     S -> a A
     A -> x [0.3333] | y [0.3333] | empty [0.3333]
     """
@@ -149,13 +159,14 @@ def format_grammar(grammar: Grammar) -> str:
 
 
 def read_grammar(text: str, where: str = "grammar") -> Grammar:
-    """A grammar from its text; the first line's left side is the start symbol.
+    """Read a grammar from its text; the first line's left side is the start symbol.
 
     Alternatives without a probability share what the others leave; all are scaled to sum to 1.
 
     Raises
     ------
-    GrammarError, with the line, where a line is no rule, a name is none, or nothing is there.
+    GrammarError
+        A line is no rule, a name is not valid, or there is no rule; with the number of the line.
     """
     alternatives: list[tuple[str, tuple[str, ...], float | None]] = []
     for number, line in enumerate(text.splitlines(), start=1):
@@ -171,6 +182,7 @@ def read_grammar(text: str, where: str = "grammar") -> Grammar:
 
 
 def _read_line(line: str, where: str) -> Iterable[tuple[str, tuple[str, ...], float | None]]:
+    """Yield the alternatives of a line: left side, right side, probability."""
     left, arrow, rights = line.partition("->")
     left = left.strip()
     if not arrow or not _NAME.fullmatch(left) or left == EMPTY:
@@ -207,52 +219,56 @@ def _probability(text: str | None, where: str) -> float | None:
 
 
 def _share_out(alternatives: list[tuple[str, tuple[str, ...], float | None]]) -> Iterator[Rule]:
+    """Yield the rules; what has no probability gets an equal share of what is left."""
     given: dict[str, list[float | None]] = {}
     for left, _, chance in alternatives:
         given.setdefault(left, []).append(chance)
+    shares: dict[str, tuple[float, float]] = {}  # of an alternative without one, and the sum of all
+    for left, chances in given.items():
+        stated = [value for value in chances if value is not None]
+        n_open = len(chances) - len(stated)
+        rest = max(0.0, 1.0 - sum(stated)) / n_open if n_open else 0.0
+        shares[left] = rest, sum(stated) + rest * n_open
     for left, right, chance in alternatives:
-        stated = [value for value in given[left] if value is not None]
-        open_ones = len(given[left]) - len(stated)
-        rest = max(0.0, 1.0 - sum(stated)) / open_ones if open_ones else 0.0
-        total = sum(stated) + rest * open_ones
+        rest, total = shares[left]
         value = rest if chance is None else chance
         yield Rule(left, right, value / total if total > 0 else 1 / len(given[left]))
 
 
 def nullable_symbols(grammar: Grammar) -> frozenset[str]:
-    """The nonterminals that derive the empty string."""
+    """Return the nonterminals that derive the empty string."""
     return _deriving(grammar, ())
 
 
 def productive_symbols(grammar: Grammar) -> frozenset[str]:
-    """The symbols that derive a string of terminals: all terminals among them."""
+    """Return the symbols that derive a string of terminals, all terminals among them."""
     return _deriving(grammar, grammar.terminals)
 
 
 def _deriving(grammar: Grammar, leaves: Iterable[str]) -> frozenset[str]:
-    """These leaves, and the nonterminals that derive a string of nothing else."""
-    found = set(leaves)
+    """Return these leaves, and the nonterminals that derive a string of nothing else."""
+    deriving = set(leaves)
     while True:
         more = {
             rule.left
             for rule in grammar.rules
-            if rule.left not in found and all(symbol in found for symbol in rule.right)
+            if rule.left not in deriving and all(symbol in deriving for symbol in rule.right)
         }
         if not more:
-            return frozenset(found)
-        found |= more
+            return frozenset(deriving)
+        deriving |= more
 
 
 def reachable_symbols(grammar: Grammar) -> frozenset[str]:
-    """The symbols that a derivation from the start symbol can meet, the start among them."""
-    found, waiting = {grammar.start}, [grammar.start]
+    """Return the symbols that derivations from the start symbol can reach, the start included."""
+    reached, waiting = {grammar.start}, [grammar.start]
     while waiting:
         for number in grammar.rules_of.get(waiting.pop(), ()):
             for symbol in grammar.rules[number].right:
-                if symbol not in found:
-                    found.add(symbol)
+                if symbol not in reached:
+                    reached.add(symbol)
                     waiting.append(symbol)
-    return frozenset(found)
+    return frozenset(reached)
 
 
 def check_grammar(grammar: Grammar) -> None:
@@ -260,7 +276,8 @@ def check_grammar(grammar: Grammar) -> None:
 
     Raises
     ------
-    GrammarError, naming the symbols.
+    GrammarError
+        With the names of the symbols.
     """
     if not grammar.rules or not grammar.is_nonterminal(grammar.start):
         raise GrammarError(
@@ -282,12 +299,15 @@ def check_grammar(grammar: Grammar) -> None:
 
 
 def derive_by(grammar: Grammar, choices: Sequence[int]) -> Tree:
-    """The tree whose rules, in preorder, are ``choices``: how a parse is stored and read back.
+    """Return the tree whose rules, in preorder, are ``choices``.
+
+    This is how a parse is stored and read back.
 
     Raises
     ------
-    GrammarError where a choice does not rewrite its symbol, choices are missing or left over, or
-        the grammar has no rule to begin with.
+    GrammarError
+        A rule does not rewrite its symbol, rules are missing or left over, or the grammar has no
+        rule to begin with.
     """
     if not grammar.is_nonterminal(grammar.start):
         check_grammar(grammar)  # says that there is no rule to begin with
@@ -302,6 +322,7 @@ def derive_by(grammar: Grammar, choices: Sequence[int]) -> Tree:
 
 
 def _build(grammar: Grammar, waiting: list[int]) -> Tree:
+    """Build a tree from rules in reverse preorder, which are removed from ``waiting``."""
     # open nodes as [symbol, rule, children so far]; no recursion, for derivations can be deep
     open_nodes: list[tuple[str, int, list[Tree]]] = []
     symbol = grammar.start
@@ -327,5 +348,5 @@ def _build(grammar: Grammar, waiting: list[int]) -> Tree:
 
 
 def choices_of(tree: Tree) -> tuple[int, ...]:
-    """The rules of a tree in preorder: the inverse of :func:`derive_by`."""
+    """Return the rules of a tree in preorder: the inverse of :func:`derive_by`."""
     return tuple(node.rule for node in tree.nodes() if not node.is_leaf)

@@ -1,4 +1,4 @@
-"""Least solutions of a grammar's own equations: how likely a symbol ends, or becomes empty.
+"""Least solutions of the equations of a grammar: how likely a symbol ends, or becomes empty.
 
 For the numbered form of a grammar, x(A) = sum p(A -> Y) x(Y) over its rules and x(Y Z) = x(Y) x(Z)
 for a tail; the least solution is wanted. It is found in each strongly connected component of the
@@ -8,28 +8,35 @@ symbols, parts first, by Newton's method from 0, which rises to it (K. Etessami 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motiondb.grammar.cfg.closure import strong_components
-from motiondb.records import FloatArray, IntArray
+from motiondb.grammar.cfg.closure import Sparse, strong_components
+from motiondb.records import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
     from motiondb.grammar.cfg.compiled import CompiledGrammar
 
 
-def sparse_graph(
-    n: int, sources: IntArray, targets: IntArray, weights: FloatArray
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Edges sorted by source: where each node's begin (n + 1,), their targets, their weights."""
+_MOST_STEPS = 200
+"""Newton steps at most; at a critical point each only halves the error."""
+
+
+def sparse_graph(n: int, sources: IntArray, targets: IntArray, weights: FloatArray) -> Sparse:
+    """Return edges as a graph, sorted by source."""
     order = np.argsort(sources, kind="stable")
     starts = np.concatenate(([0], np.cumsum(np.bincount(sources, minlength=n))))
-    return starts.astype(np.int64), targets[order], weights[order]
+    return Sparse(starts.astype(np.int64), targets[order], weights[order])
 
 
-def grow(compiled: CompiledGrammar, seed: np.ndarray, *, all_parts: bool) -> np.ndarray:
-    """Least set of symbols with a part (or all parts) of a right side in it; empty has all."""
+def grow(compiled: CompiledGrammar, seed: BoolArray, *, all_parts: bool) -> BoolArray:
+    """Return the least set of symbols that a seed generates.
+
+    A symbol is in it if a part of a right side is, or with ``all_parts`` if all parts are; the
+    empty right side has all its parts in it.
+    """
     found, tails = seed.copy(), np.flatnonzero(compiled.left >= 0)
     rule_left, rule_right = compiled.rule_left, compiled.rule_right
     while True:
@@ -42,8 +49,8 @@ def grow(compiled: CompiledGrammar, seed: np.ndarray, *, all_parts: bool) -> np.
         found = new
 
 
-def _parts(compiled: CompiledGrammar, inside: np.ndarray) -> tuple[IntArray, IntArray]:
-    """Graph from every symbol to its parts, within a set of symbols."""
+def _parts(compiled: CompiledGrammar, inside: BoolArray) -> tuple[IntArray, IntArray]:
+    """Return the graph from every symbol to its parts, within a set of symbols."""
     tails = np.flatnonzero(compiled.left >= 0)
     real = compiled.rule_right >= 0
     sources = np.concatenate((compiled.rule_left[real], tails, tails))
@@ -56,8 +63,8 @@ def _parts(compiled: CompiledGrammar, inside: np.ndarray) -> tuple[IntArray, Int
     return starts, targets
 
 
-def part_groups(compiled: CompiledGrammar, inside: np.ndarray) -> list[tuple[IntArray, bool]]:
-    """Strong components of the parts, parts first, and whether each leads back to itself."""
+def part_groups(compiled: CompiledGrammar, inside: BoolArray) -> list[tuple[IntArray, bool]]:
+    """Return the strong components of the parts, parts first, and whether each has a cycle."""
     starts, targets = _parts(compiled, inside)
     label = strong_components(starts, targets)
     members = np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label))[:-1])
@@ -68,6 +75,7 @@ def part_groups(compiled: CompiledGrammar, inside: np.ndarray) -> list[tuple[Int
 
 
 def _value(compiled: CompiledGrammar, symbol: int, x: FloatArray, weights: FloatArray) -> float:
+    """Return the right side of the equation of a symbol."""
     if compiled.left[symbol] >= 0:
         parts = x[compiled.left[symbol]], x[compiled.right[symbol]]
         return 0.0 if 0.0 in parts else float(parts[0] * parts[1])
@@ -77,11 +85,18 @@ def _value(compiled: CompiledGrammar, symbol: int, x: FloatArray, weights: Float
 
 
 def least_solution(
-    compiled: CompiledGrammar, terminal_value: float, inside: np.ndarray
+    compiled: CompiledGrammar, terminal_value: float, inside: BoolArray
 ) -> FloatArray:
-    """Least solution (S,) of x over the symbols ``inside`` (S,), 0 at the others.
+    """Return the least solution x (S,) over the symbols ``inside`` (S,), 0 at the others.
 
-    With ``terminal_value`` 1 the probability that a symbol ends, with 0 that it becomes empty.
+    Parameters
+    ----------
+    compiled : CompiledGrammar
+        The grammar.
+    terminal_value : float
+        1 for the probability that a symbol ends, 0 that it becomes empty.
+    inside : array (S,)
+        The symbols with a solution.
     """
     x = np.zeros(compiled.n_symbols)
     x[compiled.terminals] = terminal_value
@@ -94,40 +109,91 @@ def least_solution(
 
 
 def _newton(compiled: CompiledGrammar, group: IntArray, x: FloatArray) -> None:
-    """Least solution of a component in place; exactly 1 where it is 1 (also where critical)."""
-    identity = np.eye(len(group))
-    x[group] = 1.0
-    value, slope = _value_and_slope(compiled, group, x)
-    if np.abs(value - 1.0).max() < 1e-12 and np.abs(np.linalg.eigvals(slope)).max() <= 1 + 1e-9:
-        return
-    x[group] = 0.0
-    for _ in range(200):
-        value, slope = _value_and_slope(compiled, group, x)
-        step = np.linalg.solve(identity - slope, value - x[group])
-        x[group] = np.clip(x[group] + step, 0.0, 1.0)
-        if np.abs(step).max() < 1e-15:
-            return
+    """Find the least solution of a component in place.
+
+    The unknowns are the nonterminals only: a right side X Y Z has the value x(X) x(Y) x(Z), so that
+    many alternatives do not make the system larger. The solution is exactly 1 where it is 1, also
+    at the critical point.
+    """
+    unknown = group[group < compiled.n_nonterminals]
+    system = _make_system(compiled, unknown)
+    identity = np.eye(len(unknown))
+    x[unknown] = 1.0
+    value, slope = _value_and_slope(system, x)
+    certain = np.abs(value - 1.0).max() < 1e-12
+    if not (certain and np.abs(np.linalg.eigvals(slope)).max() <= 1 + 1e-9):
+        x[unknown] = 0.0
+        for _ in range(_MOST_STEPS):
+            value, slope = _value_and_slope(system, x)
+            step = np.linalg.solve(identity - slope, value - x[unknown])
+            x[unknown] = np.clip(x[unknown] + step, 0.0, 1.0)
+            if np.abs(step).max() < 1e-15:
+                break
+    for tail in np.sort(group[compiled.left[group] >= 0]):  # parts have lower numbers
+        x[tail] = x[compiled.left[tail]] * x[compiled.right[tail]]
 
 
-def _value_and_slope(
-    compiled: CompiledGrammar, group: IntArray, x: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    value, slope = np.zeros(len(group)), np.zeros((len(group), compiled.n_symbols))
-    for row, symbol in enumerate(group):
-        value[row] = _value(compiled, symbol, x, compiled.probabilities)
-        a, b = compiled.left[symbol], compiled.right[symbol]
-        if a >= 0:
-            slope[row, a] += x[b]
-            slope[row, b] += x[a]
-            continue
-        rules = slice(compiled.rule_of[symbol], compiled.rule_of[symbol + 1])
-        right, chance = compiled.rule_right[rules], compiled.probabilities[rules]
-        np.add.at(slope[row], right[right >= 0], chance[right >= 0])
-    return value, slope[:, group]
+@dataclass(frozen=True, eq=False)
+class _System:
+    """The equations of some nonterminals, a row for each of their rules.
+
+    Attributes
+    ----------
+    unknown : array (n,)
+        The nonterminals, symbols.
+    lefts : array (rules,)
+        Number of the left side among the unknown.
+    rights : array (rules, longest right side)
+        Symbols of the right side, -1 beyond its end.
+    columns : array (rules, longest right side)
+        Number of each of these symbols among the unknown, -1 for others.
+    probabilities : array (rules,)
+        p.
+    """
+
+    unknown: IntArray
+    lefts: IntArray
+    rights: IntArray
+    columns: IntArray
+    probabilities: FloatArray
+
+
+def _make_system(compiled: CompiledGrammar, unknown: IntArray) -> _System:
+    rules = np.flatnonzero(np.isin(compiled.rule_left, unknown))
+    rights: list[list[int]] = []
+    for symbol in compiled.rule_right[rules].tolist():
+        right: list[int] = []
+        while symbol >= 0 and compiled.left[symbol] >= 0:
+            right.append(int(compiled.left[symbol]))
+            symbol = int(compiled.right[symbol])
+        rights.append([*right, symbol] if symbol >= 0 else right)
+    padded = np.full((len(rights), max(map(len, rights), default=0)), -1)
+    for row, right in zip(padded, rights, strict=True):
+        row[: len(right)] = right
+    number = np.full(compiled.n_symbols + 1, -1)
+    number[unknown] = np.arange(len(unknown))
+    lefts = number[compiled.rule_left[rules]]
+    return _System(unknown, lefts, padded, number[padded], compiled.probabilities[rules])
+
+
+def _value_and_slope(system: _System, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the right sides of the equations (n,), and their derivatives (n, n)."""
+    n = len(system.unknown)
+    factors = np.where(system.rights < 0, 1.0, x[system.rights])
+    products = factors.prod(axis=1)
+    value = np.zeros(n)
+    np.add.at(value, system.lefts, system.probabilities * products)
+    slope = np.zeros((n, n))
+    for k in range(factors.shape[1]):
+        rows = np.flatnonzero(system.columns[:, k] >= 0)
+        others = np.delete(factors[rows], k, axis=1).prod(axis=1)
+        cells = system.lefts[rows], system.columns[rows, k]
+        np.add.at(slope, cells, system.probabilities[rows] * others)
+    return value, slope
 
 
 def count_empties(compiled: CompiledGrammar) -> FloatArray:
-    """Number (S,) of trees by which each symbol becomes empty, infinite through a cycle."""
+    """Return the number (S,) of trees by which each symbol becomes empty, perhaps infinite."""
     x = np.zeros(compiled.n_symbols)
     for group, cyclic in part_groups(compiled, compiled.nullable):
         for symbol in group:
@@ -143,7 +209,10 @@ def count_empties(compiled: CompiledGrammar) -> FloatArray:
 
 
 def best_empties(compiled: CompiledGrammar, weights: FloatArray) -> FloatArray:
-    """Greatest weight (S,) of a tree by which each symbol becomes empty; weights (R,) below 1."""
+    """Return the greatest weight (S,) of a tree by which each symbol becomes empty.
+
+    Weights (R,) below 1.
+    """
     right, tails = compiled.rule_right, compiled.left >= 0
     found = np.zeros(compiled.n_symbols)
     while True:

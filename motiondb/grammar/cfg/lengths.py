@@ -1,56 +1,66 @@
-"""How long the strings of a grammar are: their mean, and the weight of every length.
+"""Lengths of the strings of a grammar: their mean, and the weight of every length.
 
 W(X, l) is the total probability of the strings of l terminals that X derives: the chart of a
-sentence of l symbols that each may be anything, of which only the length of a stretch matters.
-W(A, l) = sum p(A -> Y) W(Y, l) and W(Y Z, l) = sum over k of W(Y, k) W(Z, l - k); what reads
-nothing is summed by the chains of the compiled grammar. Each length has its own power of two.
+sentence of l symbols that may be anything, in which only the length of a span matters. W(A, l) =
+sum p(A -> Y) W(Y, l) and W(Y Z, l) = sum over k of W(Y, k) W(Z, l - k). What reads nothing is
+summed by the chains of the compiled grammar. Each length has its own power of two.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
 from math import frexp, inf, ldexp
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
+from motiondb.grammar.cfg.closure import Sparse
 from motiondb.grammar.cfg.compiled import CompiledGrammar
 from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import BoolArray, FloatArray, IntArray
+
+
+class _Forms(NamedTuple):
+    """What the lengths of strings depend on.
+
+    Attributes
+    ----------
+    terminals : tuple of int
+        First terminal, and the symbol after the last.
+    left, right : arrays (S,)
+        Children of a tail, else -1.
+    chains : Sparse
+        What leads to each symbol without reading anything.
+    empties : array (S,)
+        Probability that a symbol becomes empty.
+    """
+
+    terminals: tuple[int, int]
+    left: IntArray
+    right: IntArray
+    chains: Sparse
+    empties: FloatArray
 
 
 @njit(cache=True)
-def _fill_lengths(n, terminals, tails, chains, empties):  # type: ignore[no-untyped-def]
-    chain_starts, chain_symbols, chain_weights = chains
-    left, right = tails
-    n_symbols = len(empties)
+def _fill_lengths(n: int, forms: _Forms) -> tuple[FloatArray, IntArray]:
+    """Fill W up to length n, and the exponents."""
+    n_symbols = len(forms.empties)
     weights, exponents = np.zeros((n + 1, n_symbols)), np.zeros(n + 1, np.int64)
-    weights[0] = empties
+    weights[0] = forms.empties
     possible = np.zeros(n + 1, np.bool_)
     for length in range(1, n + 1):
         base = np.zeros(n_symbols)
         if length == 1:
-            base[terminals[0] : terminals[1]] = 1.0
-        top, found = 0, False
-        for k in range(1, length):
-            here = exponents[k] + exponents[length - k]
-            if possible[k] and possible[length - k] and (not found or here > top):
-                top, found = here, True
-        for k in range(1, length):
-            if not (possible[k] and possible[length - k]):
-                continue
-            factor = ldexp(1.0, exponents[k] + exponents[length - k] - top)
-            for tail in range(n_symbols):
-                if left[tail] >= 0:
-                    first = weights[k, left[tail]]
-                    base[tail] += first * weights[length - k, right[tail]] * factor
+            base[forms.terminals[0] : forms.terminals[1]] = 1.0
+        top = _add_tails(base, weights, exponents, possible, length, forms)
         for symbol in range(n_symbols):
             if base[symbol] > 0.0:
-                for c in range(chain_starts[symbol], chain_starts[symbol + 1]):
-                    weights[length, chain_symbols[c]] += chain_weights[c] * base[symbol]
-        greatest = 0.0
-        for symbol in range(n_symbols):
-            greatest = max(greatest, weights[length, symbol])
+                for c in range(forms.chains.starts[symbol], forms.chains.starts[symbol + 1]):
+                    above, weight = forms.chains.columns[c], forms.chains.values[c]
+                    weights[length, above] += weight * base[symbol]
+        greatest = weights[length].max()
         if greatest > 0.0:
             shift = frexp(greatest)[1]
             for symbol in range(n_symbols):
@@ -59,16 +69,42 @@ def _fill_lengths(n, terminals, tails, chains, empties):  # type: ignore[no-unty
     return weights, exponents
 
 
+@njit(cache=True)
+def _add_tails(
+    base: FloatArray,
+    weights: FloatArray,
+    exponents: IntArray,
+    possible: BoolArray,
+    length: int,
+    forms: _Forms,
+) -> int:
+    """Add the tails of two strings of ``length`` together to ``base``; their power of two."""
+    top, is_known = 0, False
+    for k in range(1, length):
+        here = exponents[k] + exponents[length - k]
+        if possible[k] and possible[length - k] and (not is_known or here > top):
+            top, is_known = here, True
+    for k in range(1, length):
+        if not (possible[k] and possible[length - k]):
+            continue
+        factor = ldexp(1.0, exponents[k] + exponents[length - k] - top)
+        for tail in range(len(base)):
+            if forms.left[tail] >= 0:
+                first = weights[k, forms.left[tail]]
+                base[tail] += first * weights[length - k, forms.right[tail]] * factor
+    return top
+
+
 @lru_cache(maxsize=16)
 def length_weights(compiled: CompiledGrammar, n: int) -> tuple[FloatArray, IntArray]:
-    """W for lengths 0 to ``n``: values (n + 1, S) and the exponent of 2 of each length."""
-    terminals = np.array([compiled.terminals.start, compiled.terminals.stop])
-    tails = compiled.left, compiled.right
-    return _fill_lengths(n, terminals, tails, compiled.all_chains, compiled.empties)
+    """Return W for lengths 0 to ``n``: values (n + 1, S) and the exponent of 2 of each length."""
+    terminals = (compiled.terminals.start, compiled.terminals.stop)
+    forms = _Forms(terminals, compiled.left, compiled.right, compiled.all_chains, compiled.empties)
+    return _fill_lengths(n, forms)
 
 
 def shortest_length(compiled: CompiledGrammar) -> int:
-    """Length of the shortest string of the grammar."""
+    """Return the length of the shortest string of the grammar."""
     lengths = np.full(compiled.n_symbols, inf)
     lengths[compiled.terminals] = 1.0
     tails, right = compiled.left >= 0, compiled.rule_right
@@ -82,7 +118,7 @@ def shortest_length(compiled: CompiledGrammar) -> int:
 
 
 def longest_length(compiled: CompiledGrammar) -> float:
-    """Length of the longest string of the grammar; inf where there is no end.
+    """Return the length of the longest string of the grammar, infinite if there is no longest.
 
     A tree in which no symbol stands below itself is no deeper than there are symbols: lengths that
     still grow after so many rounds grow for ever.
@@ -101,7 +137,7 @@ def longest_length(compiled: CompiledGrammar) -> float:
 
 
 def nearest_length(grammar: AnyGrammar, length: int) -> int:
-    """The length nearest to ``length`` that a string of the grammar has; of two, the shorter.
+    """Return the nearest length that a string of the grammar has; of two, the shorter.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> pairs = read_grammar("S -> a S b | empty")
@@ -127,9 +163,9 @@ def nearest_length(grammar: AnyGrammar, length: int) -> int:
 
 
 def expected_length(grammar: AnyGrammar) -> float:
-    """Mean length of the strings that random derivations of the grammar end with; inf if none.
+    """Return the mean length of the strings of random derivations.
 
-    A derivation that may go on for ever has no mean length.
+    It is infinite if a derivation may not end.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> round(expected_length(read_grammar("S -> a S [0.9] | b [0.1]")), 6)
@@ -140,7 +176,10 @@ def expected_length(grammar: AnyGrammar) -> float:
 
 
 def mean_length(compiled: CompiledGrammar, chances: FloatArray) -> float:
-    """Mean length under other rule probabilities (R,): m = own terminals + M m, solved."""
+    """Return the mean length under other rule probabilities (R,).
+
+    M = own terminals + M m, solved.
+    """
     parts, own = _expected_parts(compiled)
     expected = np.zeros((compiled.n_nonterminals, compiled.n_nonterminals))
     np.add.at(expected, compiled.rule_left, chances[:, None] * parts)
@@ -160,7 +199,7 @@ def mean_length(compiled: CompiledGrammar, chances: FloatArray) -> float:
 
 @lru_cache(maxsize=16)
 def _expected_parts(compiled: CompiledGrammar) -> tuple[FloatArray, FloatArray]:
-    """Nonterminals (R, N) and terminals (R,) on the right side of each rule in use."""
+    """Count nonterminals (R, N) and terminals (R,) on the right side of each rule in use."""
     index = {name: k for k, name in enumerate(compiled.names[: compiled.n_nonterminals])}
     parts = np.zeros((len(compiled.rule_numbers), compiled.n_nonterminals))
     own = np.zeros(len(compiled.rule_numbers))

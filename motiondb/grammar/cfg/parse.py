@@ -19,10 +19,10 @@ from math import inf, ldexp, log
 import numpy as np
 
 from motiondb.errors import suggestion
-from motiondb.grammar.cfg.chart import best_choices, fill_chart, find
+from motiondb.grammar.cfg.chart import Chart, Forms, best_choices, fill_chart, find
 from motiondb.grammar.cfg.compiled import RULE_PENALTY, CompiledGrammar, compile_grammar, numbered
-from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Tree, derive_by
-from motiondb.grammar.cfg.forward import forward
+from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, Tree, derive_by
+from motiondb.grammar.cfg.forward import Corners, forward
 from motiondb.records import FloatArray, IntArray
 
 AnyGrammar = Grammar | CompiledGrammar
@@ -35,11 +35,15 @@ class ParseError(GrammarError):
 
     Attributes
     ----------
-    position : the first symbol, from 0, with which no string of the grammar goes on; the length
-        of the sentence where more must follow.
-    found : that symbol, None at the end of the sentence.
-    expected : the terminals with which it could go on, in the grammar's order.
-    may_end : whether the sentence could have ended there.
+    position : int
+        The first symbol, from 0, with which no string of the grammar goes on; the length of the
+        sentence if more must follow.
+    found : str or None
+        That symbol, None at the end of the sentence.
+    expected : tuple of str
+        The terminals with which it could go on, in the grammar's order.
+    may_end : bool
+        Whether the sentence could have ended there.
     """
 
     def __init__(
@@ -56,26 +60,27 @@ class ParseError(GrammarError):
 
 
 def compiled_form(grammar: AnyGrammar) -> CompiledGrammar:
-    """The compiled form of a grammar that may be compiled already."""
+    """Compile a grammar that may be compiled already."""
     return grammar if isinstance(grammar, CompiledGrammar) else compile_grammar(grammar)
 
 
 def parse(grammar: AnyGrammar, sentence: Sequence[str]) -> Tree:
-    """The most probable tree of a sentence.
+    r"""Return the most probable tree of a sentence.
 
     Raises
     ------
-    ParseError where the grammar does not derive it, with the place and what was expected there;
-    GrammarError where the grammar derives nothing.
+    ParseError
+        The grammar does not derive the sentence; with the place and what was expected there.
+    GrammarError
+        The grammar derives nothing.
 
     >>> from motiondb.grammar.cfg.context_free import choices_of, read_grammar
-    >>> toy = read_grammar("S -> hold A shoot\\nA -> dribble A | empty")
+    >>> toy = read_grammar("S -> hold A shoot\nA -> dribble A | empty")
     >>> choices_of(parse(toy, ("hold", "dribble", "shoot")))
     (0, 1, 2)
-    >>> parse(toy, ("hold", "dribble"))
+    >>> parse(toy, ("hold", "dribble"))  # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    motiondb.grammar.cfg.parse.ParseError: end of the sentence (after symbol 1, 'dribble'): \
-expected one of dribble, shoot, found the end. Go on with one of them.
+    motiondb.grammar.cfg.parse.ParseError: end of the sentence (after symbol 1, 'dribble'): ...
     """
     compiled = compiled_form(grammar)
     choices = _best_rules(compiled, sentence)
@@ -92,7 +97,7 @@ def accepts(grammar: AnyGrammar, sentence: Sequence[str]) -> bool:
 
 
 def log_probability(grammar: AnyGrammar, sentence: Sequence[str]) -> float:
-    """Natural logarithm of the sum of the probabilities of all trees; -inf where there is none.
+    """Return the natural logarithm of the summed probability of all trees; -inf if there is none.
 
     >>> from math import exp
     >>> from motiondb.grammar.cfg.context_free import read_grammar
@@ -112,7 +117,7 @@ def log_probability(grammar: AnyGrammar, sentence: Sequence[str]) -> float:
 
 
 def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
-    """The number of trees of a sentence: exact below 2^53, to 53 bits above, perhaps infinite.
+    """Count the trees of a sentence: exact below 2^53, to 53 bits above, perhaps infinite.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> count_trees(read_grammar("S -> S S | a"), ["a"] * 5)
@@ -124,9 +129,7 @@ def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
         return 0
     value, exponent = float(compiled.empty_counts[compiled.start]), 0
     if len(symbols):
-        chart = fill_chart(
-            False, symbols, compiled.by_right, compiled.left, compiled.counted_chains
-        )
+        chart = fill_chart(False, symbols, compiled.by_right, compiled.counted_chains)
         value, exponent = find(chart, compiled.start, 0, len(symbols))
     if value == inf:
         return inf
@@ -137,7 +140,7 @@ def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
 
 
 def tree_log_probability(grammar: AnyGrammar, tree: Tree) -> float:
-    """Natural logarithm of a tree's probability: the sum over its rules."""
+    """Return the natural logarithm of a tree's probability: the sum over its rules."""
     compiled = compiled_form(grammar)
     chance = np.zeros(len(compiled.grammar.rules))
     chance[compiled.rule_numbers] = compiled.probabilities
@@ -147,10 +150,10 @@ def tree_log_probability(grammar: AnyGrammar, tree: Tree) -> float:
 
 
 def explain(grammar: AnyGrammar, sentence: Sequence[str]) -> ParseError | None:
-    """Where and why a sentence fails and what was expected there; None where it does not.
+    """Return where and why a sentence fails, None if it does not.
 
-    The place is the first symbol with which no string of the grammar goes on from what stands
-    before it, as a reader from left to right meets it.
+    The place is the first symbol with which no string of the grammar goes on after the symbols
+    before it.
     """
     reading = read_sentence(grammar, sentence)
     if reading.position == len(sentence) and reading.end > 0:
@@ -160,10 +163,18 @@ def explain(grammar: AnyGrammar, sentence: Sequence[str]) -> ParseError | None:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """How far a reader from left to right gets, and what can stand there.
+    """How far a sentence can be read from left to right, and what can stand there.
 
-    ``position`` symbols are read. ``weights`` (terminals,) and ``end``, times two to the
-    ``exponent``: probabilities that a string begins with these and the terminal, or ends there.
+    Attributes
+    ----------
+    position : int
+        Number of symbols that were read.
+    weights : array (terminals,)
+        Times two to the ``exponent``: probability that a string begins with these and the terminal.
+    end : float
+        Times two to the ``exponent``: probability that a string ends there.
+    exponent : int
+        Power of two.
     """
 
     position: int
@@ -173,14 +184,14 @@ class Reading:
 
 
 def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> Reading:
-    """Read a sentence, or the beginning of one, as far as strings of the grammar go with it."""
+    """Read a sentence, or the beginning of one, as far as strings of the grammar go."""
     compiled = compiled_form(grammar)
     symbols = numbered(compiled, sentence)
     unknown = np.flatnonzero(symbols < 0)
     known = symbols[: unknown[0]] if len(unknown) else symbols
     chart = sum_chart(compiled, known)
-    forms = (*compiled.by_left, compiled.right, *compiled.left_corners)
-    weights, exponents = forward(chart, known, compiled.start, forms)
+    corners = Corners(compiled.by_left, compiled.right, compiled.left_corners)
+    weights, exponents = forward(chart, len(known), compiled.start, corners)
     position = 0
     while position < len(known) and weights[position, known[position]] > 0:
         position += 1
@@ -195,7 +206,7 @@ def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> Reading:
 
 
 def fault_at(compiled: CompiledGrammar, sentence: tuple[str, ...], reading: Reading) -> ParseError:
-    """The error that says where a reading stopped."""
+    """Return the error that says where a reading stopped."""
     terminals = compiled.names[compiled.terminals]
     expected = tuple(t for t, weight in zip(terminals, reading.weights) if weight > 0)
     may_end = reading.end > 0
@@ -204,22 +215,57 @@ def fault_at(compiled: CompiledGrammar, sentence: tuple[str, ...], reading: Read
     return ParseError(message, reading.position, found, expected, may_end)
 
 
-def sum_chart(compiled: CompiledGrammar, symbols: IntArray) -> tuple[np.ndarray, ...]:
-    """The chart of inside probabilities of a sentence of known terminals."""
-    return fill_chart(False, symbols, compiled.by_right, compiled.left, compiled.all_chains)
+def passage_grammar(grammar: Grammar) -> Grammar:
+    """Return the grammar of passages: sentences one after another, without marks between them.
+
+    For a grammar with the start symbol S, the passages are the strings of P -> S P | S. The two
+    rules come last, so that the rules of the grammar keep their numbers.
+    """
+    name = f"{grammar.start}+"
+    while name in grammar.nonterminals or name in grammar.terminals:
+        name += "+"
+    rules = (Rule(name, (grammar.start, name), 0.5), Rule(name, (grammar.start,), 0.5))
+    return Grammar(name, (*grammar.rules, *rules), grammar.terminals)
+
+
+def parse_passage(grammar: Grammar, string: Sequence[str]) -> tuple[Tree, ...]:
+    r"""Return the most probable sentences of a passage, each with its tree.
+
+    Raises
+    ------
+    ParseError
+        The string is no passage; with the first place where none goes on.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> toy = read_grammar("S -> a B\nB -> b | c c")
+    >>> [" ".join(tree.leaves()) for tree in parse_passage(toy, "a b a c c".split())]
+    ['a b', 'a c c']
+    """
+    tree = parse(passage_grammar(grammar), string)
+    sentences = [tree.children[0]]
+    while len(tree.children) == 2:
+        tree = tree.children[1]
+        sentences.append(tree.children[0])
+    return tuple(sentences)
+
+
+def sum_chart(compiled: CompiledGrammar, symbols: IntArray) -> Chart:
+    """Return the chart of inside probabilities of a sentence of known terminals."""
+    return fill_chart(False, symbols, compiled.by_right, compiled.all_chains)
 
 
 def _best_rules(compiled: CompiledGrammar, sentence: Sequence[str]) -> IntArray | None:
+    """Return the rules of the best tree in preorder, None if there is no tree."""
     symbols = numbered(compiled, sentence)
     if (symbols < 0).any():
         return None
     n, empties = len(symbols), compiled.best_empties
-    chart = fill_chart(True, symbols, compiled.by_right, compiled.left, compiled.best_chains)
+    chart = fill_chart(True, symbols, compiled.by_right, compiled.best_chains)
     best = find(chart, compiled.start, 0, n)[0] if n else empties[compiled.start]
     if best == 0.0:
         return None
     weights = np.log(compiled.probabilities) - RULE_PENALTY
-    forms = (compiled.left, compiled.right, compiled.rule_of, compiled.rule_right, weights)
+    forms = Forms(compiled.left, compiled.right, compiled.rule_of, compiled.rule_right, weights)
     return best_choices(chart, empties, forms, compiled.start, n)
 
 
@@ -230,6 +276,7 @@ def _say(
     expected: tuple[str, ...],
     may_end: bool,
 ) -> str:
+    """Write the message of a parse error."""
     options = [*expected[:_SHOWN], *(["the end"] if may_end else [])]
     wanted = f"one of {', '.join(options)}" if len(options) > 1 else "".join(options) or "nothing"
     if len(expected) > _SHOWN:

@@ -1,10 +1,13 @@
 """What may come next: probabilities of the next terminal after the beginning of a sentence.
 
 P(w ...) is the probability that a sentence begins with w: the sum over all trees of all sentences
-that do, also through left recursion, which is summed in closed form over the chains of left
-corners. Then P(t | w) = P(w t ...) / P(w ...) for a terminal t, and P(end | w) = P(w) / P(w ...);
-they sum to 1. All probabilities are given that the derivation ends: of a grammar that goes on for
-ever with some probability, only the finite sentences count.
+that do, left recursion included, which is summed in closed form over the chains of left corners.
+Then P(t | w) = P(w t ...) / P(w ...) for a terminal t, and P(end | w) = P(w) / P(w ...); they sum
+to 1. All probabilities are given that the derivation ends: of a grammar that may go on for ever,
+only the finite sentences count.
+
+A string is no more probable than its beginnings. So a search that always extends the most probable
+beginning yields the strings of a language in the order of their probability (:func:`best_strings`).
 
 Sources: F. Jelinek and J. D. Lafferty, "Computation of the Probability of Initial Substring
 Generation by Stochastic Context-Free Grammars", Computational Linguistics 17 (1991); A. Stolcke,
@@ -14,28 +17,31 @@ Computational Linguistics 21 (1995).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from heapq import heappop, heappush
+from itertools import count
 from math import inf, log
 
 from motiondb.grammar.cfg.compiled import finite_part
 from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form, fault_at, read_sentence
 
 END = None
-"""Stands for the end of the sentence among suggestions."""
+"""The end of the sentence among suggestions."""
 
 
 def suggest(grammar: AnyGrammar, prefix: Sequence[str]) -> tuple[tuple[str | None, float], ...]:
-    """The terminals that may come next with their probabilities, and the end (None).
+    r"""Return the terminals that may come next, and the end (None), with their probabilities.
 
-    Most probable first, equal ones in the grammar's order, the end after them; the probabilities
+    Most probable first; equal ones in the grammar's order, the end after them. The probabilities
     sum to 1.
 
     Raises
     ------
-    ParseError where no sentence of the grammar begins so.
+    ParseError
+        No sentence of the grammar begins with the prefix.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> toy = read_grammar("S -> hold A\\nA -> dribble A [0.5] | shoot [0.3] | empty [0.2]")
+    >>> toy = read_grammar("S -> hold A\nA -> dribble A [0.5] | shoot [0.3] | empty [0.2]")
     >>> [(symbol, round(p, 4)) for symbol, p in suggest(toy, ["hold", "dribble"])]
     [('dribble', 0.5), ('shoot', 0.3), (None, 0.2)]
     """
@@ -47,12 +53,12 @@ def suggest(grammar: AnyGrammar, prefix: Sequence[str]) -> tuple[tuple[str | Non
     pairs: list[tuple[str | None, float]] = [*zip(names, reading.weights.tolist(), strict=True)]
     pairs.append((END, reading.end))
     total = sum(weight for _, weight in pairs)
-    found = [(name, weight / total) for name, weight in pairs if weight > 0]
-    return tuple(sorted(found, key=lambda pair: -pair[1]))
+    possible = [(name, weight / total) for name, weight in pairs if weight > 0]
+    return tuple(sorted(possible, key=lambda pair: -pair[1]))
 
 
 def prefix_log_probability(grammar: AnyGrammar, prefix: Sequence[str]) -> float:
-    """Natural logarithm of the probability that a sentence begins so; -inf where none does.
+    """Return the natural logarithm of the probability that a sentence begins so; -inf if none does.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> left = read_grammar("S -> S a [0.5] | b [0.5]")
@@ -65,3 +71,42 @@ def prefix_log_probability(grammar: AnyGrammar, prefix: Sequence[str]) -> float:
     if reading.position < len(prefix) or total <= 0:
         return -inf
     return log(total) + reading.exponent * log(2.0)
+
+
+def best_strings(
+    grammar: AnyGrammar, n: int, *, steps: int | float = inf
+) -> Iterator[tuple[tuple[str, ...], float]]:
+    """Yield the most probable strings with their log-probabilities, given that derivations end.
+
+    Equal ones come in the order of the grammar's terminals. A finite language is yielded whole.
+
+    Parameters
+    ----------
+    grammar : Grammar or CompiledGrammar
+        The grammar.
+    n : int
+        How many strings.
+    steps : int
+        Bound on the beginnings that are extended; the search may then stop before the n-th string.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> toy = read_grammar("S -> a S [0.6] | b [0.4]")
+    >>> ["".join(string) for string, _ in best_strings(toy, 3)]
+    ['b', 'ab', 'aab']
+    """
+    compiled = compiled_form(grammar)
+    order = count()
+    agenda: list[tuple[float, int, tuple[str, ...], bool]] = [(0.0, next(order), (), False)]
+    n_yielded = n_extended = 0
+    while agenda and n_yielded < n:
+        cost, _, string, complete = heappop(agenda)
+        if complete:
+            n_yielded += 1
+            yield string, -cost
+            continue
+        n_extended += 1
+        if n_extended > steps:
+            return
+        for symbol, chance in suggest(compiled, string):
+            longer = string if symbol is None else (*string, symbol)
+            heappush(agenda, (cost - log(chance), next(order), longer, symbol is None))

@@ -18,8 +18,8 @@ import numpy as np
 
 from motiondb.grammar.cfg.context_free import GrammarError, Tree
 from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form, log_probability, parse
+from motiondb.grammar.cfg.prefix import best_strings
 from motiondb.grammar.derivation.derive import MEAN_LENGTH, derive
-from motiondb.grammar.derivation.probable_strings import best_strings
 
 _TRIES = 25  # draws for each alternative wanted
 _STEPS = 400  # prefixes looked at when drawing did not find enough

@@ -1,27 +1,28 @@
-"""Description length of a partition within a fraction of a millisecond: what the search asks.
+"""Description length of a partition in a fraction of a millisecond, for the search of cuts.
 
-A partition is judged by the grammar that contexts give, a family simple enough to be induced and
-counted thousands of times a second:
+A partition is judged by the grammar that contexts give, a family simple enough to be induced
+thousands of times a second:
 
 1. equal sentences are one rule of S;
-2. of the repeats that the cover has chosen, those that pay are nonterminals with one rule;
-3. right sides of one nonterminal that share a beginning and an end become one rule, what stands
-   between becomes the alternatives of a new nonterminal; the group that saves most bits is taken,
+2. of the repeats that the cover has chosen, those that save symbols are nonterminals with one rule;
+3. right sides of one nonterminal that share a beginning and an end become one rule, and what stands
+   between becomes the alternatives of a new nonterminal. The group that saves most bits is taken,
    until none saves any. Alternatives are grouped further in the same way.
 
-The bits are those of ``description`` for that grammar: an upper bound of what ``induction`` finds
-for the same sentences. ``context_rules`` gives the grammar itself.
+The bits are those of :mod:`motiondb.grammar.rules.description_length` for that grammar: an upper
+bound of what induction finds for the same sentences. :func:`context_rules` returns the grammar.
 
-Notation: rights are rows of (left, offset, length, count) over one array of symbols. Terminals
-are 0..T-1, the start symbol T, repeats T+1.. by their number, further nonterminals above.
+Notation: rights are rows (left, offset, length, count) over one array of symbols. Terminals are 0
+to T - 1, the start symbol T, repeats T + 1 and so on by their number, further nonterminals above.
 
-Source: description length from J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures
-from Human Motion Data", Computer Graphics Forum 30 (2011), section 5.1.
+Source: description length from J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from
+Human Motion Data", Computer Graphics Forum 30 (2011), section 5.1.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,21 +30,43 @@ from numba import njit
 
 from motiondb.grammar.rules.repeats import cover_repeats
 from motiondb.grammar.rules.rule_set import Rules, RuleSet
-from motiondb.grammar.sentences.grouping import group_by_contexts
+from motiondb.grammar.sentences.grouping import Size, group_by_contexts
 
 IntArray = npt.NDArray[np.int64]
 _HASH = np.uint64(0x9E3779B97F4A7C15)
+"""Multiplier of the polynomial hash: odd, its bits without pattern (golden ratio of 2^64)."""
+
+
+class _Cover(NamedTuple):
+    """The arrays of a :class:`CoveredString`."""
+
+    symbols: IntArray
+    n_terminals: int
+    repeat_at: IntArray
+    repeat_starts: IntArray
+    repeat_lengths: IntArray
+    hashes: npt.NDArray[np.uint64]
+    powers: npt.NDArray[np.uint64]
 
 
 @dataclass(frozen=True, eq=False)
 class CoveredString:
-    """Joined strings with the cover of their repeats; made once, asked for many partitions.
+    """Joined strings with the cover of their repeats, used for many partitions.
 
-    symbols : array (N,), separators at the ends of strings; n_terminals : K.
-    repeat_at : array (N,), number of the repeat that begins there, or -1.
-    repeat_starts, repeat_lengths : array (R,), where each repeat first stands and how long it is.
-    inside : array (N,), whether a cut before this symbol would divide a chosen occurrence.
-    hashes, powers : array (N + 1,), so that equal substrings are found without reading them.
+    Attributes
+    ----------
+    symbols : array (N,)
+        Symbols, with separators at the ends of strings.
+    n_terminals : int
+        Number of terminals.
+    repeat_at : array (N,)
+        Number of the repeat that begins there, or -1.
+    repeat_starts, repeat_lengths : arrays (R,)
+        Where each repeat first stands, and its length.
+    inside : array (N,)
+        Whether a cut before this symbol would divide a chosen occurrence.
+    hashes, powers : arrays (N + 1,)
+        Hashes of prefixes, with which equal substrings are found without reading them.
     """
 
     symbols: IntArray
@@ -57,7 +80,7 @@ class CoveredString:
 
 
 def cover_string(symbols: IntArray, n_terminals: int) -> CoveredString:
-    """Find the cover of a joined string (see :func:`repeats.join_strings`)."""
+    """Find the cover of a joined string (:func:`motiondb.grammar.rules.repeats.join_strings`)."""
     starts, lengths = cover_repeats(symbols)
     inside = np.zeros(symbols.size, dtype=np.bool_)
     for start, length in zip(starts, lengths, strict=True):
@@ -79,20 +102,23 @@ def cover_string(symbols: IntArray, n_terminals: int) -> CoveredString:
 
 
 def context_bits(covered: CoveredString, starts: IntArray, ends: IntArray) -> float:
-    """DL of the sentences symbols[starts[i]:ends[i]], none of which divides a chosen occurrence."""
+    """Return the description length of the sentences symbols[starts[i]:ends[i]].
+
+    None of them may divide a chosen occurrence.
+    """
     n = _rights_at_most(starts)
     table = np.empty((n, 4), dtype=np.int64)
     text = np.empty(_text_at_most(starts, ends, covered), dtype=np.int64)
-    bits, _, _ = _context_grammar(*_arrays(covered), starts, ends, table, text)  # type: ignore[call-arg]
+    bits, _, _ = _context_grammar(_arrays(covered), starts, ends, table, text)
     return float(bits)
 
 
 def context_rules(covered: CoveredString, starts: IntArray, ends: IntArray) -> RuleSet:
-    """The grammar whose bits :func:`context_bits` counts."""
+    """Return the grammar whose bits :func:`context_bits` counts."""
     n = _rights_at_most(starts)
     table = np.empty((n, 4), dtype=np.int64)
     text = np.empty(_text_at_most(starts, ends, covered), dtype=np.int64)
-    _, n_rights, used = _context_grammar(*_arrays(covered), starts, ends, table, text)  # type: ignore[call-arg]
+    _, n_rights, used = _context_grammar(_arrays(covered), starts, ends, table, text)
     rules: Rules = {covered.n_terminals: {}}
     for left, offset, length, count in table[:n_rights].tolist():
         rules.setdefault(left, {})[tuple(text[offset : offset + length].tolist())] = count
@@ -110,8 +136,8 @@ def context_rules(covered: CoveredString, starts: IntArray, ends: IntArray) -> R
     return result
 
 
-def _arrays(covered: CoveredString) -> tuple:
-    return (
+def _arrays(covered: CoveredString) -> _Cover:
+    return _Cover(
         covered.symbols,
         covered.n_terminals,
         covered.repeat_at,
@@ -134,6 +160,7 @@ def _text_at_most(starts: IntArray, ends: IntArray, covered: CoveredString) -> i
 def _hashes(
     symbols: IntArray,
 ) -> tuple[npt.NDArray[np.uint64], npt.NDArray[np.uint64]]:
+    """Return the hashes of all prefixes, and the powers of the multiplier."""
     hashes = np.zeros(symbols.size + 1, dtype=np.uint64)
     powers = np.ones(symbols.size + 1, dtype=np.uint64)
     for i in range(symbols.size):
@@ -144,37 +171,19 @@ def _hashes(
 
 @njit(cache=True)
 def _context_grammar(
-    symbols: IntArray,
-    n_terminals: int,
-    repeat_at: IntArray,
-    repeat_starts: IntArray,
-    repeat_lengths: IntArray,
-    hashes: npt.NDArray[np.uint64],
-    powers: npt.NDArray[np.uint64],
-    starts: IntArray,
-    ends: IntArray,
-    table: IntArray,
-    text: IntArray,
+    cover: _Cover, starts: IntArray, ends: IntArray, table: IntArray, text: IntArray
 ) -> tuple[float, int, npt.NDArray[np.bool_]]:
-    """Bits, number of rights in ``table`` over ``text``, and which repeats are nonterminals."""
+    """Return bits, the number of rights in ``table``, and which repeats are nonterminals."""
+    _, n_terminals, _, _, repeat_lengths, hashes, powers = cover
     firsts, counts = _distinct(hashes, powers, starts, ends)
-    used = _paying_repeats(repeat_at, repeat_starts, repeat_lengths, starts, ends, firsts)
+    used = _paying_repeats(cover, starts, ends, firsts)
     n_rights = firsts.size
     end = 0
     for r in range(n_rights):
-        table[r, 0] = n_terminals
+        table[r, 0] = cover.n_terminals
         table[r, 1] = end
         table[r, 3] = counts[r]
-        i = starts[firsts[r]]
-        while i < ends[firsts[r]]:
-            number = repeat_at[i]
-            if number >= 0 and used[number]:
-                text[end] = n_terminals + 1 + number
-                i += repeat_lengths[number]
-            else:
-                text[end] = symbols[i]
-                i += 1
-            end += 1
+        end = _write_sentence(cover, used, starts[firsts[r]], ends[firsts[r]], text, end)
         table[r, 2] = end - table[r, 1]
     length = 0  # of the whole sequence of rules
     for r in range(n_rights):
@@ -184,10 +193,28 @@ def _context_grammar(
         if used[number]:
             length += repeat_lengths[number] + 2
             n_nonterminals += 1
+    size = Size(n_rights, end, length - 1, n_nonterminals)
     n_rights, length, n_nonterminals, data = group_by_contexts(
-        table, text, n_rights, end, length - 1, n_nonterminals, n_terminals, used.size
+        table, text, size, n_terminals, used.size
     )
     return length * np.log2(n_nonterminals + n_terminals + 1) + data, n_rights, used
+
+
+@njit(cache=True)
+def _write_sentence(
+    cover: _Cover, used: npt.NDArray[np.bool_], i: int, stop: int, text: IntArray, end: int
+) -> int:
+    """Write symbols[i:stop] at ``end``, with the nonterminals of used repeats; where it ends."""
+    while i < stop:
+        number = cover.repeat_at[i]
+        if number >= 0 and used[number]:
+            text[end] = cover.n_terminals + 1 + number
+            i += cover.repeat_lengths[number]
+        else:
+            text[end] = cover.symbols[i]
+            i += 1
+        end += 1
+    return end
 
 
 @njit(cache=True)
@@ -197,7 +224,7 @@ def _distinct(
     starts: IntArray,
     ends: IntArray,
 ) -> tuple[IntArray, IntArray]:
-    """The first of each group of equal sentences, and how many are in it."""
+    """Return the first of each group of equal sentences, and how many are in it."""
     n = starts.size
     keys = np.empty(n, dtype=np.uint64)
     for s in range(n):
@@ -222,20 +249,16 @@ def _distinct(
 
 @njit(cache=True)
 def _paying_repeats(
-    repeat_at: IntArray,
-    repeat_starts: IntArray,
-    repeat_lengths: IntArray,
-    starts: IntArray,
-    ends: IntArray,
-    firsts: IntArray,
+    cover: _Cover, starts: IntArray, ends: IntArray, firsts: IntArray
 ) -> npt.NDArray[np.bool_]:
-    """The repeats that stand in different sentences often enough to be worth a rule."""
-    counts = np.zeros(repeat_starts.size, dtype=np.int64)
+    """Return which repeats stand in different sentences often enough to be worth a rule."""
+    repeat_at, repeat_lengths = cover.repeat_at, cover.repeat_lengths
+    counts = np.zeros(repeat_lengths.size, dtype=np.int64)
     for s in firsts:
         for i in range(starts[s], ends[s]):
             if repeat_at[i] >= 0:
                 counts[repeat_at[i]] += 1
-    used = np.zeros(repeat_starts.size, dtype=np.bool_)
+    used = np.zeros(repeat_lengths.size, dtype=np.bool_)
     for number in range(used.size):
         used[number] = counts[number] * (repeat_lengths[number] - 1) > repeat_lengths[number] + 2
     return used

@@ -1,158 +1,216 @@
-"""Right sides grouped by the beginnings and ends they share, as long as that saves bits.
+"""Group right sides by the beginnings and ends that they share, as long as that saves bits.
 
-The kernel of ``context_bits``. Rights are rows (left, offset, length, count) of ``table`` over the
-symbols in ``text``. A group of g rights of one nonterminal with h, that share p symbols at the
-beginning and q at the end, becomes one right with a new nonterminal between; the rests are its
-alternatives. That saves (p + q)(g - 1) - 3 symbols, and nodes cost log2(h - g + 1) in place of
-log2 h, those inside the group log2 g more.
+The compiled part of :mod:`.context_bits`. Rights are rows (left, offset, length, count) of
+``table`` over the symbols in ``text``. A group of g rights of one nonterminal with h, that share p
+symbols at the beginning and q at the end, becomes one right with a new nonterminal between; what is
+left of each is an alternative of it. That saves (p + q)(g - 1) - 3 symbols, and nodes cost log2(h -
+g + 1) in place of log2 h, those inside the group log2 g more.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-IntArray = npt.NDArray[np.int64]
+from motiondb.grammar.induction.rule_arrays import compiled
+from motiondb.records import FloatArray, IntArray
+
 _SHARED = 16
-"""Lengths of beginnings and ends below which it is kept which were counted."""
+"""Lengths of beginnings and ends below which it is noted which pairs were counted already."""
+
+_LEAST_SAVED = 1e-9
+"""Bits that a group must save; below is rounding."""
+
+
+class Size(NamedTuple):
+    """Size of a grammar: right sides, symbols of the text, symbols of all rules, nonterminals."""
+
+    n_rights: int
+    n_text: int
+    length: int
+    n_nonterminals: int
+
+
+class _Rights(NamedTuple):
+    """Right sides, with what they share.
+
+    Attributes
+    ----------
+    table : array (rights, 4)
+        Rows (left, offset, length, count).
+    text : array (symbols,)
+        The right sides.
+    begins, closes : arrays (rights, rights)
+        Lengths of the common beginning and end of two right sides i < j of one left side.
+    slot : array (rights,)
+        Number of the left side among the arrays of :class:`_Lefts`.
+    """
+
+    table: IntArray
+    text: IntArray
+    begins: IntArray
+    closes: IntArray
+    slot: IntArray
+
+
+class _Lefts(NamedTuple):
+    """Tree nodes and alternatives of each left side."""
+
+    nodes: FloatArray
+    alternatives: IntArray
+
+
+class _Group(NamedTuple):
+    """The right sides that share p symbols with right side i at the beginning and q at the end."""
+
+    i: int
+    p: int
+    q: int
 
 
 @njit(cache=True)
 def group_by_contexts(
-    table: IntArray,
-    text: IntArray,
-    n_rights: int,
-    end: int,
-    length: int,
-    n_nonterminals: int,
-    n_terminals: int,
-    n_repeats: int,
+    table: IntArray, text: IntArray, size: Size, n_terminals: int, n_repeats: int
 ) -> tuple[int, int, int, float]:
-    """Take the groups that save most until none saves; rights, length, nonterminals, data bits."""
+    """Take the groups that save most until none saves.
+
+    Parameters
+    ----------
+    table : array (rights, 4)
+        Rows (left, offset, length, count), with room for new ones; changed in place.
+    text : array (symbols,)
+        The right sides, with room for new ones; changed in place.
+    size : Size
+        Size of the grammar.
+    n_terminals, n_repeats : int
+        Terminals, and repeats that may be nonterminals.
+
+    Returns
+    -------
+    n_rights, length, n_nonterminals : int
+        The new size.
+    bits : float
+        Bits of the sentences.
+    """
+    n_rights, end, length, n_nonterminals = size
     n_most = table.shape[0]
-    begins = np.zeros((n_most, n_most), dtype=np.int64)
-    closes = np.zeros((n_most, n_most), dtype=np.int64)
+    rights = _Rights(
+        table, text, np.zeros((n_most, n_most), np.int64), np.zeros((n_most, n_most), np.int64),
+        np.zeros(n_most, np.int64),
+    )  # fmt: skip
     for i in range(n_rights):
         for j in range(i + 1, n_rights):
-            _compare(table, text, i, j, begins, closes)
-    slot = np.zeros(n_most, dtype=np.int64)  # right -> place of its left side in the lists below
-    nodes = np.zeros(n_most + 1)
-    nodes[0] = table[:n_rights, 3].sum()
-    alternatives = np.zeros(n_most + 1, dtype=np.int64)
-    alternatives[0] = n_rights
+            _compare(rights, i, j)
+    lefts = _Lefts(np.zeros(n_most + 1), np.zeros(n_most + 1, np.int64))
+    lefts.nodes[0] = table[:n_rights, 3].sum()
+    lefts.alternatives[0] = n_rights
     n_lefts = 1
     while n_rights < n_most:
         alphabet = n_nonterminals + n_terminals + 1
-        i, p, q = _best_group(
-            table, begins, closes, slot, n_rights, nodes, alternatives, length, alphabet
-        )
-        if i < 0:
+        group = _best_group(rights, lefts, n_rights, length, alphabet)
+        if group.i < 0:
             break
-        members = _members(table, begins, closes, slot, n_rights, i, p, q)
-        g = members.size
-        end = _take(table, text, members, n_rights, end, p, q, n_terminals + n_repeats + n_lefts)
-        slot[n_rights] = slot[i]
-        alternatives[slot[i]] -= g - 1
-        slot[members] = n_lefts
-        nodes[n_lefts] = table[n_rights, 3]
-        alternatives[n_lefts] = g
-        length -= (p + q) * (g - 1) - 3
-        for a in range(n_rights):
-            if slot[a] == slot[n_rights]:
-                _compare(table, text, a, n_rights, begins, closes)
-            for r in members:
-                if r < a and slot[a] == n_lefts:
-                    _compare(table, text, r, a, begins, closes)
+        members = _members(rights, n_rights, group)
+        end = _take(rights, members, n_rights, end, group, n_terminals + n_repeats + n_lefts)
+        _add_left(rights, lefts, members, group.i, n_rights, n_lefts)
+        length -= (group.p + group.q) * (members.size - 1) - 3
         n_lefts += 1
         n_rights += 1
         n_nonterminals += 1
     data = 0.0
     for k in range(n_lefts):
-        data += nodes[k] * np.log2(alternatives[k])
+        data += lefts.nodes[k] * np.log2(lefts.alternatives[k])
     return n_rights, length, n_nonterminals, data
+
+
+@compiled
+def _add_left(
+    rights: _Rights, lefts: _Lefts, members: IntArray, i: int, new: int, n_lefts: int
+) -> None:
+    """Note a new left side ``n_lefts`` for the members, and compare what changed."""
+    slot = rights.slot
+    slot[new] = slot[i]
+    lefts.alternatives[slot[i]] -= members.size - 1
+    for r in members:
+        slot[r] = n_lefts
+    lefts.nodes[n_lefts] = rights.table[new, 3]
+    lefts.alternatives[n_lefts] = members.size
+    for a in range(new):
+        if slot[a] == slot[new]:
+            _compare(rights, a, new)
+        for r in members:
+            if r < a and slot[a] == n_lefts:
+                _compare(rights, r, a)
 
 
 @njit(cache=True)
 def _best_group(
-    table: IntArray,
-    begins: IntArray,
-    closes: IntArray,
-    slot: IntArray,
-    n_rights: int,
-    nodes: npt.NDArray[np.float64],
-    alternatives: IntArray,
-    length: int,
-    alphabet: int,
-) -> tuple[int, int, int]:
-    """A right, and the beginning and end by which its group saves most; -1 where none saves."""
+    rights: _Rights, lefts: _Lefts, n_rights: int, length: int, alphabet: int
+) -> _Group:
+    """Return the group that saves most; i is -1 if none saves."""
+    slot = rights.slot
     now, more = np.log2(alphabet), np.log2(alphabet + 1)
-    best, best_i, best_p, best_q = 1e-9, -1, 0, 0
+    best, best_group = _LEAST_SAVED, _Group(-1, 0, 0)
     # many others share the same beginning and end with i: their group is the same, counted once
     seen = np.full((_SHARED, _SHARED), -1, dtype=np.int64)
     for i in range(n_rights):
-        h = alternatives[slot[i]]
+        h = lefts.alternatives[slot[i]]
         for j in range(i + 1, n_rights):
-            p, q = begins[i, j], closes[i, j]
+            p, q = rights.begins[i, j], rights.closes[i, j]
             if slot[i] != slot[j] or p + q == 0:
                 continue
             if p < _SHARED and q < _SHARED:
                 if seen[p, q] == i:
                     continue
                 seen[p, q] = i
-            g, inner = 0, 0
-            for r in range(n_rights):
-                if r == i or _in_group(table, begins, closes, slot, i, r, p, q):
-                    g += 1
-                    inner += table[r, 3]
+            g, inner = _count_members(rights, n_rights, _Group(i, p, q))
             saved = length * now - (length - (p + q) * (g - 1) + 3) * more
-            saved += nodes[slot[i]] * np.log2(h / (h - g + 1)) - inner * np.log2(g)
+            saved += lefts.nodes[slot[i]] * np.log2(h / (h - g + 1)) - inner * np.log2(g)
             if saved > best:
-                best, best_i, best_p, best_q = saved, i, p, q
-    return best_i, best_p, best_q
+                best, best_group = saved, _Group(i, p, q)
+    return best_group
+
+
+@compiled
+def _count_members(rights: _Rights, n_rights: int, group: _Group) -> tuple[int, int]:
+    """Count the members of a group, and their tree nodes."""
+    g, nodes = 0, 0
+    for r in range(n_rights):
+        if r == group.i or _in_group(rights, group, r):
+            g += 1
+            nodes += rights.table[r, 3]
+    return g, nodes
 
 
 @njit(cache=True)
-def _members(
-    table: IntArray,
-    begins: IntArray,
-    closes: IntArray,
-    slot: IntArray,
-    n_rights: int,
-    i: int,
-    p: int,
-    q: int,
-) -> IntArray:
-    found = np.empty(n_rights, dtype=np.int64)
+def _members(rights: _Rights, n_rights: int, group: _Group) -> IntArray:
+    """Return the members of a group, rising."""
+    members = np.empty(n_rights, dtype=np.int64)
     g = 0
     for r in range(n_rights):
-        if r == i or _in_group(table, begins, closes, slot, i, r, p, q):
-            found[g] = r
+        if r == group.i or _in_group(rights, group, r):
+            members[g] = r
             g += 1
-    return found[:g]
+    return members[:g]
 
 
-@njit(cache=True)
-def _in_group(
-    table: IntArray,
-    begins: IntArray,
-    closes: IntArray,
-    slot: IntArray,
-    i: int,
-    r: int,
-    p: int,
-    q: int,
-) -> bool:
-    low, high = min(i, r), max(i, r)
-    fits = slot[i] == slot[r] and low != high and table[r, 2] >= p + q
-    return fits and begins[low, high] >= p and closes[low, high] >= q
+@compiled
+def _in_group(rights: _Rights, group: _Group, r: int) -> bool:
+    """Whether a right side belongs to a group."""
+    low, high = min(group.i, r), max(group.i, r)
+    fits = rights.slot[group.i] == rights.slot[r] and low != high
+    fits = fits and rights.table[r, 2] >= group.p + group.q
+    return bool(
+        fits and rights.begins[low, high] >= group.p and rights.closes[low, high] >= group.q
+    )
 
 
-@njit(cache=True)
-def _compare(
-    table: IntArray, text: IntArray, i: int, j: int, begins: IntArray, closes: IntArray
-) -> None:
-    """Common beginning and common end of two rights; together no longer than the shorter."""
+@compiled
+def _compare(rights: _Rights, i: int, j: int) -> None:
+    """Note the common beginning and end of two right sides, together at most the shorter one."""
+    table, text = rights.table, rights.text
     a, b = table[i, 1], table[j, 1]
     n, m = table[i, 2], table[j, 2]
     least = min(n, m)
@@ -162,22 +220,19 @@ def _compare(
     q = 0
     while q < least - p and text[a + n - 1 - q] == text[b + m - 1 - q]:
         q += 1
-    begins[i, j] = p
-    closes[i, j] = q
+    rights.begins[i, j] = p
+    rights.closes[i, j] = q
 
 
-@njit(cache=True)
+@compiled
 def _take(
-    table: IntArray,
-    text: IntArray,
-    members: IntArray,
-    new: int,
-    end: int,
-    p: int,
-    q: int,
-    symbol: int,
+    rights: _Rights, members: IntArray, new: int, end: int, group: _Group, symbol: int
 ) -> int:
-    """Make a group one right, row ``new``, its members the alternatives of ``symbol``."""
+    """Make a group one right side, row ``new``, its members the alternatives of ``symbol``.
+
+    Returns the end of the text.
+    """
+    table, text, p, q = rights.table, rights.text, group.p, group.q
     i = members[0]
     offset, length = table[i, 1], table[i, 2]
     table[new, 0] = table[i, 0]

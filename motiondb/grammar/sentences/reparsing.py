@@ -1,16 +1,16 @@
-"""Strings cut again by rules: where sentences of a rule set meet in the fewest bits.
+"""Cut strings again by rules: where sentences of a rule set meet in the fewest bits.
 
-Given rules, every part of a string has a price. A part that the start symbol derives costs the
-bits of its cheapest derivation, log2 of the number of alternatives at each node. Any other part
-costs a new rule: its left side, a separator, and each symbol of the shortest right side that the
-present nonterminals and terminals give, with the bits of deriving what these stand for. The cuts
-of least price are found exactly, by dynamic programming. They are where a learner who knows these
-rules would cut; rules learned from the new sentences are better or the same, and so on (learning by
-hard assignment, as in segmental k-means).
+Given rules, every part of a string has a price. A part that the start symbol derives costs the bits
+of its cheapest derivation, log2 of the number of alternatives at each node. Any other part costs a
+new rule: its left side, a separator, and each symbol of the shortest right side that the present
+nonterminals and terminals give, with the bits of deriving what these stand for. The cuts of least
+price are found exactly, by dynamic programming. These are the cuts that a learner with these rules
+would make. Rules learned from the new sentences take no more bits, and so on (learning by hard
+assignment, as in segmental k-means).
 
-Rules are acyclic, so nonterminals are taken from the bottom up; with N symbols, parts of at most L
-symbols and M symbols in all right sides the time is at most M N L^2, and far less where few parts
-are derived.
+Rules are acyclic, so nonterminals are processed from the bottom up. With N symbols, parts of at
+most L symbols and M symbols in all right sides the time is at most M N L^2, and far less where few
+parts are derived.
 
 Sources: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 5.1, for the bits; R. Bellman, "Dynamic Programming"
@@ -20,14 +20,21 @@ Acoustics, Speech, and Signal Processing 38 (1990).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
 from motiondb.grammar.rules.rule_set import RuleSet
+from motiondb.records import Float32Array, FloatArray, IntArray
 
-IntArray = npt.NDArray[np.int64]
-FloatArray = npt.NDArray[np.float64]
+
+class _Rows(NamedTuple):
+    """Rules as rows (left, offset, length, alternatives of the left side) over a text."""
+
+    table: IntArray
+    text: IntArray
+    n_terminals: int
 
 
 def cut_by_rules(
@@ -39,16 +46,22 @@ def cut_by_rules(
     novelty: float = 1.0,
     shaken: FloatArray | None = None,
 ) -> tuple[tuple[int, ...], ...]:
-    """For each string the places of the inner cuts of least price.
+    """Return for each string the places of the inner cuts of least price.
 
     Parameters
     ----------
-    symbols : array (N,), joined strings; bounds : array (strings + 1,), where each begins, the
-        separator at the end of each its own (see :func:`repeats.join_strings`).
-    rule_set : acyclic rules over the same terminals.
-    lengths : the shortest sentence and the longest. A string that cannot be cut so stays whole.
-    novelty : the price of new rules is taken times this: the lower, the more is cut anew.
-    shaken : array (N,), bits that are added to the price of a sentence that begins there.
+    symbols : array (N,)
+        Joined strings, see :func:`motiondb.grammar.rules.repeats.join_strings`.
+    bounds : array (strings + 1,)
+        Where each string begins; a separator ends each string.
+    rule_set : RuleSet
+        Acyclic rules over the same terminals.
+    lengths : tuple of int
+        Shortest and longest sentence. A string that cannot be cut so stays whole.
+    novelty : float
+        Factor of the price of new rules: the lower, the more is cut anew.
+    shaken : array (N,), optional
+        Bits that are added to the price of a sentence that begins there.
 
     >>> rules = RuleSet(3, {3: {(0, 4): 3}, 4: {(1,): 2, (2,): 1}})  # S -> a A, A -> b | c
     >>> symbols, bounds = np.array([0, 1, 0, 2, 0, 1, 3]), np.array([0, 7])
@@ -70,7 +83,10 @@ def cut_by_rules(
 def sentence_prices(
     symbols: IntArray, rule_set: RuleSet, longest: int, novelty: float = 1.0
 ) -> FloatArray:
-    """Bits of each part as a sentence: array (N, longest + 1), by first symbol and length."""
+    """Return bits of each part as a sentence.
+
+    Array (N, longest + 1), by first symbol and length.
+    """
     order = rule_set.order()
     assert order is not None  # the laws of rule sets: none derives itself
     order.reverse()
@@ -85,7 +101,7 @@ def sentence_prices(
             text.extend(coded)
     table = np.array(rows, dtype=np.int64).reshape(-1, 4)
     letter = float(np.log2(len(order) + n_terminals + 1))
-    bits = _derivation_bits(symbols, table, np.array(text, np.int64), n_terminals, longest)
+    bits = _derivation_bits(symbols, _Rows(table, np.array(text, np.int64), n_terminals), longest)
     new = _new_rule_bits(symbols, bits, n_terminals, letter)
     known = bits[number[rule_set.start]].astype(np.float64)
     more = np.log2(len(rule_set.rules[rule_set.start]) + 1.0)
@@ -93,14 +109,10 @@ def sentence_prices(
 
 
 @njit(cache=True)
-def _derivation_bits(  # type: ignore[no-untyped-def]
-    symbols: IntArray, table: IntArray, text: IntArray, n_terminals: int, longest: int
-):
-    """Bits of deriving each part from each nonterminal: array (V, N, longest + 1)."""
-    n = symbols.size
-    n_lefts = 0
-    for row in table:
-        n_lefts = max(n_lefts, row[0] + 1)
+def _derivation_bits(symbols: IntArray, rows: _Rows, longest: int) -> Float32Array:
+    """Return bits of deriving each part from each nonterminal: array (V, N, longest + 1)."""
+    n, table = symbols.size, rows.table
+    n_lefts = table[:, 0].max() + 1
     bits = np.full((n_lefts, n, longest + 1), np.inf, dtype=np.float32)
     for r in range(table.shape[0]):
         left, offset, length, alternatives = table[r]
@@ -110,25 +122,11 @@ def _derivation_bits(  # type: ignore[no-untyped-def]
             now[0] = chosen
             reach = 0
             for k in range(offset, offset + length):
-                symbol = text[k]
-                new = np.full(longest + 1, np.inf, dtype=np.float32)
-                new_reach = -1
-                for m in range(min(reach, n - i) + 1):
-                    if now[m] == np.inf:
-                        continue
-                    if symbol < n_terminals:
-                        if m < longest and i + m < n and symbols[i + m] == symbol:
-                            new[m + 1] = now[m]
-                            new_reach = max(new_reach, m + 1)
-                        continue
-                    if i + m == n:
-                        continue
-                    below = bits[symbol - n_terminals, i + m]
-                    for q in range(longest - m + 1):
-                        if now[m] + below[q] < new[m + q]:
-                            new[m + q] = now[m] + below[q]
-                            new_reach = max(new_reach, m + q)
-                now, reach = new, new_reach
+                symbol = rows.text[k]
+                if symbol < rows.n_terminals:
+                    now, reach = _read_terminal(now, reach, i, symbols, symbol)
+                else:
+                    now, reach = _read_nonterminal(now, reach, i, bits[symbol - rows.n_terminals])
                 if reach < 0:
                     break
             for m in range(reach + 1):
@@ -137,8 +135,43 @@ def _derivation_bits(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _new_rule_bits(symbols, bits, n_terminals, letter):  # type: ignore[no-untyped-def]
-    """Bits of each part as the right side of a new rule: array (N, longest + 1)."""
+def _read_terminal(
+    now: Float32Array, reach: int, i: int, symbols: IntArray, symbol: int
+) -> tuple[Float32Array, int]:
+    """Extend the bits of prefixes from i by a terminal; they, and the longest prefix (-1: none)."""
+    n, longest = symbols.size, len(now) - 1
+    new = np.full(longest + 1, np.inf, dtype=np.float32)
+    new_reach = -1
+    for m in range(min(reach, n - i, longest) + 1):
+        if now[m] < np.inf and m < longest and i + m < n and symbols[i + m] == symbol:
+            new[m + 1] = now[m]
+            new_reach = m + 1
+    return new, new_reach
+
+
+@njit(cache=True)
+def _read_nonterminal(
+    now: Float32Array, reach: int, i: int, below: Float32Array
+) -> tuple[Float32Array, int]:
+    """Extend the bits of prefixes from i by a nonterminal of bits ``below`` (N, lengths)."""
+    n, longest = below.shape[0], len(now) - 1
+    new = np.full(longest + 1, np.inf, dtype=np.float32)
+    new_reach = -1
+    for m in range(min(reach, n - 1 - i) + 1):
+        if now[m] == np.inf:
+            continue
+        for q in range(longest - m + 1):
+            if now[m] + below[i + m, q] < new[m + q]:
+                new[m + q] = now[m] + below[i + m, q]
+                new_reach = max(new_reach, m + q)
+    return new, new_reach
+
+
+@njit(cache=True)
+def _new_rule_bits(
+    symbols: IntArray, bits: Float32Array, n_terminals: int, letter: float
+) -> FloatArray:
+    """Return bits of each part as the right side of a new rule: array (N, longest + 1)."""
     n_lefts, n, width = bits.shape
     new = np.full((n + 1, width), np.inf)
     new[:, 0] = 0.0
@@ -158,7 +191,7 @@ def _new_rule_bits(symbols, bits, n_terminals, letter):  # type: ignore[no-untyp
 
 @njit(cache=True)
 def _cheapest(price: FloatArray, shortest: int) -> IntArray:
-    """Inner cuts of least price of one string, price by first symbol and length."""
+    """Return the inner cuts of least price of one string, price by first symbol and length."""
     n, width = price.shape
     least = np.full(n + 1, np.inf)
     before = np.zeros(n + 1, dtype=np.int64)

@@ -1,14 +1,13 @@
-"""Where a take may be cut, and every segment that such cuts allow.
+"""Candidate cuts of takes, and all segments between them.
 
-Movements begin and end where the body rests or turns back, so the candidate cuts are the moments
-at which the pose changes least, and between them further ones, so that two neighbours are never
-more than ``grid`` frames apart: an uneven grid that is as fine as it need be. A *cell* is a segment
-between two candidate cuts of one take, of allowed length. A segmentation is a path of cells from
-the first cut to the last, and the cheapest path is found exactly (``cheapest_path``): cuts are
-vertices in order of time, cells are edges.
+Movements begin and end where the body rests or turns back. So the candidate cuts are the moments of
+least change of the pose, and further ones between them, so that two neighbours are never more than
+``grid`` frames apart. A *cell* is a segment of allowed length between two candidate cuts of one
+take. A segmentation is a path of cells from the first cut to the last; the cheapest path is found
+exactly (:func:`cheapest_path`), with cuts as vertices in order of time and cells as edges.
 
-Park, Lee and Lee (2011) take a cut every 30 frames, at which the numbers of segments of their own
-Table 1 cannot be reached.
+Park, Lee and Lee (2011) place a candidate every 30 frames, with which the numbers of segments of
+their own Table 1 cannot be reached.
 """
 
 from __future__ import annotations
@@ -19,9 +18,13 @@ from itertools import pairwise
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from motiondb.grammar.terminals.pose_distance import Poses
 from motiondb.records import Float32Array, FloatArray, IntArray
+
+_HALVINGS = 60
+"""Halvings of the interval of prices: more than a double can tell apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +33,12 @@ class Cells:
 
     Attributes
     ----------
-    cuts : array (cuts,), frames (of all takes in a row), ascending; begins and ends of takes are
-        among them.
-    firsts, lasts : arrays (cells,), numbers of the cuts that a cell lies between.
-    pointers : array (cuts + 1,), cells pointers[j] to pointers[j + 1] end at cut j.
+    cuts : array (cuts,)
+        Frames of all takes in a row, ascending; begins and ends of takes are among them.
+    firsts, lasts : arrays (cells,)
+        Numbers of the cuts that a cell lies between.
+    pointers : array (cuts + 1,)
+        Cells ``pointers[j]`` to ``pointers[j + 1]`` end at cut j.
     """
 
     cuts: IntArray
@@ -53,7 +58,7 @@ class Cells:
 
 
 def thinned(poses: Poses, step: int) -> Poses:
-    """Every ``step``-th frame of every take, from its first."""
+    """Take every ``step``-th frame of every take, from its first."""
     pieces = [np.arange(a, b, step) for a, b in zip(poses.bounds, poses.bounds[1:])]
     kept = np.concatenate(pieces)
     bounds = np.cumsum([0, *(len(piece) for piece in pieces)])
@@ -62,14 +67,14 @@ def thinned(poses: Poses, step: int) -> Poses:
 
 
 def unthinned(cuts: IntArray, thin: Poses, poses: Poses, step: int) -> IntArray:
-    """Cuts of ``thinned`` takes as cuts of the takes."""
+    """Convert cuts of :func:`thinned` takes to cuts of the takes."""
     takes = np.searchsorted(thin.bounds[:-1], cuts, side="right") - 1
     frames = poses.bounds[takes] + step * (cuts - thin.bounds[takes])
     return np.minimum(frames, poses.n_frames)
 
 
 def rests(speeds: FloatArray) -> IntArray:
-    """Frames inside at which the smoothed speed is least among its neighbours.
+    """Return the inner frames at which the smoothed speed has a minimum.
 
     >>> rests(np.array([3.0, 2.0, 0.0, 2.0, 4.0, 1.0, 1.0, 3.0, 3.0]))
     array([2, 6])
@@ -83,10 +88,23 @@ def rests(speeds: FloatArray) -> IntArray:
 
 
 def candidate_cuts(poses: Poses, grid: int, shortest: int) -> IntArray:
-    """Rests and what fills the gaps between them: array (cuts,), with begins and ends of takes.
+    """Return rests, and cuts that fill the gaps between them.
 
-    grid : frames, the largest gap between neighbours. Rests nearer than half of ``shortest`` to an
-    end of their take are left out.
+    Rests nearer than half of ``shortest`` to an end of their take are left out.
+
+    Parameters
+    ----------
+    poses : Poses
+        The takes.
+    grid : int
+        Frames, the largest gap between neighbouring cuts.
+    shortest : int
+        Frames of a segment at least.
+
+    Returns
+    -------
+    array (cuts,)
+        Frames, with begins and ends of takes.
     """
     found = [np.array([0])]
     for first, last in zip(poses.bounds, poses.bounds[1:]):
@@ -103,15 +121,19 @@ def candidate_cuts(poses: Poses, grid: int, shortest: int) -> IntArray:
 def make_cells(
     cuts: IntArray, frames: IntArray, bounds: IntArray, shortest: int, longest: int
 ) -> Cells:
-    """All cells of ``shortest`` to ``longest`` frames that cross no end of a take.
+    """Return all cells that cross no end of a take.
+
+    A take shorter than ``shortest`` is one cell. ``longest`` is raised to twice ``shortest`` and a
+    gap of the cuts, so that there is always a path.
 
     Parameters
     ----------
-    cuts, bounds : arrays, in thinned frames: candidate cuts, and the ends of takes among them.
-    frames : array (cuts,), the cuts in frames of the takes, by which lengths are judged.
-
-    A take shorter than ``shortest`` is one cell. ``longest`` is at least twice ``shortest`` and a
-    gap of the cuts, so that there is a way through.
+    cuts, bounds : arrays
+        In thinned frames: candidate cuts, and the ends of takes among them.
+    frames : array (cuts,)
+        The cuts in frames of the takes, in which lengths are measured.
+    shortest, longest : int
+        Frames of a cell.
     """
     is_bound = np.isin(cuts, bounds)
     longest = max(longest, 2 * shortest + int(np.diff(frames).max()))
@@ -132,8 +154,29 @@ def make_cells(
 
 
 @njit(cache=True, nogil=True)
-def path_costs(firsts, pointers, costs, cut_costs, least, before):  # type: ignore[no-untyped-def]
-    """Fill ``least`` (cost of the cheapest path to every cut) and ``before`` (its last cell)."""
+def path_costs(
+    firsts: IntArray,
+    pointers: IntArray,
+    costs: NDArray[np.floating],
+    cut_costs: FloatArray,
+    least: FloatArray,
+    before: IntArray,
+) -> float:
+    """Fill the cost of the cheapest path to every cut, and its last cell.
+
+    Returns the cost of the whole path.
+
+    Parameters
+    ----------
+    firsts, pointers : arrays
+        As in :class:`Cells`.
+    costs : array (cells,)
+        Cost of every cell.
+    cut_costs : array (cuts,)
+        Cost of every cut.
+    least, before : arrays (cuts,)
+        Filled with the costs and the cells.
+    """
     least[0] = 0.0
     for j in range(1, len(least)):
         cheapest, cell = np.inf, -1
@@ -143,15 +186,29 @@ def path_costs(firsts, pointers, costs, cut_costs, least, before):  # type: igno
                 cheapest, cell = cost, c
         least[j] = cheapest + cut_costs[j]
         before[j] = cell
-    return least[-1]
+    return float(least[-1])
 
 
 def cheapest_path(
     cells: Cells, costs: FloatArray | Float32Array, cut_costs: FloatArray
 ) -> tuple[float, IntArray]:
-    """The segmentation of least cost: its cost, and its cells in order of time.
+    """Return the segmentation of least cost.
 
-    costs : array (cells,). cut_costs : array (cuts,), paid for every cell at its end.
+    Parameters
+    ----------
+    cells : Cells
+        The segments that are allowed.
+    costs : array (cells,)
+        Cost of every cell.
+    cut_costs : array (cuts,)
+        Paid for every cell at its end.
+
+    Returns
+    -------
+    float
+        The cost.
+    array (segments,)
+        The cells in order of time.
     """
     least = np.empty(len(cells.cuts))
     before = np.empty(len(cells.cuts), dtype=np.int64)
@@ -170,14 +227,22 @@ def bounded_path(
     fewest: int,
     most: int | None,
 ) -> IntArray:
-    """The cheapest path with ``fewest`` to ``most`` cells that a price per cell leads to."""
+    """Return the cheapest path of ``fewest`` to ``most`` cells that a price per cell leads to.
+
+    Parameters
+    ----------
+    cells, costs, cut_costs
+        As in :func:`cheapest_path`.
+    fewest, most : int
+        Cells of the path; no upper bound if ``most`` is None.
+    """
     paid = np.asarray(costs, dtype=np.float64)
     size = float(np.abs(paid).sum() + np.abs(cut_costs).sum()) + 1.0
     low, high = -size, size
     _, path = cheapest_path(cells, paid + low, cut_costs)
     too_many = most is not None and len(path) > most
     answer = cheapest_path(cells, paid + (high if too_many else low), cut_costs)[1]
-    for _ in range(60):
+    for _ in range(_HALVINGS):
         price = (low + high) / 2.0
         _, path = cheapest_path(cells, paid + price, cut_costs)
         if len(path) < fewest:

@@ -1,28 +1,28 @@
-"""Segmentation and terminals together: K medoids exchanged one by one, cuts by the cheapest path.
+"""Search segmentation and terminals together: exchange medoids, cut by the cheapest path.
 
-Once the medoids are known, the best segmentation is no search: the cost of a cell (``candidates``)
-is the least of L(s) D(s, s_k^c) over the medoids, and the cheapest path through the cells is the
-segmentation of largest F with these medoids, found exactly. So the search is over K medoids alone,
-any K cells, and goes as the swap search does (``medoids``): a cell is tried as a medoid, all cells'
-costs to it are computed, and for every present medoid it could replace, the cheapest path is found
-from the least and second least cost of every cell. The best exchange is made if it lowers
+Once the medoids are known, the best segmentation needs no search. The cost of a cell
+(:mod:`.candidates`) is the least of L(s) D(s, s_k^c) over the medoids, and the cheapest path
+through the cells is the segmentation of the largest F with these medoids, exactly. So the search is
+over K medoids only, any K cells, and works like the swap search (:mod:`.medoids`): a cell is tried
+as a medoid, the costs of all cells to it are computed, and for every present medoid that it could
+replace, the cheapest path is found from the least and second least cost of every cell. The best
+exchange is made if it lowers
 
     G = T d_max / (1 - w) / F + sum over cuts c of (price + rest s(c)) u
 
 where u is the mean distance of a pose from the mean pose and s(c) the speed at the cut relative to
-the takes' mean: ``price`` holds against ever shorter segments, ``rest`` lets equally good
-segmentations be told apart by where the body rests (a segmentation moved on by half a step repeats
-as well as the true one). Both 0: the largest F.
+the mean speed of the takes. ``price`` works against ever shorter segments. ``rest`` decides between
+equally good segmentations by how much the body rests at the cuts: a segmentation that is shifted by
+half a movement repeats as well as the true one. With both 0, F itself is maximised.
 
-Cells are tried at random: those of the present segmentation more often the more they cost, a
-medoid's neighbours, and any. An exchange for the worse is made now and then, less and less often
-(annealing). There are several starts: medoids far from one another, or those of a segmentation of
-one rhythm that is cut where the body rests.
+Cells are tried at random: those of the present segmentation, the more often the more they cost;
+neighbours of a medoid; and any. Worse exchanges are accepted with a probability that falls
+(simulated annealing). There are several starts: medoids far from one another, or the medoids of a
+segmentation of one rhythm that is cut where the body rests.
 
-This takes the place of the genetic algorithm of Park, Lee and Lee (2011), section 4.2, which is
-kept in ``genetic``; the idea that grouping and cutting can be done in turn is that of segmental
-k-means (Rabiner, Wilpon, Juang 1986) and of aligned cluster analysis (Zhou, De la Torre, Hodgins
-2013).
+This replaces the genetic algorithm of Park, Lee and Lee (2011), section 4.2, which is kept in
+:mod:`.genetic`. To alternate grouping and cutting is the idea of segmental k-means (Rabiner,
+Wilpon, Juang 1986) and of aligned cluster analysis (Zhou, De la Torre, Hodgins 2013).
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -42,15 +43,63 @@ from motiondb.grammar.terminals.segment_distance import segment_distances
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 _LEAST_GAIN = 1e-9
+"""Share of G by which an exchange must lower it; below is rounding."""
+
 WARMEST = 0.015
+"""First temperature, as a share of G. Chosen on one take of each sample grammar."""
+
 N_TEMPERATURES = 8
-_NEAR = 2  # cuts by which a neighbour of a medoid differs
+"""Temperatures from the warmest to 0. Chosen by hand."""
+
+_NEAR = 2
+"""Cuts by which a neighbour of a medoid differs at most. Chosen by hand."""
+
+_FROM_PATH, _ANYWHERE = 0.5, 0.25
+"""Shares of tried cells from the present segmentation, and of any cells; the others are neighbours
+of medoids. Chosen by hand."""
+
+
+class Graph(NamedTuple):
+    """Cells as a graph, as in ``Cells``, and the cost of each cut."""
+
+    firsts: IntArray
+    pointers: IntArray
+    cut_costs: FloatArray
+
+
+class KnownCosts(NamedTuple):
+    """Least and second least cost and nearest medoid of the cells, and costs to the tried cell."""
+
+    least: Float32Array
+    second: Float32Array
+    nearest: IntArray
+    tried: Float32Array
+
+
+class Prices(NamedTuple):
+    """What the present medoids cost (K,), and what the tried cell costs as a medoid."""
+
+    medoids: FloatArray
+    tried: float
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What is searched: poses (at the rate of the cells' frames), cells, costs of cuts (cuts,), the
-    price of a medoid's frame, and K."""
+    """What is searched.
+
+    Attributes
+    ----------
+    poses : Poses
+        Poses at the rate of the cells' frames.
+    cells : Cells
+        The segments that are allowed.
+    cut_costs : array (cuts,)
+        Cost of each cut.
+    medoid_price : float
+        Cost of a medoid's frame.
+    n_groups : int
+        K.
+    """
 
     poses: Poses
     cells: Cells
@@ -60,21 +109,37 @@ class Task:
 
     @cached_property
     def columns(self) -> Float32Array:
-        """The poses, a row for every dimension, with rows of zeros to a number divisible by 4."""
+        """Poses by dimension (dimensions, frames), padded with rows of zeros to a multiple of 4."""
         values = self.poses.values
-        found = np.zeros((-(-values.shape[1] // 4) * 4, len(values)), dtype=np.float32)
-        found[: values.shape[1]] = values.T
-        return found
+        padded = np.zeros((-(-values.shape[1] // 4) * 4, len(values)), dtype=np.float32)
+        padded[: values.shape[1]] = values.T
+        return padded
 
     @cached_property
     def squares(self) -> Float32Array:
-        """|x_t|^2 of every frame."""
+        """Squared norm |x_t|^2 of every frame."""
         return np.asarray((self.poses.values**2).sum(axis=1), dtype=np.float32)
 
 
 @dataclass(eq=False)
 class State:
-    """Medoids (K,), cells; ``table`` (K, cells) of costs; the path of cells and its cost G."""
+    """Medoids and the segmentation that they give.
+
+    Attributes
+    ----------
+    medoids : array (K,)
+        The medoids, cells.
+    table : array (K, cells)
+        Cost of each cell to each medoid.
+    path : array (segments,)
+        The cheapest path, cells.
+    cost : float
+        G.
+    least, second : arrays (cells,)
+        Least and second least cost of each cell.
+    nearest : array (cells,)
+        Which medoid has the least cost.
+    """
 
     medoids: IntArray
     table: Float32Array
@@ -92,14 +157,26 @@ def exchange_search(
     n_trials: int,
     advance: Callable[[float], None] | None = None,
 ) -> list[State]:
-    """The best states of the starts, the cheapest first.
+    """Search from several starts.
 
     Parameters
     ----------
-    rng : for the starts and the cells that are tried; a start has its own generator, so the result
-        does not depend on the number of threads.
-    n_starts, n_trials : the trials are divided among the starts.
-    advance : called with the share that is done.
+    task : Task
+        What is searched.
+    rng : numpy.random.Generator
+        Each start gets a generator of its own, so that the result does not depend on the number of
+        threads.
+    n_starts : int
+        Number of starts.
+    n_trials : int
+        Cells that are tried, divided among the starts.
+    advance : callable, optional
+        Called with the share that is done.
+
+    Returns
+    -------
+    list of State
+        The best state of every start, the cheapest first.
     """
     each = -(-n_trials // n_starts)
 
@@ -117,7 +194,7 @@ def exchange_search(
 
 
 def anneal(task: Task, state: State, rng: np.random.Generator, n_trials: int) -> State:
-    """Exchanges at a falling temperature, the last ones at 0; the best state that was seen."""
+    """Exchange medoids at a falling temperature, at last at 0; the best state that was visited."""
     best = state
     for part in range(N_TEMPERATURES):
         share = 1.0 - part / (N_TEMPERATURES - 1)
@@ -128,7 +205,7 @@ def anneal(task: Task, state: State, rng: np.random.Generator, n_trials: int) ->
 
 
 def first_state(task: Task, rng: np.random.Generator) -> State:
-    """Medoids far apart: each is a segment of the best path so far, drawn by its cost."""
+    """Draw medoids far apart: each is a segment of the cheapest path so far, drawn by its cost."""
     cells, n_cells = task.cells, len(task.cells.firsts)
     chosen = [int(rng.integers(n_cells))]
     table = np.empty((task.n_groups, n_cells), dtype=np.float32)
@@ -143,8 +220,10 @@ def first_state(task: Task, rng: np.random.Generator) -> State:
 
 
 def rhythmic_state(task: Task, rng: np.random.Generator) -> State:
-    """Medoids of a first segmentation into segments of about one length, drawn at random, that are
-    cut where the body rests; they share the phase of the movements."""
+    """Draw medoids from a segmentation into segments of about one random length.
+
+    It is cut where the body rests, so that the medoids share the phase of the movements.
+    """
     cells = task.cells
     lengths = cells.ends - cells.starts
     wished = rng.uniform(lengths.min(), 0.7 * lengths.max())
@@ -169,10 +248,26 @@ def rhythmic_state(task: Task, rng: np.random.Generator) -> State:
 def improve(
     task: Task, state: State, rng: np.random.Generator, n_trials: int, temperature: float = 0.0
 ) -> tuple[State, State]:
-    """The last and the best state when ``n_trials`` cells are tried as medoids.
+    """Try cells as medoids.
 
-    temperature : as a share of G; an exchange that raises G by x is made with probability
+    Parameters
+    ----------
+    task : Task
+        What is searched.
+    state : State
+        Where to begin.
+    rng : numpy.random.Generator
+        Draws the cells.
+    n_trials : int
+        Cells that are tried.
+    temperature : float
+        As a share of G: an exchange that raises G by x is accepted with probability
         exp(-x / (temperature G)).
+
+    Returns
+    -------
+    tuple of State
+        The last and the best state.
     """
     cells, best = task.cells, state
     lengths = cells.ends - cells.starts
@@ -184,10 +279,12 @@ def improve(
             continue
         cell_costs(task, cell, tried)
         k, _ = _best_exchange(
-            (cells.firsts, cells.pointers, task.cut_costs),
-            (state.least, state.second, state.nearest, tried),
-            task.medoid_price * lengths[state.medoids],
-            float(task.medoid_price * lengths[cell]),
+            Graph(cells.firsts, cells.pointers, task.cut_costs),
+            KnownCosts(state.least, state.second, state.nearest, tried),
+            Prices(
+                np.asarray(task.medoid_price * lengths[state.medoids], dtype=np.float64),
+                float(task.medoid_price * lengths[cell]),
+            ),
             state.cost * (1.0 + allowed),
         )
         if k >= 0:
@@ -200,7 +297,7 @@ def improve(
 
 
 def cell_costs(task: Task, medoid: int, out: Float32Array) -> None:
-    """L(s) D(s, medoid) for all cells s, into ``out``."""
+    """Write L(s) D(s, medoid) of all cells s into ``out``."""
     cells = task.cells
     start, end = int(cells.starts[medoid]), int(cells.ends[medoid])
     table = _distances_to(task.columns, task.squares, start, end)
@@ -224,11 +321,11 @@ def _draw(path: IntArray, costs: Float32Array, rng: np.random.Generator) -> int:
 
 
 def _propose(task: Task, state: State, rng: np.random.Generator) -> int:
-    """A cell to try, -1 where none was found."""
+    """Draw a cell to try, -1 if there is none."""
     kind = rng.random()
-    if kind < 0.5:
+    if kind < _FROM_PATH:
         return _draw(state.path, state.least[state.path], rng)
-    if kind < 0.75:
+    if kind < _FROM_PATH + _ANYWHERE:
         return int(rng.integers(len(task.cells.firsts)))
     cells = task.cells
     medoid = state.medoids[rng.integers(task.n_groups)]
@@ -242,25 +339,29 @@ def _propose(task: Task, state: State, rng: np.random.Generator) -> int:
 
 
 def path_medoids(task: Task, state: State, path: IntArray) -> IntArray:
-    """For every terminal a segment of the path to begin with: the cheapest of its own, or a free
-    one."""
+    """Choose for every terminal a segment of the path as its first medoid.
+
+    It is the cheapest segment of the terminal, or a free one if it has none.
+    """
     left = set(range(len(path)))
     chosen: list[int] = []
     for k in range(task.n_groups):
-        own = [n for n in left if state.nearest[path[n]] == k] or sorted(left)
-        lengths = task.cells.ends[path[own]] - task.cells.starts[path[own]]
-        best = own[int(np.argmin(state.table[k, path[own]] / lengths))]
+        members = [n for n in left if state.nearest[path[n]] == k] or sorted(left)
+        lengths = task.cells.ends[path[members]] - task.cells.starts[path[members]]
+        best = members[int(np.argmin(state.table[k, path[members]] / lengths))]
         chosen.append(best)
         left.discard(best)
     return np.array(chosen)
 
 
 @njit(cache=True, fastmath=True, nogil=True)
-def _distances_to(columns, squares, start, end):  # type: ignore[no-untyped-def]
-    """d of all frames to the frames [start, end): array (medoid's frames, frames).
+def _distances_to(
+    columns: Float32Array, squares: Float32Array, start: int, end: int
+) -> Float32Array:
+    """Return d of all frames to the frames [start, end): array (medoid's frames, frames).
 
-    Not a product of matrices: the libraries for these bring threads of their own, which stand in
-    each other's way when several searches run at once.
+    Not a matrix product: the libraries for these start threads of their own, which slow down
+    several searches at once.
     """
     n_dimensions, n_frames = columns.shape
     table = np.empty((end - start, n_frames), np.float32)
@@ -270,9 +371,9 @@ def _distances_to(columns, squares, start, end):  # type: ignore[no-untyped-def]
             row[t] = np.float32(0.0)
         for d in range(0, n_dimensions, 4):
             a, b, c, e = columns[d], columns[d + 1], columns[d + 2], columns[d + 3]
-            own = a[start + u], b[start + u], c[start + u], e[start + u]
+            x, y, z, w = a[start + u], b[start + u], c[start + u], e[start + u]
             for t in range(n_frames):
-                row[t] += own[0] * a[t] + own[1] * b[t] + own[2] * c[t] + own[3] * e[t]
+                row[t] += x * a[t] + y * b[t] + z * c[t] + w * e[t]
         for t in range(n_frames):
             square = squares[t] + squares[start + u] - np.float32(2.0) * row[t]
             row[t] = np.sqrt(max(square, np.float32(0.0)))
@@ -280,33 +381,38 @@ def _distances_to(columns, squares, start, end):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True, nogil=True)
-def _cell_costs(table, cuts, firsts, pointers, out):  # type: ignore[no-untyped-def]
-    """Sums over warped cells of distances (medoid's frames, frames)."""
-    n_own = table.shape[0]
+def _cell_costs(
+    table: Float32Array, cuts: IntArray, firsts: IntArray, pointers: IntArray, out: Float32Array
+) -> None:
+    """Sum distances (medoid's frames, frames) over warped cells, into ``out``."""
+    n_medoid = table.shape[0]
     for j in range(len(cuts)):
         for c in range(pointers[j], pointers[j + 1]):
             first, length = cuts[firsts[c]], cuts[j] - cuts[firsts[c]]
             total, behind, at = np.float32(0.0), 0, 0
-            if length >= n_own:
+            if length >= n_medoid:
                 for t in range(first, first + length):
                     total += table[at, t]
-                    behind += n_own
+                    behind += n_medoid
                     if behind >= length:
                         behind -= length
                         at += 1
                 out[c] = total
             else:
-                for u in range(n_own):
+                for u in range(n_medoid):
                     total += table[u, first + at]
                     behind += length
-                    if behind >= n_own:
-                        behind -= n_own
+                    if behind >= n_medoid:
+                        behind -= n_medoid
                         at += 1
-                out[c] = total * np.float32(length) / np.float32(n_own)
+                out[c] = total * np.float32(length) / np.float32(n_medoid)
 
 
 @njit(cache=True, nogil=True)
-def _two_least(table, least, second, nearest):  # type: ignore[no-untyped-def]
+def _two_least(
+    table: Float32Array, least: Float32Array, second: Float32Array, nearest: IntArray
+) -> None:
+    """Fill the least and second least cost of every cell, and the medoid of the least."""
     for c in range(table.shape[1]):
         least[c], second[c], nearest[c] = np.inf, np.inf, -1
         for k in range(table.shape[0]):
@@ -318,10 +424,12 @@ def _two_least(table, least, second, nearest):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _best_exchange(graph, known, prices, price, bound):  # type: ignore[no-untyped-def]
-    """Which medoid to replace (-1: none gets below ``bound``), and G then.
+def _best_exchange(
+    graph: Graph, known: KnownCosts, prices: Prices, bound: float
+) -> tuple[int, float]:
+    """Return which medoid to replace by the tried cell, and G then; -1 for none below ``bound``.
 
-    No exchange is cheaper than keeping all medoids beside the new one: where that is not enough,
+    No exchange is cheaper than keeping all medoids beside the new one: if that is not enough,
     nothing is tried.
     """
     firsts, pointers, cut_costs = graph
@@ -329,16 +437,17 @@ def _best_exchange(graph, known, prices, price, bound):  # type: ignore[no-untyp
     reached = np.empty(len(cut_costs))
     before = np.empty(len(cut_costs), np.int64)
     costs = np.minimum(least, tried)
+    paid = prices.medoids.sum() + prices.tried
     floor = path_costs(firsts, pointers, costs, cut_costs, reached, before)
-    floor += prices.sum() + price
-    found = -1
-    for k in range(len(prices)):
-        if floor - prices[k] >= bound:
+    floor += paid
+    best = -1
+    for k in range(len(prices.medoids)):
+        if floor - prices.medoids[k] >= bound:
             continue
         for c in range(len(costs)):
             costs[c] = min(second[c] if nearest[c] == k else least[c], tried[c])
         total = path_costs(firsts, pointers, costs, cut_costs, reached, before)
-        total += prices.sum() + price - prices[k]
+        total += paid - prices.medoids[k]
         if total < bound:
-            bound, found = total, k
-    return found, bound
+            bound, best = total, k
+    return best, bound

@@ -1,14 +1,14 @@
-"""The genetic algorithm over candidate cuts, in parts.
+"""The genetic algorithm of the paper over candidate cuts, in parts.
 
-A solution is a bit for every candidate cut (``candidates``: at most 10 frames apart): cut here or
-not. Its segments are grouped by the swap search, and its cost is that of ``tuning``: w R + (1 - w)
-E' and what cuts cost. Solutions are drawn in proportion to their score 1 / cost above the worst,
-two are crossed at two places, bits flip or move to a neighbour, and cuts nearer than the shortest
-segment are taken out again. The best solution is kept.
+A solution has a bit for every candidate cut (:mod:`.candidates`): cut here or not. Its segments are
+grouped by the swap search, and its cost is that of :mod:`.tuning`: w R + (1 - w) E' plus the cost
+of the cuts. Solutions are drawn in proportion to 1 / cost above the worst; two are crossed at two
+places; bits flip or move to a neighbour; cuts nearer than the shortest segment are removed. The
+best solution is kept.
 
-An evaluation costs the square of the length, so a long take is cut into parts that are searched one
-by one, each with a table of its own poses' distances, and grouped as a whole afterwards: parts end
-where takes end or where the body rests.
+One evaluation costs the square of the length. So a long take is divided into parts that are
+searched one by one, each with a table of its poses' distances, and grouped as a whole afterwards.
+Parts end where takes end or where the body rests.
 
 Source: Park, Lee and Lee (2011), section 4.2 and the splitting described in section 7.
 """
@@ -31,7 +31,17 @@ Bits = np.ndarray
 
 @dataclass(frozen=True)
 class GeneticSettings:
-    """population, generations; mutation : flips a solution on average; part : frames of a part."""
+    """Settings of the genetic algorithm, chosen by hand.
+
+    Attributes
+    ----------
+    population, generations : int
+        Solutions, and how often they are replaced.
+    mutation : float
+        Flips of a solution on average.
+    part : int
+        Frames of a part.
+    """
 
     population: int = 60
     generations: int = 120
@@ -47,13 +57,27 @@ def genetic_cuts(
     settings: GeneticSettings | None = None,
     advance: Callable[[float], None] | None = None,
 ) -> IntArray:
-    """The cuts that were found, begins and ends of takes among them.
+    """Search cuts by the genetic algorithm.
 
     Parameters
     ----------
-    candidates : array (cuts,), frames, with begins and ends of takes (``costs.fixed``).
-    n_groups : K of the whole; a part of T' frames is grouped into K sqrt(T' / T).
-    advance : called with the share of parts that are done.
+    candidates : array (cuts,)
+        Frames, with begins and ends of takes (``costs.fixed``).
+    costs : Costs
+        What a grouping costs.
+    n_groups : int
+        K of the whole; a part of T' of T frames is grouped into K sqrt(T' / T).
+    rng : numpy.random.Generator
+        Draws the solutions.
+    settings : GeneticSettings, optional
+        The defaults unless given.
+    advance : callable, optional
+        Called with the share of parts that are done.
+
+    Returns
+    -------
+    array
+        The cuts, begins and ends of takes among them.
     """
     settings = settings or GeneticSettings()
     parts = split(candidates, costs.fixed, settings.part)
@@ -68,7 +92,7 @@ def genetic_cuts(
 
 
 def split(candidates: IntArray, fixed: np.ndarray, part: int) -> list[IntArray]:
-    """Candidates of every part, both its ends among them; parts have about ``part`` frames.
+    """Divide candidates into parts of about ``part`` frames, both ends of each part in it.
 
     >>> fixed = np.isin(np.arange(41), [0, 20, 40])
     >>> [own.tolist() for own in split(np.arange(0, 41, 5), fixed, 12)]
@@ -92,7 +116,7 @@ def _search_part(
     rng: np.random.Generator,
     settings: GeneticSettings,
 ) -> IntArray:
-    """The best cuts of one part."""
+    """Return the best cuts of one part."""
     first = int(own[0])
     table = _distances(costs.values[first : own[-1]])
     n_bits = max(len(own) - 2, 0)
@@ -125,7 +149,7 @@ def _distances(values: Float32Array) -> Float32Array:
 
 
 def _cost(cuts: IntArray, first: int, table: Float32Array, costs: Costs, n_groups: int) -> float:
-    """What a segmentation of a part costs after grouping; its price where it is too few."""
+    """Compute the cost of a segmentation of a part after grouping."""
     starts, ends = cuts[:-1] - first, cuts[1:] - first
     lengths = ends - starts
     distances = _table_distances(table, starts, ends)
@@ -138,7 +162,7 @@ def _cost(cuts: IntArray, first: int, table: Float32Array, costs: Costs, n_group
 
 
 def _cross(mother: Bits, father: Bits, rng: np.random.Generator) -> Bits:
-    """The mother's bits, the father's between two places."""
+    """Return the mother's bits with the father's between two places."""
     child = mother.copy()
     a, b = np.sort(rng.integers(0, len(mother) + 1, 2))
     child[a:b] = father[a:b]
@@ -146,7 +170,7 @@ def _cross(mother: Bits, father: Bits, rng: np.random.Generator) -> Bits:
 
 
 def _mutate(bits: Bits, flips: float, rng: np.random.Generator) -> Bits:
-    """Flip some bits, and move a cut to the neighbouring candidate."""
+    """Flip some bits, and move a cut to a neighbouring candidate."""
     flipped = rng.random(len(bits)) < flips / max(len(bits), 1)
     bits = bits ^ flipped
     cuts = np.flatnonzero(bits)
@@ -159,7 +183,7 @@ def _mutate(bits: Bits, flips: float, rng: np.random.Generator) -> Bits:
 
 
 def _repair(bits: Bits, own: IntArray, shortest: int) -> Bits:
-    """Without the cuts that would make a segment too short, from left to right."""
+    """Remove, from left to right, the cuts that would make a segment too short."""
     repaired = np.zeros(len(bits), dtype=bool)
     last = own[0]
     for n in np.flatnonzero(bits):
@@ -171,7 +195,7 @@ def _repair(bits: Bits, own: IntArray, shortest: int) -> Bits:
 
 @njit(cache=True, fastmath=True)
 def _table_distances(table: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
-    """D between segments from a table of pose distances; see ``segment_distance``."""
+    """Return D between segments from a table of pose distances; see :mod:`.segment_distance`."""
     n = len(starts)
     found = np.zeros((n, n))
     for i in range(n):

@@ -1,29 +1,29 @@
-"""A motion that was not learned from, read as a string of a grammar's terminals.
+"""Read a motion that was not learned from as a string of a grammar's terminals.
 
 Notation: x_0 ... x_{T-1} the poses of the motion; s_k the medoid of terminal k. A reading cuts the
 motion into segments [t_i, t_{i+1}) with terminals k_i and costs
 
     C = sum over i of ( (t_{i+1} - t_i) D([t_i, t_{i+1}), s_{k_i}) + c )
 
-with D the distance under uniform time warping by which terminals were found, so a segment costs
-what it would add to their error. A segment is as long as those of its terminal are: between their
+with D the distance under uniform time warping by which terminals were found, so that a segment
+costs what it would add to their error. A segment is as long as those of its terminal: between their
 shortest and longest, a tenth more or less. The reading of least C is found exactly by dynamic
 programming over all cuts and terminals.
 
-c, the price of a segment, keeps the motion from being cut finer than the takes were: it is set so
-that the takes that were learned from, read anew, have as many segments as they have.
+The price c of a segment keeps the motion from being cut more finely than the takes were. It is set
+so that the takes of the grammar, read in this way, have as many segments as they have.
 
-Every segment gets a terminal, the least unlike one, even where nothing is like it. So a reading
-tells D, and the reader how far the members of terminals are from their medoids where they were
-learned: a segment that is farther is unlike anything known. That reach is the lesser of two bounds:
-19 in 20 members lie within the one; the other is 2.5 standard deviations of log D above its middle,
-both told from medians. Terminals that gather what fits nowhere would widen the first, few members
-that differ much the second.
+Every segment gets its nearest terminal, even if nothing is near. So a reading holds D, and the
+reader knows how far the members of terminals are from their medoids: a segment that is farther is
+unlike anything known. This reach is the lesser of two bounds: 19 of 20 members lie within the
+first; the second is 2.5 standard deviations of log D above its median, robustly estimated.
+Terminals that gather leftover segments would widen the first, few members that differ much the
+second.
 
 Sources: D and medoids as in J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from
-Human Motion Data" (2011), section 4; the reading of unseen motion is not in print. 2.5 robust
-standard deviations: P. J. Rousseeuw and A. M. Leroy, "Robust Regression and Outlier Detection"
-(1987), chapter 1.
+Human Motion Data" (2011), section 4; the reading of unseen motion is ours. 2.5 robust standard
+deviations: P. J. Rousseeuw and A. M. Leroy, "Robust Regression and Outlier Detection" (1987),
+chapter 1.
 """
 
 from __future__ import annotations
@@ -43,28 +43,43 @@ if TYPE_CHECKING:
     from motiondb.grammar.terminals.terminals import Terminals
 
 SLACK = 0.1
-"""How much longer or shorter than those of its terminal a segment may be."""
+"""How much longer or shorter than those of its terminal a segment may be. Chosen by hand."""
 
 WITHIN, DEVIATIONS = 0.95, 2.5
-"""Share of the members, and standard deviations of log D above its middle, within reach."""
+"""Share of the members, and standard deviations of log D above its median, within reach: 19 of 20
+by convention, and 2.5 after Rousseeuw and Leroy."""
 
 FEWEST_MEMBERS = 5
-"""Members, medoids apart, that tell a reach."""
+"""Members, medoids not counted, below which no reach is estimated. Chosen by hand."""
 
 _LEAST_DISTANCE = 1e-3
-"""Metres; what is nearer counts as this near, for logarithms."""
+"""Metres; smaller distances are raised to this before their logarithm is taken."""
+
+_HALVINGS = 7
+"""Halvings of the interval of prices. Chosen by hand: more change few segments."""
+
+_LONGEST_PRICE = 120.0
+"""Upper bound of the price, as frames at the mean least distance: four seconds."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reader:
-    """What it takes to read: medoids end to end, the lengths allowed, and the price.
+    """What a reading needs: medoids, lengths that are allowed, and the price.
 
     Attributes
     ----------
-    names : the terminals. poses : array (frames of all medoids, 70), ``poses.pose_vectors``.
-    bounds : array (K + 1,), where each medoid begins.
-    shortest, longest : arrays (K,), frames. price : c, metres times frames.
-    reach : how far members are from their medoids, metres; NaN where there are too few to tell.
+    names : tuple of str
+        The terminals.
+    poses : array (frames of all medoids, 70)
+        Medoids end to end, as :func:`motiondb.grammar.terminals.pose_distance.pose_vectors`.
+    bounds : array (K + 1,)
+        Where each medoid begins.
+    shortest, longest : arrays (K,)
+        Frames of a segment of each terminal.
+    price : float
+        c, metres times frames.
+    reach : float
+        How far members are usually from their medoids, metres; NaN if there are too few members.
     """
 
     names: tuple[str, ...]
@@ -78,9 +93,20 @@ class Reader:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A motion as a string: segments that tile it, their terminals and distances D (metres).
+    """A motion as a string of terminals.
 
-    reach : the reader's: a segment that is farther is unlike anything learned.
+    Attributes
+    ----------
+    starts, ends : arrays (segments,)
+        Frames; the segments tile the motion.
+    labels : array (segments,)
+        Terminals.
+    distances : array (segments,)
+        D, metres.
+    names : tuple of str
+        Names of the terminals.
+    reach : float
+        The reader's: a segment that is farther is unlike anything known.
     """
 
     starts: IntArray
@@ -92,19 +118,27 @@ class Reading:
 
     @property
     def string(self) -> tuple[str, ...]:
-        """The terminals in order."""
+        """Names of the terminals in order."""
         return tuple(self.names[k] for k in self.labels)
 
 
 def make_reader(terminals: Terminals, motions: Mapping[int, Motion]) -> Reader:
-    """A reader from terminals and the takes that are there, priced by reading these takes.
+    """Make a reader from terminals and their takes; the price is set by reading these takes.
 
-    Terminals whose medoid's take is missing are read by the segment of a take that is there which
-    lies nearest to the length of the medoid; where there is none, they are not read.
+    A terminal whose medoid's take is missing is represented by the segment of an available take
+    whose length is nearest to the medoid's; without one, the terminal is left out.
+
+    Parameters
+    ----------
+    terminals : Terminals
+        Segments and groups.
+    motions : mapping
+        Take number to motion, for the takes that are available.
 
     Raises
     ------
-    QueryError : there is no take.
+    QueryError
+        There is no take.
     """
     if not motions:
         raise QueryError(
@@ -113,8 +147,8 @@ def make_reader(terminals: Terminals, motions: Mapping[int, Motion]) -> Reader:
     vectors = {take: pose_vectors(motion) for take, motion in motions.items()}
     clips = _stand_ins(terminals, vectors)
     lengths = [(terminals.ends - terminals.starts)[terminals.labels == k] for k in clips]
-    shortest = [max(1, int(np.floor(own.min() * (1 - SLACK)))) for own in lengths]
-    longest = [int(np.ceil(own.max() * (1 + SLACK))) for own in lengths]
+    shortest = [max(1, int(np.floor(some.min() * (1 - SLACK)))) for some in lengths]
+    longest = [int(np.ceil(some.max() * (1 + SLACK))) for some in lengths]
     parts = [
         vectors[int(terminals.takes[c])][terminals.starts[c] : terminals.ends[c]]
         for c in clips.values()
@@ -129,9 +163,17 @@ def make_reader(terminals: Terminals, motions: Mapping[int, Motion]) -> Reader:
 
 
 def find_reach(distances: FloatArray) -> float:
-    """How far members of terminals are usually from their medoids; see the module.
+    """Return how far members of terminals are usually from their medoids; see the module.
 
-    distances : array (members,), metres, medoids left out. NaN where they are too few.
+    Parameters
+    ----------
+    distances : array (members,)
+        Metres, medoids left out.
+
+    Returns
+    -------
+    float
+        Metres; NaN if there are fewer than ``FEWEST_MEMBERS``.
 
     >>> round(find_reach(np.array([0.1, 0.1, 0.1, 0.1, 0.1, 0.5])), 6)
     0.1
@@ -151,24 +193,27 @@ def _member_distances(
     clips: Mapping[int, int],
     tables: Mapping[int, FloatArray],
 ) -> FloatArray:
-    """D of all segments of the takes that are there, but those that terminals are read by."""
-    found = []
+    """Return D of all segments of available takes that do not represent their terminal."""
+    distances = []
     for k, low, high in zip(clips, reader.bounds[:-1], reader.bounds[1:]):
         for clip in np.flatnonzero(terminals.labels == k).tolist():
             take = int(terminals.takes[clip])
             if take in tables and clip != clips[k]:
                 start, end = int(terminals.starts[clip]), int(terminals.ends[clip])
-                found.append(_distance(tables[take], start, end - start, low, high - low))
-    return np.array(found)
+                distances.append(_distance(tables[take], start, end - start, low, high - low))
+    return np.array(distances)
 
 
 def _stand_ins(terminals: Terminals, vectors: Mapping[int, FloatArray]) -> dict[int, int]:
-    """Terminal -> its medoid, or the segment that stands for it where its take is missing."""
+    """Return the segment that represents each terminal.
+
+    Its medoid, or another if that is missing.
+    """
     lengths = terminals.ends - terminals.starts
     clips = {}
     for k, medoid in enumerate(terminals.medoids.tolist()):
-        own = np.flatnonzero(terminals.labels == k)
-        there = own[np.isin(terminals.takes[own], list(vectors))]
+        members = np.flatnonzero(terminals.labels == k)
+        there = members[np.isin(terminals.takes[members], list(vectors))]
         if medoid in there:
             clips[k] = medoid
         elif len(there):
@@ -176,10 +221,11 @@ def _stand_ins(terminals: Terminals, vectors: Mapping[int, FloatArray]) -> dict[
     return clips
 
 
-def _price(reader: Reader, tables: Sequence[FloatArray], wanted: int, rounds: int = 7) -> float:
-    """The price that gives the takes as many segments as wanted, by halving."""
-    low, high = 0.0, 4.0 * float(np.mean([table.min(axis=1).mean() for table in tables])) * 30.0
-    for step in range(rounds + 1):
+def _price(reader: Reader, tables: Sequence[FloatArray], wanted: int) -> float:
+    """Return the price that gives the takes the wanted number of segments, by bisection."""
+    mean = float(np.mean([table.min(axis=1).mean() for table in tables]))
+    low, high = 0.0, _LONGEST_PRICE * mean
+    for step in range(_HALVINGS + 1):
         price = low if step == 0 else (low + high) / 2.0
         count = sum(len(_read(reader, table, price)[0]) for table in tables)
         if count <= wanted and step == 0:
@@ -189,11 +235,12 @@ def _price(reader: Reader, tables: Sequence[FloatArray], wanted: int, rounds: in
 
 
 def read_string(reader: Reader, motion: Motion) -> Reading:
-    """The reading of least cost.
+    """Return the reading of least cost.
 
     Raises
     ------
-    QueryError : the motion is shorter than any segment may be.
+    QueryError
+        No segments of the allowed lengths tile the motion; it is too short.
     """
     values = pose_vectors(motion)
     starts, ends, labels, distances = _read(reader, _table(reader, values), reader.price)
@@ -207,7 +254,7 @@ def read_string(reader: Reader, motion: Motion) -> Reading:
 
 
 def _table(reader: Reader, values: FloatArray) -> FloatArray:
-    """Distances of all poses to those of the medoids: array (frames, frames of medoids)."""
+    """Return distances of all poses to those of the medoids: array (frames, frames of medoids)."""
     a, b = values, reader.poses
     squares = np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1)[None] - 2.0 * (a @ b.T)
     return np.sqrt(np.maximum(squares, 0.0))
@@ -216,7 +263,7 @@ def _table(reader: Reader, values: FloatArray) -> FloatArray:
 def _read(
     reader: Reader, table: FloatArray, price: float
 ) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
-    """Starts, ends, labels and D; empty where no segments of the allowed lengths tile it."""
+    """Return starts, ends, labels and D; empty if no segments of the allowed lengths tile it."""
     n_frames = len(table)
     starts, labels, costs = _best_cuts(table, reader.bounds, reader.shortest, reader.longest, price)
     cuts, kinds, parts = [], [], []
@@ -233,8 +280,8 @@ def _read(
 
 
 @njit(cache=True, inline="always")
-def _distance(table, start, length, low, size):  # type: ignore[no-untyped-def]
-    """D of ``length`` frames from ``start`` on and the medoid whose frames begin at ``low``."""
+def _distance(table: FloatArray, start: int, length: int, low: int, size: int) -> float:
+    """Return D of ``length`` frames from ``start`` on to the medoid that begins at ``low``."""
     total = 0.0
     if length >= size:
         for m in range(length):
@@ -242,14 +289,14 @@ def _distance(table, start, length, low, size):  # type: ignore[no-untyped-def]
     else:
         for m in range(size):
             total += table[start + m * length // size, low + m]
-    return total / max(length, size)
+    return float(total / max(length, size))
 
 
 @njit(cache=True)
 def _best_cuts(
     table: FloatArray, bounds: IntArray, shortest: IntArray, longest: IntArray, price: float
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Per end (0 ... frames) the start, terminal and D of the last segment of the best reading."""
+    """Return per end (0 ... frames) the last segment of the best reading: start, terminal, D."""
     n_frames = len(table)
     best = np.full(n_frames + 1, np.inf)
     best[0] = 0.0

@@ -1,23 +1,25 @@
-"""Groups of segments around medoids, by the swap search.
+"""Group segments around medoids by the swap search.
 
 Given distances between n things, choose K of them (medoids) so that
 
     E = sum_m price_m + sum_i weight_i D(i, nearest medoid)
 
-is small. The first K things are the medoids to begin with, so that the answer depends on the
-segmentation alone. Things are tried in turn as medoids: for every one the gain of putting it in
-the place of each medoid is found for all K at once in O(n) from the nearest and second nearest
-medoid of every thing, and the best swap is made at once if it lowers E. The search ends after a
-whole round without a swap: no single swap lowers E then. Every medoid is in its own group, so no
-group is empty, even where things coincide. Ties go to the lowest number.
+is small. The first K things are the first medoids, so that the result depends on the segmentation
+alone. Things are tried in turn as medoids. The gain of putting a thing in the place of each medoid
+is found for all K at once in O(n), from the nearest and second nearest medoid of every thing, and
+the best swap is made at once if it lowers E. The search ends after a round without a swap; then no
+single swap lowers E. Every medoid is in its own group, so no group is empty, even where things
+coincide. Ties go to the lowest number.
 
-With weights L(s_i) and prices, E is 1 / F (``objective``), and the groups are those of largest F.
+With weights L(s_i) and prices, E is 1 / F (:mod:`.objective`), and the groups maximise F.
 
 Source: L. Kaufman and P. J. Rousseeuw, Finding Groups in Data (1990), chapter 2; E. Schubert and
-P. J. Rousseeuw, "Fast and eager k-medoids clustering" (2021) for the order of the work.
+P. J. Rousseeuw, "Fast and eager k-medoids clustering" (2021), for the order of the work.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -27,6 +29,15 @@ from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import FloatArray, IntArray
 
 _LEAST_GAIN = 1e-12
+"""Share of E by which a swap must lower it; below is rounding."""
+
+
+class _Nearest(NamedTuple):
+    """Nearest group, least and second least cost of every thing."""
+
+    near: IntArray
+    first: FloatArray
+    second: FloatArray
 
 
 def group_by_medoids(
@@ -37,24 +48,32 @@ def group_by_medoids(
     prices: NDArray[np.floating] | None = None,
     initial: IntArray | None = None,
 ) -> tuple[IntArray, IntArray]:
-    """Medoids and labels.
+    """Choose medoids and group things by the nearest one.
 
     Parameters
     ----------
-    distances : array (n, n), 0 on the diagonal.
-    n_groups : K, 1 to n.
-    weights : array (n,), how much a thing's distance counts (default 1).
-    prices : array (n,), what a thing costs as a medoid (default 0).
-    initial : array (K,), medoids to begin with (default: the first K).
+    distances : array (n, n)
+        Distances, 0 on the diagonal.
+    n_groups : int
+        K, 1 to n.
+    weights : array (n,), optional
+        How much the distance of a thing counts; 1 unless given.
+    prices : array (n,), optional
+        What a thing costs as a medoid; 0 unless given.
+    initial : array (K,), optional
+        First medoids; the first K things unless given.
 
     Returns
     -------
-    medoids : array (K,), numbers of things; labels : array (n,), group of every thing.
+    medoids : array (K,)
+        Numbers of things.
+    labels : array (n,)
+        Group of every thing.
 
     Raises
     ------
     GrammarError
-        when K is not between 1 and n.
+        K is not between 1 and n.
 
     >>> points = np.array([0.0, 0.1, 5.0, 5.2, 5.1])
     >>> group_by_medoids(np.abs(points[:, None] - points), 2)
@@ -76,7 +95,7 @@ def group_by_medoids(
 
 @njit(cache=True)
 def nearest_medoids(costs: FloatArray, medoids: IntArray) -> IntArray:
-    """The group of every thing from costs (medoid, thing); a medoid is in its own."""
+    """Return the group of every thing from costs (medoid, thing); a medoid is in its own."""
     labels = np.zeros(costs.shape[1], np.int64)
     for i in range(costs.shape[1]):
         for k in range(1, len(medoids)):
@@ -88,8 +107,9 @@ def nearest_medoids(costs: FloatArray, medoids: IntArray) -> IntArray:
 
 
 @njit(cache=True)
-def _two_nearest(costs, medoids, near, first, second):  # type: ignore[no-untyped-def]
-    """Group, least and second least cost of every thing."""
+def _two_nearest(costs: FloatArray, medoids: IntArray, nearest: _Nearest) -> None:
+    """Fill the group, the least and the second least cost of every thing."""
+    near, first, second = nearest
     for i in range(costs.shape[1]):
         near[i], first[i], second[i] = -1, np.inf, np.inf
         for k in range(len(medoids)):
@@ -101,37 +121,46 @@ def _two_nearest(costs, medoids, near, first, second):  # type: ignore[no-untype
 
 
 @njit(cache=True)
-def _swap(costs, prices, medoids):  # type: ignore[no-untyped-def]
+def _swap(costs: FloatArray, prices: FloatArray, medoids: IntArray) -> IntArray:
+    """Swap medoids, in place, until no swap lowers E."""
     n, n_groups = costs.shape[1], len(medoids)
-    near = np.empty(n, np.int64)
-    first, second = np.empty(n), np.empty(n)
+    nearest = _Nearest(np.empty(n, np.int64), np.empty(n), np.empty(n))
     is_medoid = np.zeros(n, np.bool_)
     is_medoid[medoids] = True
-    _two_nearest(costs, medoids, near, first, second)
-    least = _LEAST_GAIN * (first.sum() + prices[medoids].sum() + 1e-300)
+    _two_nearest(costs, medoids, nearest)
+    least = _LEAST_GAIN * (nearest.first.sum() + prices[medoids].sum() + 1e-300)
     change = np.empty(n_groups)
     unchanged, candidate = 0, 0
     while unchanged < n:
         if not is_medoid[candidate]:
-            shared = prices[candidate]
-            for k in range(n_groups):
-                change[k] = -prices[medoids[k]]
-            for i in range(n):
-                cost = costs[candidate, i]
-                if cost < first[i]:
-                    shared += cost - first[i]
-                    # the old medoid's loss is no loss here: the thing leaves it anyway
-                elif n_groups == 1 or cost < second[i]:
-                    change[near[i]] += cost - first[i]
-                else:
-                    change[near[i]] += second[i] - first[i]
-            k = int(np.argmin(change))
-            if shared + change[k] < -least:
+            change[:] = -prices[medoids]
+            k, difference = _try_swap(costs[candidate], nearest, change)
+            if prices[candidate] + difference < -least:
                 is_medoid[medoids[k]] = False
                 is_medoid[candidate] = True
                 medoids[k] = candidate
-                _two_nearest(costs, medoids, near, first, second)
+                _two_nearest(costs, medoids, nearest)
                 unchanged = -1
         unchanged += 1
         candidate = (candidate + 1) % n
     return medoids
+
+
+@njit(cache=True)
+def _try_swap(costs: FloatArray, nearest: _Nearest, change: FloatArray) -> tuple[int, float]:
+    """Return the medoid whose replacement by a thing changes E the most, and the change.
+
+    ``shared`` is the change that does not depend on which medoid is replaced.
+    """
+    near, first, second = nearest
+    shared = 0.0
+    for i in range(len(costs)):
+        if costs[i] < first[i]:
+            shared += costs[i] - first[i]
+            # the old medoid's loss is no loss here: the thing leaves it anyway
+        elif len(change) == 1 or costs[i] < second[i]:
+            change[near[i]] += costs[i] - first[i]
+        else:
+            change[near[i]] += second[i] - first[i]
+    k = int(np.argmin(change))
+    return k, shared + change[k]

@@ -1,4 +1,4 @@
-"""How good a grouping of segments is: repetition R, clarity E', and F of both.
+"""How good a grouping of segments is: repetition R, error E', and the objective F of both.
 
 Notation: segments s_i of L(s_i) frames tile T frames; group k has the medoid s_k^c.
 
@@ -6,9 +6,9 @@ Notation: segments s_i of L(s_i) frames tile T frames; group k has the medoid s_
     E' = (1 / d_max) sum_k sum_{i in k} L(s_i) / T D(s_i, s_k^c)    in [0, 1]
     F  = 1 / (w R + (1 - w) E')
 
-Low R: few frames stand for all, terminals are repeated. Low E': what shares a terminal is alike.
-Both fall when segments become shorter, so F alone would cut to the least length that is allowed;
-``shortest`` and the number of segments N hold against that.
+R is low if few frames stand for all, that is, if terminals repeat. E' is low if segments that share
+a terminal are alike. Both fall when segments become shorter, so F alone would cut to the least
+length that is allowed; ``shortest`` and the number of segments N work against that.
 
 Source: Park, Lee and Lee (2011), equations 3 to 5.
 """
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from motiondb.records import FloatArray, IntArray
 
 REPETITION_WEIGHT = 0.1
-"""w, the share of R in the objective."""
+"""w, the share of R in the objective. Chosen on one take of each sample grammar."""
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,20 @@ def score(
     largest: float,
     weight: float = REPETITION_WEIGHT,
 ) -> Score:
-    """R, E' and F.
+    """Compute R, E' and F.
 
     Parameters
     ----------
-    lengths : array (segments,), frames of every segment.
-    medoids : array (K,), segment numbers.
-    to_medoid : array (segments,), D of every segment to its group's medoid.
-    largest : d_max; where it is 0 all poses are the same and E' is 0.
+    lengths : array (segments,)
+        Frames of every segment.
+    medoids : array (K,)
+        Segment numbers.
+    to_medoid : array (segments,)
+        D of every segment to its group's medoid.
+    largest : float
+        d_max. Where it is 0 all poses are the same, and E' is 0.
+    weight : float
+        w.
 
     >>> import numpy as np
     >>> ends = np.array([2, 2, 4])
@@ -60,6 +66,6 @@ def score(
 
 
 def objective(repetition: float, error: float, weight: float = REPETITION_WEIGHT) -> float:
-    """F = 1 / (w R + (1 - w) E'); infinite where both count nothing."""
+    """Return F = 1 / (w R + (1 - w) E'), infinite if both are 0."""
     total = weight * repetition + (1.0 - weight) * error
     return 1.0 / total if total > 0.0 else float("inf")

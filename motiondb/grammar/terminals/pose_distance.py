@@ -1,19 +1,19 @@
 """The distance d(x_t, x_t') between two poses, as a Euclidean distance of two vectors.
 
-A pose is seen from its own heading: origin on the ground under the pelvis, x to the left, z ahead,
-on the standard body. So neither place nor facing nor the performer's size matters. As in Lee et
-al. (2002), d weighs how the joints stand and how they move, and leaves out joints that others
-decide (collars, hips) or that tremble (toes):
+A pose is described in the frame of its heading: origin on the ground under the pelvis, x to the
+left, z ahead, on the canonical body. So place, facing and the performer's size do not matter. As in
+Lee et al. (2002), d compares where the joints are and how they move, and leaves out joints that
+others determine (collars, hips) or that are noisy (toes):
 
     d(x, x')^2 = mean_j |p_j - p'_j|^2 + VELOCITY_WEIGHT^2 mean_j |v_j - v'_j|^2
                  + PELVIS_WEIGHT^2 (|u - u'|^2 + (r - r')^2)
 
-with p_j the place of joint j (metres), v_j its velocity relative to the pelvis, u the pelvis's own
-velocity and r its turning, all three per third of a second (metres, radians). Lee et al. compare
-joint angles; places are what angles come to, they weigh a bend of the hip by how far it carries the
-hand, and they have no wrap-around. The vectors are turned to their principal axes and what lies
-below ``KEPT`` of the variance is left out, which makes d cheap and changes it by less than the
-capture's own noise.
+with p_j the position of joint j (metres), v_j its velocity relative to the pelvis, u the velocity
+of the pelvis and r its turning, all three per third of a second (metres, radians). Lee et al.
+compare joint angles. Positions are what angles result in: they weigh a bend of the hip by how far
+it carries the hand, and they do not wrap around. The vectors are rotated to their principal axes,
+and axes beyond the share ``KEPT`` of the variance are left out, which makes d cheap and changes it
+by less than the noise of capture.
 
 Source: J. Lee et al., "Interactive control of avatars animated with human motion data" (2002),
 section 3.1; the largest distance d_max is used in Park, Lee and Lee (2011), equation 4.
@@ -37,12 +37,14 @@ COMPARED = (
 )  # fmt: skip
 """The joints that d looks at, equally weighted."""
 VELOCITY_WEIGHT = 0.6
-"""Of velocities in metres per third of a second, beside places in metres."""
+"""Weight of velocities (metres per third of a second) beside positions (metres). The value that
+features of word search have (``pose.features``)."""
 PELVIS_WEIGHT = 0.5
-"""Of the pelvis's velocity and turning, beside the mean over joints."""
+"""Weight of the pelvis's velocity and turning beside the mean over joints. Chosen by hand."""
 VELOCITY_SECONDS = 1.0 / 3.0
+"""Unit of time of velocities: about the length of a short movement. Chosen by hand."""
 KEPT = 0.995
-"""Share of the variance that the principal axes hold."""
+"""Share of the variance that the principal axes hold. Chosen by hand."""
 
 _NUMBERS = np.array([body.INDEX[name] for name in COMPARED])
 
@@ -53,10 +55,14 @@ class Poses:
 
     Attributes
     ----------
-    values : array (frames of all takes, dimensions), float32; d is the Euclidean distance of rows.
-    bounds : array (takes + 1,), where every take begins, and the number of frames.
-    largest : d_max, the largest distance of any two poses.
-    speeds : array (frames,), how fast the pose changes: mean over joints, metres a second.
+    values : array (frames of all takes, dimensions), float32
+        d is the Euclidean distance of rows.
+    bounds : array (takes + 1,)
+        Where every take begins, and the number of frames.
+    largest : float
+        d_max, the largest distance of any two poses.
+    speeds : array (frames,)
+        How fast the pose changes: mean over joints, metres a second.
     """
 
     values: Float32Array
@@ -66,17 +72,17 @@ class Poses:
 
     @property
     def n_frames(self) -> int:
-        """T, the frames of all takes."""
+        """Number of frames of all takes, T."""
         return len(self.values)
 
 
 def make_poses(takes: Sequence[Motion]) -> Poses:
-    """The poses of takes as vectors.
+    """Describe the poses of takes as vectors.
 
     Raises
     ------
     GrammarError
-        where there is no take, a take without frames, or one with values that are no numbers.
+        There is no take, a take has no frames, or one holds values that are no numbers.
     """
     if not takes:
         raise GrammarError("terminals: expected at least one take, found none. Name a capture.")
@@ -89,9 +95,12 @@ def make_poses(takes: Sequence[Motion]) -> Poses:
 
 
 def pose_vectors(motion: Motion) -> FloatArray:
-    """Vectors (frames, 70) of one motion, before principal axes; see the module.
+    """Describe the poses of one motion, before principal axes; see the module.
 
-    Rows: 11 places, 11 velocities, the pelvis's velocity and turning, each in its weight.
+    Returns
+    -------
+    array (frames, 70)
+        11 positions, 11 velocities, velocity and turning of the pelvis, each times its weight.
     """
     positions, rotations = retarget.motion_positions(motion)
     heading = features.headings(rotations)
@@ -125,7 +134,7 @@ def _describe(motion: Motion, number: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _on_principal_axes(raw: FloatArray) -> Float32Array:
-    """Centred, turned to the principal axes, the least ones left out."""
+    """Centre, rotate to the principal axes, and leave out the least axes."""
     centred = raw - raw.mean(axis=0)
     eigenvalues, axes = np.linalg.eigh(centred.T @ centred)
     order = np.argsort(-eigenvalues)
@@ -137,10 +146,11 @@ def _on_principal_axes(raw: FloatArray) -> Float32Array:
 
 
 def largest_distance(values: FloatArray | Float32Array, block: int = 512) -> float:
-    """The largest Euclidean distance of two rows, exactly, without the table of all distances.
+    """Return the largest Euclidean distance of two rows, exactly, without a table of all distances.
 
     Rows are taken from far out inwards: two rows are never farther apart than the sum of their
-    distances from the middle, so the search ends where that sum falls below what was found.
+    distances from the middle, so the search ends where that sum is below the largest distance so
+    far.
 
     >>> largest_distance(np.array([[0.0, 0.0], [1.0, 0.0], [4.0, 3.0]]))
     5.0
@@ -150,14 +160,14 @@ def largest_distance(values: FloatArray | Float32Array, block: int = 512) -> flo
     radii = np.linalg.norm(rows, axis=1)
     order = np.argsort(-radii, kind="stable")
     rows, radii = rows[order], radii[order]
-    found = 0.0
+    largest = 0.0
     for start in range(0, len(rows), block):
-        if 2.0 * radii[start] <= found:
+        if 2.0 * radii[start] <= largest:
             break
-        own = rows[start : start + block]
-        reach = int(np.searchsorted(-radii, radii[start] - found, side="right"))
+        some = rows[start : start + block]
+        reach = int(np.searchsorted(-radii, radii[start] - largest, side="right"))
         others = rows[start : max(reach, start + 1)]
-        squares = (own**2).sum(axis=1)[:, None] + (others**2).sum(axis=1) - 2.0 * own @ others.T
+        squares = (some**2).sum(axis=1)[:, None] + (others**2).sum(axis=1) - 2.0 * some @ others.T
         a, b = np.unravel_index(int(np.argmax(squares)), squares.shape)
-        found = max(found, float(np.linalg.norm(own[a] - others[b])))
-    return found
+        largest = max(largest, float(np.linalg.norm(some[a] - others[b])))
+    return largest

@@ -1,15 +1,15 @@
-"""How far two segments are from one another: poses matched by uniform time warping.
+"""Distance between two segments: poses matched by uniform time warping.
 
 Frame m of the longer segment (l frames) is matched with frame floor(m l' / l) of the shorter (l'
 frames), m = 0 .. l - 1, and
 
-    D(s, s') = (1 / l) sum_m d(x_{s + m}, x_{s' + floor(m l' / l)}),
+    D(s, s') = (1 / l) sum_m d(x_{s + m}, x_{s' + floor(m l' / l)}).
 
-so that D is symmetric, 0 for a segment and itself, and 0 for a segment and itself at a whole
-fraction of its pace. The distances d are computed where they are needed; no table of all pairs of
+D is symmetric. It is 0 between a segment and itself, and between a segment and itself slowed down
+by a whole number. The distances d are computed where they are needed; no table of all pairs of
 frames is made.
 
-Source: Park, Lee and Lee (2011), equation 1. Print counts m from 1, which would skip the first
+Source: Park, Lee and Lee (2011), equation 1. In print m counts from 1, which would skip the first
 frame and step over the last.
 """
 
@@ -22,9 +22,13 @@ from numba import njit
 
 from motiondb.records import Float32Array, FloatArray, IntArray
 
+_PARTS = 4
+"""Parts into which a table is divided for two threads, so that both have work to the end."""
+
 
 @njit(cache=True, fastmath=True, inline="always")
-def _pose_distance(values, t, u):  # type: ignore[no-untyped-def]
+def _pose_distance(values: Float32Array, t: int, u: int) -> np.float32:
+    """Return d of two frames."""
     square = np.float32(0.0)
     for d in range(values.shape[1]):
         gap = values[t, d] - values[u, d]
@@ -32,51 +36,59 @@ def _pose_distance(values, t, u):  # type: ignore[no-untyped-def]
     return np.sqrt(square)
 
 
-_PARTS = 4
-
-
 @njit(cache=True, fastmath=True, nogil=True)
 def segment_distance(values: Float32Array, a: int, b: int, a2: int, b2: int) -> float:
-    """D of the segments [a, b) and [a2, b2), in the unit of d.
+    """Return D of the segments [a, b) and [a2, b2), in the unit of d.
 
-    values : array (frames, dimensions), float32, of
-        :class:`motiondb.grammar.terminals.pose_distance.Poses`.
+    Parameters
+    ----------
+    values : array (frames, dimensions), float32
+        Poses, :attr:`motiondb.grammar.terminals.pose_distance.Poses.values`.
+    a, b, a2, b2 : int
+        Frames.
     """
     if b - a < b2 - a2:
         a, b, a2, b2 = a2, b2, a, b
     length, shorter = b - a, b2 - a2
     total = 0.0
     for m in range(length):
-        total += _pose_distance(values, a + m, a2 + m * shorter // length)
+        total += float(_pose_distance(values, a + m, a2 + m * shorter // length))
     return total / length
 
 
 def segment_distances(values: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
-    """D between all segments: array (segments, segments), symmetric, 0 on the diagonal."""
-    found = np.zeros((len(starts), len(starts)))
+    """Return D between all segments: array (segments, segments), symmetric, 0 on the diagonal."""
+    table = np.zeros((len(starts), len(starts)))
 
     def fill(part: int) -> None:
-        _fill_rows(values, starts, ends, part, _PARTS, found)
+        _fill_rows(values, starts, ends, part, _PARTS, table)
 
     with ThreadPoolExecutor(2) as pool:
         list(pool.map(fill, range(_PARTS)))
-    return found + found.T
+    return table + table.T
 
 
 @njit(cache=True, nogil=True)
-def _fill_rows(values, starts, ends, part, n_parts, found):  # type: ignore[no-untyped-def]
-    """Below the diagonal, every n_parts-th row."""
+def _fill_rows(
+    values: Float32Array,
+    starts: IntArray,
+    ends: IntArray,
+    part: int,
+    n_parts: int,
+    table: FloatArray,
+) -> None:
+    """Fill every n_parts-th row below the diagonal."""
     for i in range(part, len(starts), n_parts):
         for j in range(i):
-            found[i, j] = segment_distance(values, starts[i], ends[i], starts[j], ends[j])
+            table[i, j] = segment_distance(values, starts[i], ends[i], starts[j], ends[j])
 
 
 @njit(cache=True)
 def distances_to(
     values: Float32Array, a: int, b: int, starts: IntArray, ends: IntArray
 ) -> FloatArray:
-    """D of the segment [a, b) to every given segment: array (segments,)."""
-    found = np.empty(len(starts))
+    """Return D of the segment [a, b) to every given segment: array (segments,)."""
+    distances = np.empty(len(starts))
     for i in range(len(starts)):
-        found[i] = segment_distance(values, a, b, starts[i], ends[i])
-    return found
+        distances[i] = segment_distance(values, a, b, starts[i], ends[i])
+    return distances

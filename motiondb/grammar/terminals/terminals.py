@@ -1,15 +1,15 @@
-"""The terminals of takes: segments, K groups of segments that are alike, and a name for each.
+"""Find the terminals of takes: segments, K groups of segments that are alike, and their names.
 
-Poses are described so that d(x_t, x_t') is cheap (``poses``). A coarse search at 15 frames a
-second over candidate cuts finds segments and medoids together (``exchange``, or the genetic
-algorithm of the paper, ``genetic``). Then cuts slide to single frames (``tuning``), all segments
-are grouped once more from the medoids found, and what is better counts. The takes become strings
-over the terminals; no segment crosses the end of a take.
+Poses are described so that d(x_t, x_t') is cheap (:mod:`.pose_distance`). A coarse search at 15
+frames a second over candidate cuts finds segments and medoids together (:mod:`.exchange`, or the
+genetic algorithm of the paper, :mod:`.genetic`). Then cuts slide to single frames
+(:mod:`.tuning`), and all segments are grouped once more from the medoids; the better grouping is
+kept. The takes become strings over the terminals; no segment crosses the end of a take.
 
-What is made large is the paper's F, less a price for every cut: F alone grows when segments get
+What is maximised is the F of the paper less a price for every cut: F alone grows when segments get
 shorter, down to the shortest that is allowed. The price and the weight of R were chosen on one take
 of each of the three grammars of the sample data, so that boundaries and groups agree best with the
-truth; the others are what the tests and benchmarks report.
+truth; ``docs/grammar.md`` reports the other takes.
 
 Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 4.
@@ -31,14 +31,15 @@ from motiondb.grammar.terminals.medoids import group_by_medoids
 from motiondb.grammar.terminals.objective import REPETITION_WEIGHT, score
 from motiondb.grammar.terminals.pose_distance import Poses, make_poses
 from motiondb.grammar.terminals.segment_distance import distances_to, segment_distances
-from motiondb.records import IntArray, Motion, SegmentTable
+from motiondb.records import BoolArray, IntArray, Motion, SegmentTable
 
 TUNED = 4
-"""How many of the starts' best are tuned; the best of them after that counts."""
+"""How many of the best starts are tuned; the best of them is kept. Chosen by hand."""
 COARSE_STEP = 2
-"""Frames per frame of the coarse search."""
+"""Frames per frame of the coarse search: 15 frames a second."""
 FEWEST_TRIALS, MOST_TRIALS, TRIED_CELLS = 6_000, 16_000, 32_000_000
-"""Medoids that are tried, and the sum over them of cells looked at."""
+"""Bounds of the number of medoids that are tried, and cells computed for them in all. Chosen so
+that a long take needs seconds; see ``docs/grammar.md``, Speed."""
 
 Progress = Callable[[int, int, str], None]
 """Called with what is done, of how much, and with what is being done."""
@@ -46,17 +47,22 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Terminals:
-    """Segments of takes and the terminals that they show.
+    """Segments of takes and their terminals.
 
     Attributes
     ----------
-    names : K names, numbered as ``labels`` number them.
-    takes : array (segments,), number of the take, in the order given.
-    starts, ends : arrays (segments,), frames of the canonical motion, half-open; the segments of a
-        take tile it.
-    labels : array (segments,), number of the terminal; every terminal is used.
-    medoids : array (K,), the segment in the middle of every terminal.
-    objective : F.
+    names : tuple of str
+        K names, numbered as ``labels`` number them.
+    takes : array (segments,)
+        Number of the take, in the order given.
+    starts, ends : arrays (segments,)
+        Frames of the canonical motion, half-open; the segments of a take tile it.
+    labels : array (segments,)
+        Number of the terminal; every terminal is used.
+    medoids : array (K,)
+        The segment in the middle of every terminal.
+    objective : float
+        F.
     """
 
     names: tuple[str, ...]
@@ -70,13 +76,34 @@ class Terminals:
 
 @dataclass(frozen=True)
 class TerminalSettings:
-    """How terminals are looked for.
+    """How terminals are searched.
 
-    shortest, longest : frames of a segment. grid : frames between candidate cuts at most. weight :
-    w, the share of R. segment_price : of a segment more, in mean distances of a pose from the mean
-    pose times frames; rest : the same for a cut at the takes' mean speed. most_segments : N.
-    method : "exchange" or "genetic". n_starts, n_trials : of the exchange search; None: as many as
-    the length of the takes allows, see :func:`trials_for`.
+    Prices were chosen on one take of each sample grammar, the other values by hand.
+
+    Attributes
+    ----------
+    shortest, longest : int
+        Frames of a segment.
+    grid : int
+        Frames between candidate cuts at most.
+    weight : float
+        w, the share of R.
+    segment_price : float
+        Price of a segment, in mean distances of a pose from the mean pose times frames.
+    rest : float
+        Price of a cut at the mean speed of the takes, in the same unit.
+    most_segments : int, optional
+        N; no bound unless given.
+    method : str
+        "exchange" or "genetic".
+    n_starts : int
+        Starts of the exchange search.
+    n_trials : int, optional
+        Trials of the exchange search; :func:`trials_for` unless given.
+    genetic : GeneticSettings
+        Settings of the genetic algorithm.
+    tuning : TuningSettings
+        Settings of the tuning of cuts.
     """
 
     shortest: int = 8
@@ -101,19 +128,25 @@ def find_terminals(
     settings: TerminalSettings | None = None,
     progress: Progress | None = None,
 ) -> Terminals:
-    """Segments and terminals of takes.
+    """Find segments and terminals of takes.
 
     Parameters
     ----------
-    takes : motions on the canonical body, 30 frames a second.
-    n_terminals : K.
-    rng : the same seed gives the same terminals, whatever the number of threads.
-    progress : called with (done, 100, what is being done).
+    takes : sequence of Motion
+        On the canonical body, 30 frames a second.
+    n_terminals : int
+        K.
+    rng : numpy.random.Generator
+        The same seed gives the same terminals for any number of threads.
+    settings : TerminalSettings, optional
+        The defaults unless given.
+    progress : callable, optional
+        Called with (done, 100, what is being done).
 
     Raises
     ------
     GrammarError
-        where takes or settings cannot be used, or the takes are too short for K.
+        Takes or settings cannot be used, or the takes are too short for K.
     """
     settings = settings or TerminalSettings()
     tell = progress or _silent
@@ -143,7 +176,7 @@ def find_terminals(
 
 
 def strings_of(terminals: Terminals) -> tuple[tuple[str, ...], ...]:
-    """One string a take: the names of its segments' terminals in order of time."""
+    """Return one string a take: the names of its segments' terminals in order of time."""
     strings: list[list[str]] = [[] for _ in range(int(terminals.takes.max()) + 1)]
     for take, label in zip(terminals.takes, terminals.labels):
         strings[take].append(terminals.names[label])
@@ -156,21 +189,29 @@ def terminals_from_symbols(
     segments: SegmentTable,
     weight: float = REPETITION_WEIGHT,
 ) -> Terminals:
-    """The segments and symbols of a learned database as terminals.
+    """Take the segments and symbols of a learned database as terminals.
 
     Parameters
     ----------
-    takes : motions of the captures. capture_ids : of every take, their numbers in ``segments``.
+    takes : sequence of Motion
+        Motions of the captures.
+    capture_ids : sequence of int
+        The capture of every take, as ``segments`` number them.
+    segments : SegmentTable
+        Segments of the database.
+    weight : float
+        w, the share of R.
 
     Returns
     -------
-    Terminals of the K symbols that the takes show, named s0, s1, ... as the symbols are numbered;
-    the medoid of a terminal is the segment nearest to all its segments, frame by frame.
+    Terminals
+        The K symbols that the takes show, named s0, s1, ... as the symbols are numbered; the medoid
+        of a terminal is the segment nearest to all its segments, frame by frame.
 
     Raises
     ------
     GrammarError
-        where the segments of a capture do not tile its take.
+        The segments of a capture do not tile its take.
     """
     poses = make_poses(takes)
     rows = [np.flatnonzero(segments.capture_ids == number) for number in capture_ids]
@@ -193,7 +234,7 @@ def terminals_from_symbols(
 
 
 def trials_for(n_cells: int) -> int:
-    """Medoids to try for so many cells: an exchange takes time in proportion to them.
+    """Return how many medoids to try for so many cells; the time of a trial grows with them.
 
     >>> trials_for(1_000), trials_for(4_000), trials_for(20_000)
     (16000, 8000, 6000)
@@ -202,7 +243,7 @@ def trials_for(n_cells: int) -> int:
 
 
 def terminal_names(n: int) -> tuple[str, ...]:
-    """a to z, then aa, ab, ...
+    """Return n names: a to z, then aa, ab, ...
 
     >>> terminal_names(28)[-3:]
     ('z', 'aa', 'ab')
@@ -248,7 +289,7 @@ def _check(n_terminals: int, settings: TerminalSettings) -> None:
 
 
 def cut_costs(poses: Poses, settings: TerminalSettings) -> tuning.Costs:
-    """What segments, distances and cuts cost, all as parts of 1 / F."""
+    """Return what segments, distances and cuts cost, as parts of 1 / F."""
     n_frames = poses.n_frames
     weight = (1.0 - settings.weight) / (n_frames * poses.largest) if poses.largest > 0.0 else 0.0
     mean = float(np.linalg.norm(poses.values - poses.values.mean(axis=0), axis=1).mean())
@@ -312,7 +353,7 @@ def _by_genetic(
 
 
 def _check_room(cells: candidates.Cells, n_terminals: int, settings: TerminalSettings) -> None:
-    """Whether the takes can be cut into K segments, and into no more than N."""
+    """Check that the takes can be cut into at least K and at most N segments."""
     ones, free = np.ones(len(cells.firsts)), np.zeros(len(cells.cuts))
     most = len(candidates.cheapest_path(cells, -ones, free)[1])
     least = len(candidates.cheapest_path(cells, ones, free)[1])
@@ -333,7 +374,7 @@ def _check_room(cells: candidates.Cells, n_terminals: int, settings: TerminalSet
 def _path_within(
     task: exchange.Task, state: exchange.State, fewest: int, most: int | None
 ) -> IntArray:
-    """The state's path, or the cheapest with K to N segments."""
+    """Return the path of the state, or the cheapest with K to N segments."""
     if len(state.path) >= fewest and (most is None or len(state.path) <= most):
         return state.path
     return candidates.bounded_path(task.cells, state.least, task.cut_costs, fewest, most)
@@ -342,7 +383,7 @@ def _path_within(
 def _grouped(
     cuts: IntArray, costs: tuning.Costs, n_groups: int, initial: IntArray | None
 ) -> tuning.Grouping:
-    """Groups of largest F for given cuts."""
+    """Return the groups of the largest F for given cuts."""
     starts, ends = cuts[:-1], cuts[1:]
     lengths = ends - starts
     distances = segment_distances(costs.values, starts, ends)
@@ -356,9 +397,9 @@ def _grouped(
     return tuning.Grouping(cuts, labels, medoids)
 
 
-def _middle(poses: Poses, cuts: IntArray, own: np.ndarray) -> int:
-    """The segment with the least distance to all of a group, weighted by their frames."""
-    members = np.flatnonzero(own)
+def _middle(poses: Poses, cuts: IntArray, in_group: BoolArray) -> int:
+    """Return the segment with the least distance to all of a group, weighted by frames."""
+    members = np.flatnonzero(in_group)
     starts, ends = cuts[members], cuts[members + 1]
     distances = segment_distances(poses.values, starts, ends)
     return int(members[int(np.argmin((ends - starts) @ distances))])
@@ -367,13 +408,13 @@ def _middle(poses: Poses, cuts: IntArray, own: np.ndarray) -> int:
 def _record(
     poses: Poses, grouping: tuning.Grouping, weight: float, names: Sequence[str] | None = None
 ) -> Terminals:
-    """The record, terminals numbered by their first appearance unless they have names."""
+    """Make the record; terminals without names are numbered by first appearance."""
     starts, ends = grouping.cuts[:-1], grouping.cuts[1:]
     to_medoid = np.empty(len(starts))
     for k, m in enumerate(grouping.medoids):
-        own = np.flatnonzero(grouping.labels == k)
-        to_medoid[own] = distances_to(poses.values, starts[m], ends[m], starts[own], ends[own])
-    found = score(ends - starts, grouping.medoids, to_medoid, poses.largest, weight)
+        some = np.flatnonzero(grouping.labels == k)
+        to_medoid[some] = distances_to(poses.values, starts[m], ends[m], starts[some], ends[some])
+    scored = score(ends - starts, grouping.medoids, to_medoid, poses.largest, weight)
     n_groups = len(grouping.medoids)
     first = np.array([int(np.argmax(grouping.labels == k)) for k in range(n_groups)])
     order = np.argsort(first) if names is None else np.arange(n_groups)
@@ -386,5 +427,5 @@ def _record(
         ends=ends - poses.bounds[takes],
         labels=rank[grouping.labels],
         medoids=grouping.medoids[order],
-        objective=found.objective,
+        objective=scored.objective,
     )

@@ -1,25 +1,27 @@
-"""Slide and Resize: the cuts of a segmentation are moved a little, groups and medoids follow.
+"""Slide and Resize: move the cuts of a segmentation a little; groups and medoids follow.
 
 A step picks a segment s_i = [t_i, t_{i+1}) at random and moves
 
     Slide   both its ends by +d or -d:   s_{i-1} and s_{i+1} give and take,
     Resize  its end by +d or -d:         s_{i+1} begins later or earlier; its far end stays
 
-(print lets the far end move too, which would move every segment behind). Only what changed is done
-again: the changed segments leave their groups and join those of the nearest medoids, groups that
-lost or gained members choose their medoid anew (the one with which F is largest), and R and E' are
-sums over groups, so F is known from the changed groups alone. It equals F computed from nothing. A
-group never loses its last segment, no cut leaves its take or makes a segment too short.
+(in print the far end moves too, which would move every later segment). Only what changes is
+computed again. The changed segments leave their groups and join those of the nearest medoids.
+Groups that lost or gained members choose their medoid again, the one of the largest F. R and E' are
+sums over groups, so that F is known from the changed groups alone, and equals F computed from
+nothing. A group never loses its last segment, no cut leaves its take, and no segment becomes
+shorter than allowed.
 
-d begins large and is halved whenever a number of steps brought no gain, and the search ends when
-the smallest d does. A step is taken if it lowers
+d begins large. It is halved whenever a number of steps brought no gain; the search ends when the
+smallest d brings none. A step is accepted if it lowers
 
     cost = w R + (1 - w) E' + sum over cuts of rest(c)   (= 1 / F where cuts cost nothing),
 
-and, at a temperature above 0, one that raises it with probability exp(-rise / temperature); the
-temperature falls with every step. At the end the best that was seen counts.
+and, at a temperature above 0, a step that raises the cost is accepted with probability
+exp(-rise / temperature); the temperature falls with every step. The result is the best grouping
+that was visited.
 
-Source: Park, Lee and Lee (2011), section 4.3, which takes a step only if it is better
+Source: Park, Lee and Lee (2011), section 4.3, which accepts a step only if it is better
 (temperature 0).
 """
 
@@ -27,20 +29,35 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from motiondb.grammar.terminals.segment_distance import segment_distance, segment_distances
-from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.records import BoolArray, Float32Array, FloatArray, IntArray
+
+_RELATIVE_GAIN = 1e-12
+"""Share of the cost by which it must fall to count as better; below is rounding."""
 
 
 @dataclass(frozen=True)
 class TuningSettings:
-    """largest_step, smallest_step : frames, of d. patience : steps without gain, as a multiple of
-    the number of segments, before d is halved. temperature : at the beginning, as a share of the
-    cost per segment (0: only better steps). cooling : factor of the temperature per segment-wise
-    round. most_steps : the search ends here at the latest."""
+    """How cuts are tuned. All values were chosen on one take of each sample grammar.
+
+    Attributes
+    ----------
+    largest_step, smallest_step : int
+        Frames, first and last d.
+    patience : float
+        Steps without gain before d is halved, as a multiple of the number of segments.
+    temperature : float
+        First temperature, as a share of the cost per segment; 0 accepts better steps only.
+    cooling : float
+        Factor of the temperature for as many steps as there are segments.
+    most_steps : int
+        Steps after which the search ends at the latest.
+    """
 
     largest_step: int = 8
     smallest_step: int = 1
@@ -54,8 +71,14 @@ class TuningSettings:
 class Grouping:
     """A segmentation with its groups.
 
-    cuts : array (segments + 1,), frames of all takes in a row. labels : array (segments,). medoids
-    : array (K,), segments.
+    Attributes
+    ----------
+    cuts : array (segments + 1,)
+        Frames of all takes in a row.
+    labels : array (segments,)
+        Group of each segment.
+    medoids : array (K,)
+        Medoid of each group, a segment.
     """
 
     cuts: IntArray
@@ -63,18 +86,90 @@ class Grouping:
     medoids: IntArray
 
 
-@dataclass(frozen=True, eq=False)
-class Costs:
-    """What a step is judged by: poses (frames, dimensions); fixed (frames + 1,), which cuts may not
-    move; rest (frames + 1,), the cost of a cut; price of a medoid's frame, w / T, and weight of a
-    frame's distance, (1 - w) / (T d_max); least length of a segment."""
+class Costs(NamedTuple):
+    """What a grouping costs.
+
+    Attributes
+    ----------
+    values : array (frames, dimensions)
+        The poses.
+    fixed : array (frames + 1,)
+        Which cuts may not move.
+    rest : array (frames + 1,)
+        Cost of a cut.
+    price : float
+        Cost of a medoid's frame, w / T.
+    weight : float
+        Cost of a frame's distance, (1 - w) / (T d_max).
+    shortest : int
+        Frames of a segment at least.
+    """
 
     values: Float32Array
-    fixed: np.ndarray
+    fixed: BoolArray
     rest: FloatArray
     price: float
     weight: float
     shortest: int
+
+
+class _State(NamedTuple):
+    """The grouping during the search, with what is kept to know its cost quickly.
+
+    Attributes
+    ----------
+    cuts, labels, medoids : arrays
+        As in :class:`Grouping`.
+    distances : array (segments, segments)
+        D, valid within groups.
+    sums : array (segments,)
+        Distances of the frames of its group to each segment, summed.
+    errors : array (K,)
+        Cost of the distances of each group.
+    """
+
+    cuts: IntArray
+    labels: IntArray
+    medoids: IntArray
+    distances: Float32Array
+    sums: FloatArray
+    errors: FloatArray
+
+
+class _Best(NamedTuple):
+    """The best grouping so far, as in :class:`Grouping`."""
+
+    cuts: IntArray
+    labels: IntArray
+    medoids: IntArray
+
+
+class _Pace(NamedTuple):
+    """Size of the steps (frames), temperature, and the cost now and of the best."""
+
+    step: int
+    temperature: float
+    total: float
+    best_total: float
+
+
+class _Move(NamedTuple):
+    """Cuts from ``first`` on that get new frames; the segments [low, high) change."""
+
+    first: int
+    new: IntArray
+    low: int
+    high: int
+
+
+class _Known(NamedTuple):
+    """Distances for a move: those that are known, and new ones (changed segments, segments)."""
+
+    values: Float32Array
+    distances: Float32Array
+    rows: Float32Array
+    ends: IntArray
+    sums: FloatArray
 
 
 def tune(
@@ -84,41 +179,64 @@ def tune(
     settings: TuningSettings | None = None,
     advance: Callable[[float], None] | None = None,
 ) -> tuple[Grouping, int]:
-    """The best grouping that was seen, never worse than the given; and the number of steps."""
+    """Move cuts at random as long as the cost falls.
+
+    Parameters
+    ----------
+    grouping : Grouping
+        Where the search begins.
+    costs : Costs
+        What a grouping costs.
+    rng : numpy.random.Generator
+        Draws the steps.
+    settings : TuningSettings, optional
+        The defaults unless given.
+    advance : callable, optional
+        Called with the share of the steps that are done.
+
+    Returns
+    -------
+    Grouping
+        The best that was visited, never worse than the given one.
+    int
+        Number of steps.
+    """
     settings = settings or TuningSettings()
     starts, ends = grouping.cuts[:-1], grouping.cuts[1:]
-    distances = segment_distances(costs.values, starts, ends).astype(np.float32)
-    sums = np.zeros(len(starts))
-    state = (
-        grouping.cuts.copy(), grouping.labels.copy(), grouping.medoids.copy(), distances, sums
-    )  # fmt: skip
-    _add_up(state, np.arange(len(grouping.medoids)))
-    n = len(starts)
-    errors = np.array([_group_error(state, costs.weight, k) for k in range(len(grouping.medoids))])
-    total = float(errors.sum() + costs.price * (ends - starts)[grouping.medoids].sum())
+    n, n_groups = len(starts), len(grouping.medoids)
+    state = _State(
+        grouping.cuts.copy(),
+        grouping.labels.copy(),
+        grouping.medoids.copy(),
+        segment_distances(costs.values, starts, ends).astype(np.float32),
+        np.zeros(n),
+        np.zeros(n_groups),
+    )
+    _sum_distances(state, np.arange(n_groups))
+    state.errors[:] = [_group_error(state, costs.weight, k) for k in range(n_groups)]
+    total = float(state.errors.sum() + costs.price * (ends - starts)[grouping.medoids].sum())
     total += float(costs.rest[grouping.cuts].sum())
-    best, best_total = Grouping(*(part.copy() for part in state[:3])), total
-    step, steps, chance = settings.largest_step, 0, settings.temperature * total / n
+    best, best_total = _Best(*(part.copy() for part in state[:3])), total
+    step, steps, temperature = settings.largest_step, 0, settings.temperature * total / n
     batch = max(1, round(settings.patience * n))
     while steps < settings.most_steps:
         draws = rng.random((min(batch, settings.most_steps - steps), 4))
         before = best_total
-        total, best_total = _steps(
-            state, errors, _arrays(costs), draws, (step, chance, total, best_total), _parts(best)
-        )
+        pace = _Pace(step, temperature, total, best_total)
+        total, best_total = _take_steps(state, costs, draws, pace, best)
         steps += len(draws)
-        chance *= settings.cooling**settings.patience
+        temperature *= settings.cooling**settings.patience
         if advance:
             advance(steps / settings.most_steps)
         if best_total >= before * (1.0 - 1e-9):
             if step <= settings.smallest_step:
                 break
             step //= 2
-    return best, steps
+    return Grouping(*best), steps
 
 
 def total_cost(grouping: Grouping, costs: Costs) -> float:
-    """The cost of a grouping, from nothing."""
+    """Compute the cost of a grouping from nothing."""
     starts, ends = grouping.cuts[:-1], grouping.cuts[1:]
     lengths = ends - starts
     total = costs.price * float(lengths[grouping.medoids].sum())
@@ -129,118 +247,114 @@ def total_cost(grouping: Grouping, costs: Costs) -> float:
     return total + float(costs.rest[grouping.cuts].sum())
 
 
-def _arrays(costs: Costs):  # type: ignore[no-untyped-def]
-    return (
-        costs.values, costs.fixed, costs.rest, costs.price, costs.weight, costs.shortest,
-    )  # fmt: skip
-
-
-def _parts(grouping: Grouping):  # type: ignore[no-untyped-def]
-    return grouping.cuts, grouping.labels, grouping.medoids
-
-
-def _group_error(state, weight: float, group: int) -> float:  # type: ignore[no-untyped-def]
-    cuts, labels, medoids, distances, _ = state
-    own = np.flatnonzero(labels == group)
-    return float(weight * (np.diff(cuts)[own] @ distances[own, medoids[group]]))
+def _group_error(state: _State, weight: float, group: int) -> float:
+    members = np.flatnonzero(state.labels == group)
+    to_medoid = state.distances[members, state.medoids[group]]
+    return float(weight * (np.diff(state.cuts)[members] @ to_medoid))
 
 
 @njit(cache=True, nogil=True)
-def _steps(state, errors, costs, draws, schedule, best):  # type: ignore[no-untyped-def]
-    """Steps of one size; changes ``state``, ``errors`` and ``best``; cost now and of the best."""
-    step, chance, total, best_total = schedule
-    cuts, labels, medoids, _, _ = state
-    n = len(labels)
+def _take_steps(
+    state: _State, costs: Costs, draws: FloatArray, pace: _Pace, best: _Best
+) -> tuple[float, float]:
+    """Take steps of one size; changes ``state`` and ``best``. Returns both costs."""
+    step, temperature, total, best_total = pace
+    cuts, n = state.cuts, len(state.labels)
     for draw in draws:
         i = min(int(draw[0] * n), n - 1)
-        move = step if draw[1] < 0.5 else -step
+        shift = step if draw[1] < 0.5 else -step
         first = i if draw[2] < 0.5 else i + 1  # Slide moves cuts i and i + 1, Resize i + 1
-        new = cuts[first : i + 2] + move
-        if not _allowed(cuts, first, new, costs[1], costs[5]):
+        new = cuts[first : i + 2] + shift
+        if not _allowed(cuts, first, new, costs):
             continue
-        change = _try(state, errors, costs, first, new)
-        gain, segments, groups, heads, losses, rows = change
-        if gain < 0.0 or (chance > 0.0 and draw[3] < np.exp(-gain / chance)):
-            medoids[:], errors[:] = heads, losses
-            _commit(state, first, new, segments, groups, rows, costs[0])
+        move = _Move(first, new, first - 1, first + len(new))
+        gain, groups, heads, losses, rows = _try_move(state, costs, move)
+        if gain < 0.0 or (temperature > 0.0 and draw[3] < np.exp(-gain / temperature)):
+            state.medoids[:], state.errors[:] = heads, losses
+            _commit(state, move, groups, rows, costs.values)
             total += gain
-            if total < best_total * (1.0 - 1e-12):
+            if total < best_total * (1.0 - _RELATIVE_GAIN):
                 best_total = total
-                best[0][:], best[1][:], best[2][:] = cuts, labels, medoids
+                best.cuts[:], best.labels[:] = cuts, state.labels
+                best.medoids[:] = state.medoids
     return total, best_total
 
 
 @njit(cache=True)
-def _allowed(cuts, first, new, fixed, shortest):  # type: ignore[no-untyped-def]
+def _allowed(cuts: IntArray, first: int, new: IntArray, costs: Costs) -> bool:
+    """Whether cuts from ``first`` on may get new frames."""
     last = first + len(new) - 1
     if first < 1 or last > len(cuts) - 2:
         return False
     for c in range(first, last + 1):
-        if fixed[cuts[c]]:
+        if costs.fixed[cuts[c]]:
             return False
-    return new[0] - cuts[first - 1] >= shortest and cuts[last + 1] - new[-1] >= shortest
+    room = min(new[0] - cuts[first - 1], cuts[last + 1] - new[-1])
+    return bool(room >= costs.shortest)
 
 
 @njit(cache=True)
-def _try(state, errors, costs, first, new):  # type: ignore[no-untyped-def]
-    """The change of the cost, and all that it would make new."""
-    cuts, labels, medoids, distances, _ = state
-    values, _, rest, price, weight, _ = costs
-    low, high = first - 1, first + len(new)  # the changed segments, [low, high)
-    moved = cuts[low : high + 1].copy()
-    moved[1:-1] = new
+def _try_move(
+    state: _State, costs: Costs, move: _Move
+) -> tuple[float, IntArray, IntArray, FloatArray, Float32Array]:
+    """Return the change of the cost, and the groups, medoids, errors and distances it makes."""
+    cuts, labels, medoids = state.cuts, state.labels, state.medoids
+    low, high = move.low, move.high
+    ends = cuts.copy()
+    ends[move.first : move.first + len(move.new)] = move.new
     heads = medoids.copy()
-    left = _without(state, low, high)
+    left = _sums_without(state, low, high)
     _release(labels, heads, left, low, high)
     groups = np.empty(high - low, np.int64)
     for s in range(low, high):
-        groups[s - low] = _nearest(values, cuts, moved, heads, labels, low, s, medoids)
+        groups[s - low] = _nearest(state, costs.values, ends, heads, s)
     touched = np.unique(np.concatenate((labels[low:high], groups)))
     rows = np.full((high - low, len(labels)), np.nan, np.float32)
+    known = _Known(costs.values, state.distances, rows, ends, left)
     gain = 0.0
-    for c in range(len(new)):
-        gain += rest[new[c]] - rest[cuts[first + c]]
-    losses = errors.copy()
+    for c in range(len(move.new)):
+        gain += costs.rest[move.new[c]] - costs.rest[cuts[move.first + c]]
+    losses = state.errors.copy()
     after = labels.copy()
     after[low:high] = groups
-    ends = cuts.copy()
-    ends[low : high + 1] = moved
     for k in touched:
         members = np.flatnonzero(after == k)
-        known = (values, distances, rows, ends, left)
-        heads[k], losses[k], size = _choose(known, members, low, high, heads[k], price, weight)
-        gain += losses[k] + size - errors[k] - price * (cuts[medoids[k] + 1] - cuts[medoids[k]])
-    return gain, (low, high), groups, heads, losses, rows
+        heads[k], losses[k], size = _choose_medoid(known, members, move, heads[k], costs)
+        old = costs.price * (cuts[medoids[k] + 1] - cuts[medoids[k]])
+        gain += losses[k] + size - state.errors[k] - old
+    return gain, groups, heads, losses, rows
 
 
 @njit(cache=True)
-def _add_up(state, groups):  # type: ignore[no-untyped-def]
-    """sums[c], the group's frames' distances to c, for all segments of some groups."""
-    cuts, labels, _, distances, sums = state
+def _sum_distances(state: _State, groups: IntArray) -> None:
+    """Fill ``state.sums`` for all segments of some groups."""
+    cuts = state.cuts
     for k in groups:
-        members = np.flatnonzero(labels == k)
+        members = np.flatnonzero(state.labels == k)
         for c in members:
-            sums[c] = 0.0
+            state.sums[c] = 0.0
             for i in members:
-                sums[c] += (cuts[i + 1] - cuts[i]) * distances[i, c]
+                state.sums[c] += (cuts[i + 1] - cuts[i]) * state.distances[i, c]
 
 
 @njit(cache=True)
-def _without(state, low, high):  # type: ignore[no-untyped-def]
-    """``sums`` when the segments [low, high) have left their groups."""
-    cuts, labels, _, distances, sums = state
-    left = sums.copy()
+def _sums_without(state: _State, low: int, high: int) -> FloatArray:
+    """Return ``state.sums`` after the segments [low, high) have left their groups."""
+    cuts, labels = state.cuts, state.labels
+    left = state.sums.copy()
     for s in range(low, high):
         for c in range(len(labels)):
             if labels[c] == labels[s]:
-                left[c] -= (cuts[s + 1] - cuts[s]) * distances[s, c]
+                left[c] -= (cuts[s + 1] - cuts[s]) * state.distances[s, c]
     return left
 
 
 @njit(cache=True)
-def _release(labels, heads, left, low, high):  # type: ignore[no-untyped-def]
-    """Groups whose medoid is among the changed segments choose another of the unchanged; -1 where
-    there is none."""
+def _release(labels: IntArray, heads: IntArray, left: FloatArray, low: int, high: int) -> None:
+    """Choose another medoid, among unchanged segments, for groups whose medoid changes.
+
+    -1 where the group has no unchanged segment.
+    """
     for s in range(low, high):
         k = labels[s]
         if not low <= heads[k] < high:
@@ -253,77 +367,82 @@ def _release(labels, heads, left, low, high):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _nearest(values, cuts, moved, heads, labels, low, s, medoids):  # type: ignore[no-untyped-def]
-    """The group of a changed segment: a group of which nothing else is left keeps its medoid."""
-    own = labels[s]
-    if heads[own] < 0 and medoids[own] == s:
-        return own
-    least, found = np.inf, own
+def _nearest(state: _State, values: Float32Array, ends: IntArray, heads: IntArray, s: int) -> int:
+    """Return the group of a changed segment; a group with nothing else left keeps its medoid."""
+    nearest = state.labels[s]
+    if heads[nearest] < 0 and state.medoids[nearest] == s:
+        return int(nearest)
+    least = np.inf
     for k in range(len(heads)):
         if heads[k] >= 0:
-            a, b = cuts[heads[k]], cuts[heads[k] + 1]
-            gap = segment_distance(values, moved[s - low], moved[s - low + 1], a, b)
+            a, b = state.cuts[heads[k]], state.cuts[heads[k] + 1]
+            gap = segment_distance(values, ends[s], ends[s + 1], a, b)
             if gap < least:
-                least, found = gap, k
-    return found
+                least, nearest = gap, k
+    return int(nearest)
 
 
 @njit(cache=True)
-def _gap(known, i, c, low, high):  # type: ignore[no-untyped-def]
-    """Distance of two segments as they would be; what is new is computed once and kept in rows."""
-    values, distances, rows, ends, _ = known
+def _gap(known: _Known, i: int, c: int, move: _Move) -> np.float32:
+    """Return D of two segments after a move; new ones are computed once and kept in ``rows``."""
+    low, high, ends = move.low, move.high, known.ends
     if low <= c < high:
         i, c = c, i
     if not low <= i < high:
-        return distances[i, c]
+        return known.distances[i, c]
     if i == c:
         return np.float32(0.0)
-    if np.isnan(rows[i - low, c]):
-        gap = segment_distance(values, ends[i], ends[i + 1], ends[c], ends[c + 1])
-        rows[i - low, c] = gap
+    if np.isnan(known.rows[i - low, c]):
+        gap = segment_distance(known.values, ends[i], ends[i + 1], ends[c], ends[c + 1])
+        known.rows[i - low, c] = gap
         if low <= c < high:
-            rows[c - low, i] = gap
-    return rows[i - low, c]
+            known.rows[c - low, i] = gap
+    return known.rows[i - low, c]
 
 
 @njit(cache=True)
-def _choose(known, members, low, high, head, price, weight):  # type: ignore[no-untyped-def]
-    """The best medoid of a group, its members' error, and what the medoid costs.
+def _choose_medoid(
+    known: _Known, members: IntArray, move: _Move, head: int, costs: Costs
+) -> tuple[int, float, float]:
+    """Return the best medoid of a group, its members' error, and what the medoid costs.
 
-    The present one is looked at first; of another the sum, begun with what is known, is given up as
+    The present medoid is tried first. The sum of another, begun with what is known, is given up as
     soon as it is larger, so that few new distances are computed.
     """
-    ends, left = known[3], known[4]
-    least, found, error, size = np.inf, -1, 0.0, 0.0
+    ends = known.ends
+    low, high = move.low, move.high
+    least, best, error, size = np.inf, -1, 0.0, 0.0
     for turn in range(-1, len(members)):
         c = head if turn < 0 else members[turn]
         if c < 0 or (turn >= 0 and c == head):
             continue
-        own = price * (ends[c + 1] - ends[c])
+        price = costs.price * (ends[c + 1] - ends[c])
         is_new = low <= c < high
-        total, limit = 0.0 if is_new else left[c], (least - own) / max(weight, 1e-300)
+        total = 0.0 if is_new else known.sums[c]
+        limit = (least - price) / max(costs.weight, 1e-300)
         for i in members if is_new else np.arange(low, high):
             if total >= limit:
                 break
             if is_new or np.any(members == i):
-                total += (ends[i + 1] - ends[i]) * _gap(known, i, c, low, high)
-        if weight * total + own < least:
-            least, found, error, size = weight * total + own, c, weight * total, own
-    return found, error, size
+                total += (ends[i + 1] - ends[i]) * _gap(known, i, c, move)
+        if costs.weight * total + price < least:
+            least, best, error, size = costs.weight * total + price, c, costs.weight * total, price
+    return best, error, size
 
 
 @njit(cache=True)
-def _commit(state, first, new, segments, groups, rows, values):  # type: ignore[no-untyped-def]
-    """Take the step; distances within the groups of the changed segments are made complete."""
-    cuts, labels, _, distances, sums = state
-    low, high = segments
-    touched = np.unique(np.concatenate((labels[low:high], groups)))
-    cuts[first : first + len(new)] = new
-    labels[low:high] = groups
-    known = (values, distances, rows, cuts, sums)
-    for s in range(low, high):
+def _commit(
+    state: _State, move: _Move, groups: IntArray, rows: Float32Array, values: Float32Array
+) -> None:
+    """Take a step; the distances within the groups of the changed segments are completed."""
+    labels = state.labels
+    touched = np.unique(np.concatenate((labels[move.low : move.high], groups)))
+    state.cuts[move.first : move.first + len(move.new)] = move.new
+    labels[move.low : move.high] = groups
+    known = _Known(values, state.distances, rows, state.cuts, state.sums)
+    for s in range(move.low, move.high):
         for c in range(len(labels)):
             if labels[c] == labels[s]:
-                distances[s, c] = _gap(known, s, c, low, high)
-                distances[c, s] = distances[s, c]
-    _add_up(state, touched)
+                state.distances[s, c] = _gap(known, s, c, move)
+                state.distances[c, s] = state.distances[s, c]
+    _sum_distances(state, touched)

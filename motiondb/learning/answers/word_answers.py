@@ -8,13 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.errors import QueryError
+from motiondb.learning.answers import question_search
 from motiondb.learning.learned import Learned
-from motiondb.learning.recognition import decode, recognise
+from motiondb.learning.recognition import decode, recognise, understand
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, Motion
-from motiondb.search import alignment, by_words, certainty, reasons
-from motiondb.search.by_words import WINDOW_MARGIN
-from motiondb.words import decoding, vocabulary
+from motiondb.search import alignment, by_question, by_words, reasons
+from motiondb.words import decoding
+from motiondb.words.question.known import KnownQuestion
+from motiondb.words.question.manner import manner_of
+from motiondb.words.question.plain import plain_actions
+from motiondb.words.question.readings import Reading
+from motiondb.words.question.tree import NotUsed, actions_of
+
+MOST_DECODED = 50
+"""Words that are decoded to symbols at once: 200 take 2 GB, and sequences are short."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,10 +33,12 @@ class WordAnswer:
     ----------
     matches : tuple of Match
         Best first.
-    unknown : dict
-        Word of the question that is not known -> nearest known words.
+    question : KnownQuestion
+        The question as it was understood.
     actions : tuple of tuple of str
-        Known words of every action; () stands for any action.
+        The question as a plain order of actions; () stands for any action.
+    not_used : tuple of NotUsed
+        What of the question played no part in the search.
     decoding : Decoding or None
         Decoded symbols of a search by symbols; None where no sequence was found.
     reasons : tuple
@@ -43,12 +53,18 @@ class WordAnswer:
     """
 
     matches: tuple[Match, ...]
-    unknown: Mapping[str, tuple[str, ...]]
+    question: KnownQuestion
     actions: tuple[tuple[str, ...], ...]
+    not_used: tuple[NotUsed, ...] = ()
     decoding: decoding.Decoding | None = None
     reasons: tuple[tuple[reasons.WordReason, ...], ...] = ()
     strength: float | None = None
     threshold: float | None = None
+
+    @property
+    def unknown(self) -> Mapping[str, tuple[str, ...]]:
+        """Word of the question that is not known -> nearest known words."""
+        return self.question.unknown
 
     @property
     def matches_anything(self) -> bool | None:
@@ -93,119 +109,56 @@ def search_words(
     Raises
     ------
     QueryError
-        When the text is empty or no word of it is known.
+        When the text is empty, no word of it is known, or it cannot be read.
     NotLearnedError
         When no words were learned.
     """
     allowed = [capture for capture in allowed if capture in learned.rows]
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
-    query = vocabulary.parse_query(text, learned.known_words, learned.synonyms, learned.lemmas)
+    question = understand(learned, text)
     if by_symbols:
-        return _search_decoded(learned, query, allowed, limit)
+        return _search_decoded(learned, question, allowed, limit)
+    found, read, left_out = question_search.find(learned, question, allowed, limit, written)
     number = learned.word_numbers
-    actions = [[number[w] for w in action] for action in query.actions]
     takes = learned.takes if written else learned.seen_takes
-    hits = []
-    for capture in allowed:
-        hit = by_words.search_take(takes[capture], actions)
-        if hit is not None:
-            hits.append((capture, hit))
-    hits.sort(key=lambda pair: (-pair[1].log_odds, pair[0]))
-    explained = [
-        (capture, hit, explain_hit(learned, capture, hit, actions, written))
-        for capture, hit in hits[:limit]
-    ]
-    explained.sort(key=lambda found: (-reasons.total(found[2]), found[0]))
     matches = tuple(
         Match(
             rank,
-            learned.captures[capture].name,
-            *to_seconds(learned, capture, hit.start, hit.end),
-            float(1.0 / (1.0 + np.exp(-reasons.total(why)))),
-            _matched(takes[capture], query.actions, number),
-            _reason(hit, query.actions) + mark_generated(learned, capture, "; "),
-            _word_chance(learned, why),
+            learned.captures[each.capture].name,
+            *to_seconds(learned, each.capture, each.hit.start, each.hit.end),
+            float(1.0 / (1.0 + np.exp(-reasons.total(each.why)))),
+            _matched(takes[each.capture], question, number),
+            _reason(each.hit, read) + mark_generated(learned, each.capture, "; "),
+            each.probability,
         )
-        for rank, (capture, hit, why) in enumerate(explained, start=1)
+        for rank, each in enumerate(found, start=1)
     )
-    why = tuple(why for _, _, why in explained)
     sure = learned.word_certainty
+    threshold = None if sure is None or np.isnan(sure.threshold) else sure.threshold
     return WordAnswer(
-        matches, query.unknown, query.actions, reasons=why,
-        strength=max((_strength(learned, each) for each in why), default=None),
-        threshold=None if sure is None or np.isnan(sure.threshold) else sure.threshold,
+        matches, question, plain_actions(question.tree)[0], (*question.not_used, *left_out),
+        reasons=tuple(each.why for each in found),
+        strength=max((question_search.strength(learned, each.why, threshold) for each in found),
+                     default=None),
+        threshold=threshold,
     )  # fmt: skip
 
 
-def _word_chance(learned: Learned, why: Sequence[reasons.WordReason]) -> float | None:
-    """Calibrated probability that a match shows all actions, the product of theirs."""
-    sure = learned.word_certainty
-    if sure is None:
-        return None
-    chance = 1.0
-    for log_odds, said in reasons.by_action(why):
-        from_motion = float(sure.log_odds(np.array([log_odds - said])))
-        chance *= float(certainty.probability(from_motion + said))
-    return chance
-
-
-def _strength(learned: Learned, why: Sequence[reasons.WordReason]) -> float:
-    """Nats by which the action that a match shows least clearly is likelier than usual."""
-    usual = certainty.usual(learned.word_map)
-    asked = sorted({w.action for w in why})
-    each = [float(np.mean([usual[w.word] for w in why if w.action == a])) for a in asked]
-    return min(odds - level for (odds, _), level in zip(reasons.by_action(why), each))
-
-
-def explain_hit(
-    learned: Learned,
-    capture: int,
-    hit: by_words.Hit,
-    actions: Sequence[Sequence[int]],
-    written: bool = True,
-) -> tuple[reasons.WordReason, ...]:
-    """What every asked word adds to an answer, segment by segment (see ``search.reasons``).
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    capture : int
-        Number of the capture.
-    hit : Hit
-        The answer.
-    actions : sequence of sequence of int
-        Word numbers of every action.
-    written : bool
-        Whether captions count as evidence beside the motion.
-    """
-    rows = learned.rows[capture]
-    table = learned.segments
-    starts, ends = table.starts[rows], table.ends[rows]
-    said = learned.written.get(capture) if written else None
-    n_asked = sum(bool(words) for words in actions)
-    why = []
-    for number, words in enumerate(actions):
-        peak = int(np.searchsorted(starts, hit.peaks[number], side="right")) - 1
-        window = (int(starts[peak]) - WINDOW_MARGIN, int(ends[peak]) + WINDOW_MARGIN)
-        for word in words:
-            slope, constant = learned.word_map.linear(word)
-            evidence = reasons.Evidence(
-                constant, slope, learned.standardised[rows], starts, ends, table.symbols[rows],
-                np.zeros(len(starts)) if said is None else said[:, word],
-            )  # fmt: skip
-            weight = 1.0 / (n_asked * len(words))
-            why.append(reasons.explain_word(evidence, word, number, window, peak, weight))
-    return tuple(why)
-
-
 def _search_decoded(
-    learned: Learned, query: vocabulary.ParsedQuery, allowed: Sequence[int], limit: int
+    learned: Learned, question: KnownQuestion, allowed: Sequence[int], limit: int
 ) -> WordAnswer:
-    decoded = decode(learned, query.words)
+    actions, left_out = plain_actions(question.tree)
+    not_used = (*question.not_used, *left_out)
+    words = tuple(word for action in actions for word in action)
+    if len(words) > MOST_DECODED:
+        raise QueryError(
+            f"search --by-symbols: expected at most {MOST_DECODED} words, found {len(words)}. "
+            "Ask for fewer actions, or leave out --by-symbols."
+        )
+    decoded = decode(learned, words)
     if decoded is None:
-        return WordAnswer((), query.unknown, query.actions, None)
+        return WordAnswer((), question, actions, not_used)
     symbols = np.array(decoded.symbols)
     weights = np.full(len(symbols), 1.0 / len(symbols))
     scale = alignment.distance_scale(learned.distances)
@@ -228,13 +181,13 @@ def _search_decoded(
             learned.captures[capture].name,
             *to_seconds(learned, capture, start, end),
             float(score),
-            _matched(learned.takes[capture], query.actions, number),
+            _matched(learned.takes[capture], question, number),
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
             + mark_generated(learned, capture, "; "),
         )
         for rank, (score, capture, start, end) in enumerate(found[:limit], start=1)
     )
-    return WordAnswer(matches, query.unknown, query.actions, decoded)
+    return WordAnswer(matches, question, actions, not_used, decoded)
 
 
 @dataclass(frozen=True)
@@ -295,10 +248,10 @@ def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[fl
 
 
 def _matched(
-    take: by_words.TakeScores, actions: Sequence[Sequence[str]], number: Mapping[str, int]
+    take: by_words.TakeScores, question: KnownQuestion, number: Mapping[str, int]
 ) -> tuple[str, ...]:
     """Asked words that are likelier than not in the capture."""
-    asked = dict.fromkeys(word for action in actions for word in action)
+    asked = dict.fromkeys(word for action in actions_of(question.tree) for word in action.all_words)
     top = np.maximum(take.windows.max(axis=0), take.whole)
     return tuple(word for word in asked if top[number[word]] > 0.0)
 
@@ -308,8 +261,20 @@ def mark_generated(learned: Learned, capture: int, before: str = "") -> str:
     return f"{before}generated" if learned.captures[capture].kind == "generated" else ""
 
 
-def _reason(hit: by_words.Hit, actions: Sequence[Sequence[str]]) -> str:
+def _reason(hit: by_question.QuestionHit, read: Sequence[Reading]) -> str:
+    """Every part of an answer with its interval."""
+    reading = read[hit.reading]
+    said = []
+    for k, part in enumerate(reading.parts):
+        asked = [" ".join(action) for action in part.actions]
+        only = [e for e in reading.exclusions if (e.first, e.last) == (k, k + 1)]
+        excluded = [f"not {' and '.join(map(' '.join, e.actions))}" for e in only]
+        joined = "".join(
+            text if n == 0 else f" {text}" if manner_of(text) else f" while {text}"
+            for n, text in enumerate(asked)
+        )
+        said.append(joined or ", ".join(excluded) or "?")
     return "; ".join(
-        f"{' '.join(words) or '?'} {start / MOTION_FPS:.2f}-{end / MOTION_FPS:.2f} s"
-        for words, (start, end) in zip(actions, hit.parts)
+        f"{words} {start / MOTION_FPS:.2f}-{end / MOTION_FPS:.2f} s"
+        for words, (start, end) in zip(said, hit.parts)
     )

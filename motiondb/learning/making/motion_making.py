@@ -28,10 +28,13 @@ from motiondb.learning.making.stitched_motion import (
     model_motion,
     stitched_motion,
 )
-from motiondb.learning.recognition import recognise
+from motiondb.learning.recognition import recognise, understand
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import FloatArray, IntArray, Motion
-from motiondb.words import decoding, vocabulary
+from motiondb.words import decoding
+from motiondb.words.question.known import KnownQuestion
+from motiondb.words.question.plain import plain_actions
+from motiondb.words.question.tree import NotUsed
 
 METHODS = ("stitched", "trajectory", "montecarlo")
 ATTEMPTS = 4
@@ -56,18 +59,21 @@ class MadeMotion:
         Per action.
     recognised : array (segments,)
         Symbols recognised in the motion.
-    unknown : dict
-        Words of the sentence that are not known -> nearest known words.
+    question : KnownQuestion
+        The sentence as it was understood.
     spans : tuple of (int, int)
         First frame and last frame + 1 of every action.
+    not_used : tuple of NotUsed
+        What of the sentence the motion takes no account of.
     """
 
     made: SequenceMotion
     plan: SymbolPlan
     decodings: tuple[decoding.Decoding, ...]
     recognised: IntArray
-    unknown: Mapping[str, tuple[str, ...]]
+    question: KnownQuestion
     spans: tuple[tuple[int, int], ...]
+    not_used: tuple[NotUsed, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +123,14 @@ def make_motion(
     """
     if method not in METHODS:
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
-    query = vocabulary.parse_query(text, learned.known_words, learned.synonyms, learned.lemmas)
-    actions = tuple(action for action in query.actions if action)
+    question = understand(learned, text)
+    said, left_out = plain_actions(question.tree)
+    actions = tuple(action for action in said if action)
+    if not actions:
+        raise QueryError(
+            f"generate: expected an action to show, found only what not to show in {text!r}. "
+            "Say what the motion is to show."
+        )
     avoided: list[set[int]] = [set() for _ in actions]
     best: _Attempt | None = None
     for _ in range(ATTEMPTS):
@@ -131,7 +143,10 @@ def make_motion(
             avoided[action].add(symbol)
     assert best is not None
     spans = _spans(best.plan.positions, best.made.lengths)
-    return MadeMotion(best.made, best.plan, best.decodings, best.recognised, query.unknown, spans)
+    return MadeMotion(
+        best.made, best.plan, best.decodings, best.recognised, question, spans,
+        (*question.not_used, *left_out),
+    )  # fmt: skip
 
 
 def _attempt(

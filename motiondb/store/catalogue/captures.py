@@ -15,10 +15,10 @@ import numpy as np
 
 from motiondb.errors import QueryError, StoreError, suggestion
 from motiondb.records import Caption, CaptureInfo, Motion
-from motiondb.store.catalogue.annotations import save_captions, save_tags
+from motiondb.store.catalogue.annotations import load_captions, save_captions, save_tags
 from motiondb.store.catalogue.poses import POSE_SIZE, flatten_motion, unflatten_motion
 from motiondb.store.catalogue.sources import Source
-from motiondb.store.catalogue.where import COLUMNS, check_names, matches, parse_where
+from motiondb.store.catalogue.where import COLUMNS, asks_captions, check_names, matches, parse_where
 from motiondb.store.connection.columns import fetch, from_rows, insert, to_rows
 from motiondb.store.connection.handle import Connection, Store
 from motiondb.store.connection.transactions import read_meta, touch, transaction, write_meta
@@ -140,15 +140,17 @@ def load_captures(store: Store, where: str = "") -> list[CaptureInfo]:
     QueryError
         The filter cannot be read, or names an unknown column.
     """
-    conditions = parse_where(where)
+    filters = parse_where(where)
     tags: dict[int, dict[str, str]] = {}
     query = "SELECT capture_id, key, value FROM capture_tag ORDER BY capture_id, key"
     for number, key, value in store.connection.execute(query).fetchall():
         tags.setdefault(number, {})[key] = value
-    check_names(conditions, {key for of_one in tags.values() for key in of_one})
+    check_names(filters, {key for of_one in tags.values() for key in of_one})
     rows = store.connection.execute(f"{_INFO} ORDER BY capture_id").fetchall()
     infos = (_to_info(row, tags.get(row[0], {})) for row in rows)
-    return [info for info in infos if matches(info, conditions)]
+    captions = load_captions(store) if asks_captions(filters) else {}
+    texts = {number: [caption.words for caption in said] for number, said in captions.items()}
+    return [info for info in infos if matches(info, filters, texts.get(info.capture_id, ()))]
 
 
 def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureInfo:

@@ -1,135 +1,207 @@
-"""Filters on the catalogue: ``performer=14 and duration>2.5``.
+"""Filters on the catalogue: ``performer in (14, 16) and not (duration<2.5 or caption~walk)``.
 
-    filter      condition {"and" condition}
-    condition   name operator value
-    operator    = != < <= > >= ~            ~ asks whether the value stands within
-    value       text up to the next "and", or anything in quotes
+    filter      all {"or" all}
+    all         single {"and" single}
+    single      "not" single | "(" filter ")" | condition
+    condition   name operator value | name ["not"] "in" "(" value {"," value} ")"
+    operator    = != < <= > >= ~ !~         ~ asks whether the value stands within
+    value       text up to the next "and", "or" or closing parenthesis, or anything in quotes
 
-A name is a column of the catalogue or a tag. Two values are compared as numbers when both are
-numbers, otherwise as text without regard to case. A capture without the tag answers only to !=.
+A name is a column of the catalogue, ``caption`` (the texts that people wrote about the capture) or
+a tag. Two values are compared as numbers when both are numbers, otherwise as text without regard to
+case. A capture with several captions answers where one of them does; to !=, !~ and "not in" where
+none of them is the value. A capture without the tag, or without captions, answers only to these.
 """
 
 from __future__ import annotations
 
-import operator
 import re
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any
 
-from motiondb.errors import QueryError, suggestion
-from motiondb.records import CaptureInfo
-
-COLUMNS = (
-    "capture_id",
-    "name",
-    "sha256",
-    "format",
-    "kind",
-    "fps",
-    "n_frames",
-    "duration",
-    "motion_frames",
-    "leg_length",
-    "path",
-    "run_id",
+from motiondb.errors import QueryError
+from motiondb.store.catalogue.filters import (
+    COLUMNS,
+    Condition,
+    Filter,
+    NoneOf,
+    OneOf,
+    asks_captions,
+    check_names,
+    matches,
 )
-"""The columns of the catalogue that a filter can name; they win over tags of the same name."""
 
-_COMPARE: dict[str, Callable[[Any, Any], bool]] = {
-    "=": operator.eq,
-    "!=": operator.ne,
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-}
-_CONDITION = re.compile(
-    r"""\s*(?P<name>[^=!<>~"']+?)\s*(?P<operator>!=|<=|>=|==|=|<|>|~)\s*
-        (?P<value>"[^"]*"|'[^']*'|[^=!<>~"']+?)\s*(?P<end>\band\b|$)""",
-    re.VERBOSE | re.IGNORECASE,
+__all__ = ["COLUMNS", "Condition", "asks_captions", "check_names", "matches", "parse_where"]
+
+MOST_CHARACTERS = 100_000
+"""Longest filter; a list of a thousand captures has some 20,000 characters. Chosen by hand."""
+MOST_DEPTH = 50
+"""Parentheses and negations within one another. Chosen by hand."""
+
+_TOKEN = re.compile(
+    r"""(?P<quoted>"[^"]*"|'[^']*')|(?P<operator>!=|!~|<=|>=|==|=|<|>|~)|(?P<sign>[(),])
+        |(?P<word>[^\s=!<>~"'(),]+)|(?P<other>[!"'])""",
+    re.VERBOSE,
 )
 
 
-@dataclass(frozen=True)
-class Condition:
-    """One comparison of a filter: ``name operator value``."""
-
-    name: str
-    operator: str
-    value: str
-
-
-def parse_where(text: str) -> tuple[Condition, ...]:
-    """Read the conditions of a filter, all of which must hold; none for an empty text.
+def parse_where(text: str) -> tuple[Filter, ...]:
+    """The filters that must all hold; none for an empty text.
 
     >>> parse_where("performer=14 and words ~ 'walk and turn'")[1].value
     'walk and turn'
+    >>> parse_where("not performer in (14, 16)")[0].filters[0].alternatives[1]
+    (Condition(name='performer', operator='=', value='16'),)
 
     Raises
     ------
     QueryError
         The text is no filter; shows what one looks like.
     """
-    conditions: list[Condition] = []
-    place = 0
-    ended = not text.strip()
-    while not ended:
-        match = _CONDITION.match(text, place)
-        if match is None:
+    if len(text) > MOST_CHARACTERS:
+        raise QueryError(
+            f"filter: expected at most {MOST_CHARACTERS:,} characters, found {len(text):,}. "
+            "Ask for less at a time."
+        )
+    reader = _Reader(text)
+    if not reader.tokens:
+        if text.strip():
+            raise reader.refusal(0)
+        return ()
+    filters = reader.one_of(0)
+    if reader.place < len(reader.tokens):
+        raise QueryError(
+            f"filter {_short(text)!r}: expected '(' before ')', found none. Leave out ')', or put "
+            "the value into quotes."
+        )
+    return filters
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 200 else f"{text[:197]}..."
+
+
+class _Reader:
+    """A place in the tokens of a filter; a method per rule of the module's grammar."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.tokens = list(_TOKEN.finditer(text))
+        self.place = 0
+
+    def next(self, offset: int = 0) -> str:
+        """The token at an offset from the place, "" behind the end."""
+        place = self.place + offset
+        return self.tokens[place].group() if place < len(self.tokens) else ""
+
+    def kind(self, offset: int = 0) -> str:
+        """The kind of that token, "end" behind the end."""
+        place = self.place + offset
+        return str(self.tokens[place].lastgroup) if place < len(self.tokens) else "end"
+
+    def says(self, *words: str, offset: int = 0) -> bool:
+        """Whether that token is one of some words, written without quotes."""
+        return self.kind(offset) == "word" and self.next(offset).lower() in words
+
+    def refusal(self, place: int) -> QueryError:
+        """What is wrong with the condition that begins at a token."""
+        rest = self.text[self.tokens[place].start() :] if place < len(self.tokens) else ""
+        return QueryError(
+            f"filter {_short(self.text)!r}: expected NAME OPERATOR VALUE with one of "
+            f"= != < <= > >= ~, found {_short(rest.strip() or 'nothing')!r}. "
+            "Write for example: performer=14 and duration>2.5."
+        )
+
+    def one_of(self, depth: int) -> tuple[Filter, ...]:
+        """Filters that must all hold, of alternatives one filter."""
+        if depth > MOST_DEPTH:
             raise QueryError(
-                f"filter {text!r}: expected NAME OPERATOR VALUE with one of = != < <= > >= ~, "
-                f"found {text[place:].strip() or 'nothing'!r}. "
-                "Write for example: performer=14 and duration>2.5."
+                f"filter {_short(self.text)!r}: expected at most {MOST_DEPTH} parentheses and "
+                "negations within one another, found more. Ask for less at a time."
             )
-        value = match["value"]
-        value = value[1:-1] if value[0] in "\"'" else value
-        sign = "=" if match["operator"] == "==" else match["operator"]
-        conditions.append(Condition(match["name"], sign, value))
-        place, ended = match.end(), not match["end"]
-    return tuple(conditions)
+        alternatives = [self.all_of(depth)]
+        while self.says("or"):
+            self.place += 1
+            alternatives.append(self.all_of(depth))
+        return alternatives[0] if len(alternatives) == 1 else (OneOf(tuple(alternatives)),)
 
+    def all_of(self, depth: int) -> tuple[Filter, ...]:
+        """Filters joined by "and"."""
+        filters = list(self.single(depth))
+        while self.says("and"):
+            self.place += 1
+            filters.extend(self.single(depth))
+        return tuple(filters)
 
-def check_names(conditions: Iterable[Condition], tags: Iterable[str]) -> None:
-    """Refuse a filter that names neither a column nor one of the ``tags`` in use.
-
-    Raises
-    ------
-    QueryError
-        Suggests the nearest names.
-    """
-    known = (*COLUMNS, *sorted(set(tags) - set(COLUMNS)))
-    for condition in conditions:
-        if condition.name not in known:
+    def single(self, depth: int) -> tuple[Filter, ...]:
+        """A negation, a group, or a condition."""
+        if self.says("not") and (self.kind(1) == "word" or self.next(1) == "("):
+            self.place += 1
+            if depth >= MOST_DEPTH:
+                return self.one_of(depth + 1)  # refuses
+            return (NoneOf(self.single(depth + 1)),)
+        if self.next() != "(":
+            return (self.condition(),)
+        self.place += 1
+        filters = self.one_of(depth + 1)
+        if self.next() != ")":
             raise QueryError(
-                f"filter on {condition.name!r}: expected one of {', '.join(known)}, found no such "
-                f"column or tag.{suggestion(condition.name, known)}"
+                f"filter {_short(self.text)!r}: expected ')' for every '(', found "
+                f"{_short(self.next()) or 'the end'!r}. Close the parentheses."
             )
+        self.place += 1
+        return filters
 
+    def condition(self) -> Filter:
+        """A comparison, or a name among values."""
+        start = self.place
+        while self.kind() == "word" and not self.says("and", "or") and not self._begins_list():
+            self.place += 1
+        if self.place == start:
+            raise self.refusal(start)
+        name = self.text[self.tokens[start].start() : self.tokens[self.place - 1].end()]
+        if self._begins_list():
+            return self._list(name, start)
+        if self.kind() != "operator":
+            raise self.refusal(start)
+        sign = self.next().replace("==", "=")
+        self.place += 1
+        value = self._value(start, ())
+        ends = self.kind() == "end" or self.says("and", "or") or self.next() == ")"
+        if not ends:
+            raise self.refusal(start)
+        return Condition(name, sign, value)
 
-def matches(info: CaptureInfo, conditions: Sequence[Condition]) -> bool:
-    """Whether a capture fulfils all conditions."""
-    return all(_holds(_value(info, condition.name), condition) for condition in conditions)
+    def _begins_list(self) -> bool:
+        offset = 1 if self.says("not") else 0
+        return self.says("in", offset=offset) and self.next(offset + 1) == "("
 
+    def _list(self, name: str, start: int) -> Filter:
+        """``in (value, value)`` and ``not in (...)``."""
+        negated = self.says("not")
+        self.place += 3 if negated else 2
+        values = [self._value(start, (",",))]
+        while self.next() == ",":
+            self.place += 1
+            values.append(self._value(start, (",",)))
+        if self.next() != ")":
+            raise self.refusal(start)
+        self.place += 1
+        listed = OneOf(tuple((Condition(name, "=", value),) for value in values))
+        return NoneOf((listed,)) if negated else listed
 
-def _value(info: CaptureInfo, name: str) -> str | None:
-    return str(getattr(info, name)) if name in COLUMNS else info.tags.get(name)
-
-
-def _holds(found: str | None, condition: Condition) -> bool:
-    if found is None:
-        return condition.operator == "!="
-    if condition.operator == "~":
-        return condition.value.casefold() in found.casefold()
-    compare = _COMPARE[condition.operator]
-    left, right = _number(found), _number(condition.value)
-    if left is not None and right is not None:
-        return compare(left, right)
-    return compare(found.casefold(), condition.value.casefold())
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
+    def _value(self, start: int, stops: tuple[str, ...]) -> str:
+        """A quoted value, or text up to what ends it."""
+        first = self.place
+        if self.kind() == "quoted":
+            self.place += 1
+            return self.tokens[first].group()[1:-1]
+        opened = 0
+        while self.kind() in ("word", "sign") and not (
+            opened == 0 and (self.next() in stops or (not stops and self.says("and", "or")))
+        ):
+            if self.next() == ")" and opened == 0:
+                break
+            opened += {"(": 1, ")": -1}.get(self.next(), 0)
+            self.place += 1
+        if self.place == first or opened:
+            raise self.refusal(start)
+        return self.text[self.tokens[first].start() : self.tokens[self.place - 1].end()]

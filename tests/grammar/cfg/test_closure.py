@@ -13,6 +13,7 @@ from motiondb.grammar.cfg.closure import (
     BEST,
     COUNT,
     SUM,
+    Sparse,
     close_graph,
     strong_components,
     transpose,
@@ -28,10 +29,10 @@ def matrices(draw: st.DrawFn) -> np.ndarray:
     return matrix / max(1.05, matrix.sum(axis=1).max() * 1.05)
 
 
-def graph_of(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def graph_of(matrix: np.ndarray) -> Sparse:
     rows, columns = np.nonzero(matrix)
     starts = np.searchsorted(rows, np.arange(len(matrix) + 1))
-    return starts, columns, matrix[rows, columns]
+    return Sparse(starts, columns, matrix[rows, columns])
 
 
 def dense(n: int, starts: np.ndarray, columns: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -44,12 +45,12 @@ def dense(n: int, starts: np.ndarray, columns: np.ndarray, values: np.ndarray) -
 @settings(max_examples=100, deadline=None)
 def test_sums_are_the_inverse(matrix: np.ndarray) -> None:
     n = len(matrix)
-    starts, columns, values = close_graph(SUM, *graph_of(matrix))
+    starts, columns, values = close_graph(SUM, graph_of(matrix))
     expected = np.linalg.inv(np.eye(n) - matrix)
     assert dense(n, starts, columns, values) == pytest.approx(expected, rel=1e-9, abs=1e-12)
     for a in range(n):
         assert (np.diff(columns[starts[a] : starts[a + 1]]) > 0).all()
-    turned = dense(n, *transpose(starts, columns, values))
+    turned = dense(n, *transpose(Sparse(starts, columns, values)))
     assert (dense(n, starts, columns, values) == turned.T).all()
 
 
@@ -59,7 +60,7 @@ def test_best_is_the_best_of_all_paths(matrix: np.ndarray) -> None:
     best = np.maximum(np.eye(len(matrix)), matrix)
     for _ in matrix:
         best = np.maximum(best, (best[:, :, None] * best[None, :, :]).max(axis=1))
-    found = dense(len(matrix), *close_graph(BEST, *graph_of(matrix)))
+    found = dense(len(matrix), *close_graph(BEST, graph_of(matrix)))
     assert found == pytest.approx(best, rel=1e-12)
 
 
@@ -71,7 +72,7 @@ def test_numbers_of_paths(matrix: np.ndarray) -> None:
     endless = sum(powers[n:]) > 0  # a path of n steps or more passes a node twice
     expected = np.where(endless, inf, sum(powers[:n]))
     starts, columns, _ = graph_of(matrix)
-    found = dense(n, *close_graph(COUNT, starts, columns, np.ones(len(columns))))
+    found = dense(n, *close_graph(COUNT, Sparse(starts, columns, np.ones(len(columns)))))
     assert (found == expected).all()
 
 

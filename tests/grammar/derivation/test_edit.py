@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from motiondb.grammar.cfg.context_free import GrammarError, Tree, read_grammar
 from motiondb.grammar.cfg.parse import accepts, parse
+from motiondb.grammar.cfg.prefix import best_strings
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.derivation.edit import (
     Region,
@@ -18,7 +19,6 @@ from motiondb.grammar.derivation.edit import (
     replace_region,
     wider,
 )
-from motiondb.grammar.derivation.probable_strings import best_strings
 
 TOY = read_grammar("""
 S -> r X1 X2 m

@@ -10,8 +10,7 @@ from test_synthesis import true_terminals
 
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import read_grammar
-from motiondb.grammar.cfg.parse import ParseError
-from motiondb.grammar.cfg.passage import parse_passage, passage_grammar
+from motiondb.grammar.cfg.parse import ParseError, parse_passage, passage_grammar
 from motiondb.grammar.terminals import labelling
 from motiondb.grammar.terminals.pose_distance import pose_vectors
 from motiondb.records import FloatArray, Motion

@@ -1,0 +1,219 @@
+"""How often and how long: numbers in digits or words, counts, durations, other measures.
+
+An amount is a pair (least, most), most None where there is no upper limit:
+
+    "three times", "3x", "thrice"    (3, 3)        "for half a minute"    (30, 30)
+    "at least twice", "twice or more" (2, None)     "at least 5 s"         (5, None)
+    "more than twice"                (3, None)     "longer than 5 s"      (5, None)
+    "at most 3 times"                (0, 3)        "for up to 2 seconds"  (0, 2)
+    "two or three times"             (2, 3)        "5 to 10 s"            (5, 10)
+    "several times", "repeatedly"    (2, None)
+
+"About five seconds" is five seconds.
+"""
+
+from __future__ import annotations
+
+import re
+
+_ONES_TEXT = """
+zero one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen
+sixteen seventeen eighteen nineteen
+"""
+_TENS_TEXT = "twenty thirty forty fifty sixty seventy eighty ninety"
+_ONES, _TENS = _ONES_TEXT.split(), _TENS_TEXT.split()
+_NUMBERS = {word: n for n, word in enumerate(_ONES)} | {
+    word: 10 * n for n, word in enumerate(_TENS, start=2)
+}
+NUMBER = (
+    r"(?:(?<![\d.])[0-9]{1,6}(?:[.,][0-9]{1,6})?(?!\d)"
+    rf"|\b(?:(?:a|one)[ -]hundred|(?:{'|'.join(_TENS)})(?:[ -](?:{'|'.join(_ONES[1:10])}))?"
+    rf"|{'|'.join(sorted(_ONES, key=len, reverse=True))})\b)"
+)
+"""Pattern of a number of at most six digits, or in words up to a hundred."""
+
+_HALVES = (
+    rf"(?:{NUMBER}\ and\ a\ half|{NUMBER}\ 1/2|(?:one|a)?\ ?half(?:\ of)?(?:\ an?)?"
+    rf"|(?:a\ )?quarter\ of\ an?|three\ quarters\ of\ an?)"
+)
+_AT_LEAST = (
+    r"at\ least|(?:no|not)\ less\ than|no\ fewer\ than|a\ minimum\ of|minimum(?:\ of)?"
+    r"|more\ than|longer\ than|over"
+)
+_AT_MOST = (
+    r"at\ most|(?:no|not)\ (?:more|longer)\ than|a\ maximum\ of|maximum(?:\ of)?|up\ to|within"
+    r"|less\ than|fewer\ than|shorter\ than|under"
+)
+_ABOUT = r"about|around|approximately|approx\.?|roughly|almost|nearly|exactly|precisely|some"
+_LIMIT = rf"(?:(?P<more>{_AT_LEAST})|(?P<fewer>{_AT_MOST})|{_ABOUT})"
+_RANGE = r"\s?(?:to|or|-|–|and)\s?"
+_UNIT = (
+    r"(?P<unit>milliseconds?|msecs?|ms|seconds?|secs?|s|minutes?|mins?|min|hours?|hrs?|h)"
+    r"(?![\w'])\.?(?!\w)"
+)
+_MORE = r"(?:\s+or\s+(?:(?P<plus>more|longer)|(?P<minus>less|fewer|shorter)))?"
+
+_DURATION_PATTERN = rf"""
+    (?:\b(?:for|lasting|lasts|between|from|during)\s+)?
+    (?:\b(?:{_LIMIT})\s+)?
+    (?:(?P<half>{_HALVES})|(?P<low>{NUMBER})(?:{_RANGE}(?P<high>{NUMBER}))?)
+    [\s-]*{_UNIT}{_MORE}(?:\s+long\b)?
+    |\b(?:for|lasting|lasts)\s+(?:{_ABOUT}\s+)?(?P<one>an?)\s+(?P<one_unit>second|minute|hour)\b
+    |\b(?:{_AT_LEAST})\s+(?P<least_one>an?)\s+(?P<least_unit>second|minute|hour)\b
+"""
+
+_TIMES = r"(?:times\b(?!\s+as\b)|×|x(?![\w]))"
+_COUNT_PATTERN = rf"""
+    (?:\b(?:{_LIMIT})\s+)?
+    (?:(?P<adverb>\b(?:once|twice|thrice)\b)(?:\s+or\s+(?P<adverb2>twice|thrice|three\s+times))?
+      |(?P<low>{NUMBER})(?:{_RANGE}(?P<high>{NUMBER}))?\s?
+       (?:{_TIMES}|(?:repetitions|repetition|reps|rep|repeats)\b(?:\s+of\b)?
+          |or\s+(?P<early>more|fewer|less)\s+times\b)
+      |(?P<some>\b(?:a\s+few|several|a\s+couple\s+of|many|multiple|numerous|some)\s+
+        (?:times|repetitions|reps|repeats)\b(?:\s+of\b)?))
+    {_MORE}(?:\s+in\s+a\s+row\b)?
+    |(?P<again>\brepeatedly\b|\b(?:over\s+and\s+over|again\s+and\s+again|time\s+and\s+again)\b
+       (?:\s+again\b)?)
+    |(?<!\w)[x×]\s?(?P<after>[0-9]{{1,6}})\b
+"""
+
+_MEASURE_PATTERN = rf"""
+    {NUMBER}[\s-]*
+    (?:degrees?\b|°|deg\b|%|percent\b|(?:centi|kilo|milli)?met(?:er|re)s?\b|(?:cm|mm|km|m)(?![\w/])
+       |km/h\b|m/s\b|yards?\b|miles?\b|inch(?:es)?\b|mph\b|bpm\b|fps\b)
+"""
+
+_DURATION = re.compile(_DURATION_PATTERN, re.VERBOSE | re.IGNORECASE)
+_COUNT = re.compile(_COUNT_PATTERN, re.VERBOSE | re.IGNORECASE)
+_NUMBER = re.compile(
+    r"(?:(?:(?P<more>at least|no fewer than|more than)"
+    r"|(?P<fewer>at most|no more than|fewer than|less than)|exactly) )?"
+    rf"(?P<number>{NUMBER})",
+    re.IGNORECASE,
+)
+_MEASURE = re.compile(_MEASURE_PATTERN, re.VERBOSE | re.IGNORECASE)
+
+
+def to_number(text: str) -> float:
+    """A number from digits or words.
+
+    >>> to_number("2,5"), to_number("twenty-five"), to_number("a hundred")
+    (2.5, 25.0, 100.0)
+    """
+    text = text.lower().strip()
+    if text[0].isdigit():
+        return float(text.replace(",", "."))
+    return float(sum(100 if word == "hundred" else _NUMBERS[word] for word in _parts(text)))
+
+
+def match_duration(text: str, place: int = 0) -> tuple[int, float, float | None] | None:
+    """End of the duration that stands at a place, with its least and most seconds.
+
+    >>> match_duration("for half a minute"), match_duration("at least 5 s")
+    ((17, 30.0, 30.0), (12, 5.0, None))
+    >>> match_duration("2 to 4 seconds"), match_duration("under 1.5 min")
+    ((14, 2.0, 4.0), (13, 0.0, 90.0))
+    """
+    found = _DURATION.match(text, place)
+    if found is None:
+        return None
+    if found["one"] or found["least_one"]:
+        seconds = _unit_seconds(found["one_unit"] or found["least_unit"])
+        return found.end(), seconds, None if found["least_one"] else seconds
+    seconds = _unit_seconds(found["unit"])
+    if found["half"]:
+        low = high = _fraction(found["half"]) * seconds
+    else:
+        low = to_number(found["low"]) * seconds
+        high = to_number(found["high"]) * seconds if found["high"] else low
+    low, high = min(low, high), max(low, high)
+    if found["more"] or found["plus"]:
+        return found.end(), low, None
+    return found.end(), 0.0 if found["fewer"] or found["minus"] else low, high
+
+
+def match_count(text: str, place: int = 0) -> tuple[int, int, int | None] | None:
+    """End of the count that stands at a place, with the least and most repeats.
+
+    >>> match_count("three times"), match_count("at least twice"), match_count("over 2 times")
+    ((11, 3, 3), (14, 2, None), (12, 3, None))
+    >>> match_count("two or three times"), match_count("fewer than 3x"), match_count("repeatedly")
+    ((18, 2, 3), (13, 0, 2), (10, 2, None))
+    """
+    found = _COUNT.match(text, place)
+    return None if found is None else (found.end(), *_repeats(found))
+
+
+def match_measure(text: str, place: int = 0) -> int | None:
+    """End of the angle, length or speed that stands at a place; motiondb has no use for these.
+
+    >>> match_measure("90-degree turn"), match_measure("2 m"), match_measure("2 hops")
+    (9, 3, None)
+    """
+    found = _MEASURE.match(text, place)
+    return None if found is None else found.end()
+
+
+def match_number(text: str, place: int = 0) -> tuple[int, float, float | None] | None:
+    """End of the number that stands at a place, with its least and its most.
+
+    >>> match_number("twenty-five jumps"), match_number("jump")
+    ((11, 25.0, 25.0), None)
+    >>> match_number("at least three jumps"), match_number("fewer than 3 jumps")
+    ((14, 3.0, None), (12, 0.0, 2.0))
+    """
+    found = _NUMBER.match(text, place)
+    if found is None:
+        return None
+    number = to_number(found["number"])
+    more, fewer = (found["more"] or "").lower(), (found["fewer"] or "").lower()
+    if more:
+        return found.end(), number + (more == "more than"), None
+    if fewer:
+        return found.end(), 0.0, max(number - (fewer in ("fewer than", "less than")), 0.0)
+    return found.end(), number, number
+
+
+def _repeats(found: re.Match[str]) -> tuple[int, int | None]:
+    if found["again"] or found["some"]:
+        return 2, None
+    if found["after"]:
+        low = high = int(found["after"])
+    elif found["adverb"]:
+        low = _ADVERBS[found["adverb"].lower()]
+        high = _ADVERBS["".join(found["adverb2"].lower().split())] if found["adverb2"] else low
+    else:
+        low = round(to_number(found["low"]))
+        high = round(to_number(found["high"])) if found["high"] else low
+    low, high = min(low, high), max(low, high)
+    more, fewer = (found["more"] or "").lower(), (found["fewer"] or "").lower()
+    if more or found["plus"] or (found["early"] or "").lower() == "more":
+        return low + (more in ("more than", "over")), None
+    if fewer or found["minus"] or found["early"]:
+        return 0, max(high - (fewer in ("less than", "fewer than", "under")), 0)
+    return low, high
+
+
+_ADVERBS = {"once": 1, "twice": 2, "thrice": 3, "threetimes": 3}
+
+
+def _parts(text: str) -> list[str]:
+    return [word for word in re.split(r"[\s-]+", text) if word not in ("a", "one")] or ["one"]
+
+
+def _unit_seconds(unit: str) -> float:
+    unit = unit.lower()
+    if unit.startswith("ms") or unit.startswith("mil"):
+        return 0.001
+    return {"s": 1.0, "m": 60.0, "h": 3600.0}[unit[0]]
+
+
+def _fraction(text: str) -> float:
+    """The value of "half a", "one and a half", "2 1/2", "three quarters of a"."""
+    text = text.lower()
+    for ending, more in ((" and a half", 0.5), (" 1/2", 0.5)):
+        if text.endswith(ending):
+            return to_number(text.removesuffix(ending)) + more
+    if text.startswith("three"):
+        return 0.75
+    return 0.25 if "quarter" in text else 0.5

@@ -1,0 +1,122 @@
+"""A question held to the words that captions have: the rest is taken out and named."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from motiondb.errors import QueryError
+from motiondb.words.question.manner import adverb_of, known_manner
+from motiondb.words.question.tree import (
+    Action,
+    Anything,
+    Lasting,
+    Node,
+    NotUsed,
+    Question,
+    Repeated,
+    Without,
+    join,
+    walk,
+    without,
+)
+from motiondb.words.vocabulary import nearest_words, nothing_known
+
+
+@dataclass(frozen=True)
+class KnownQuestion:
+    """A question in known words.
+
+    Attributes
+    ----------
+    text : str
+        As it was asked.
+    tree : Node
+        Of known words; an action of which no word is known is left out. A manner is the word
+        that captions say for it.
+    unknown : mapping of str to tuple of str
+        From each word that is not known to the nearest known ones, best first.
+    not_used : tuple of NotUsed
+        What of the question has no place in the tree, unknown words included.
+    """
+
+    text: str
+    tree: Node
+    unknown: Mapping[str, tuple[str, ...]]
+    not_used: tuple[NotUsed, ...]
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Known words that are asked for or excluded, from the left, each once."""
+        actions = (node for node in walk(self.tree) if isinstance(node, Action))
+        return tuple(dict.fromkeys(word for action in actions for word in action.all_words))
+
+
+def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestion:
+    """Take the words that no caption has out of a question, and name them.
+
+    Parameters
+    ----------
+    question : Question
+    counts : mapping of str to int
+        In how many captions each known word stands.
+
+    Raises
+    ------
+    QueryError
+        Where no word of the question is known; names the nearest known ones.
+
+    >>> from motiondb.words.question.parse import parse
+    >>> from motiondb.words.question.say import say
+    >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
+    >>> say(known.tree), known.unknown
+    ('sit', {'wlak': ('walk',), 'moonwalk': ('walk',)})
+    """
+    unknown: dict[str, tuple[str, ...]] = {}
+    not_used = list(question.not_used)
+
+    def known(action: Action) -> Action | None:
+        words = tuple(word for word in action.words if word in counts)
+        manners = []
+        for word in action.words:
+            if word not in counts and word not in unknown:
+                unknown[word] = nearest_words(word, counts)
+        for manner in action.manner:
+            said = known_manner(manner, counts)
+            if said is not None and (words or not action.words):
+                manners.append(said)
+            else:
+                reason = "no caption says it" if said is None else "its action is not known"
+                not_used.append(NotUsed(adverb_of(manner), reason))
+        return Action(words, tuple(manners)) if words or manners else None
+
+    tree = _hold(question.tree, known)
+    not_used += [NotUsed(word, _reason(near)) for word, near in unknown.items()]
+    if tree is None or not any(isinstance(node, Action) for node in walk(tree)):
+        raise QueryError(nothing_known(question.text, unknown))
+    return KnownQuestion(question.text, tree, unknown, tuple(not_used))
+
+
+def _reason(near: tuple[str, ...]) -> str:
+    return "no caption says it" + (f"; the nearest known: {', '.join(near)}" if near else "")
+
+
+def _hold(node: Node, known: Callable[[Action], Action | None]) -> Node | None:
+    """A tree with every action as ``known`` gives it, without those that it takes out."""
+    match node:
+        case Action():
+            return known(node)
+        case Anything():
+            return node
+        case Without():
+            part = _hold(node.part, known)
+            kept = [e for one in node.excluded if (e := _hold(one, known)) is not None]
+            if part is None:
+                return without(Anything(), kept) if kept else None
+            return without(part, kept)
+        case Repeated() | Lasting():
+            part = _hold(node.part, known)
+            return None if part is None else replace(node, part=part)
+        case _:
+            kept = [p for part in node.parts if (p := _hold(part, known)) is not None]
+            return join(type(node), kept) if kept else None

@@ -1,0 +1,272 @@
+"""The tree of a question: frozen nodes, and constructors that keep it in one normal form.
+
+    node      meaning                                      written as
+    Action    one action: words, sides of limbs, manner    walk slow
+    Anything  any action                                   ?
+    InOrder   its parts one after the other                walk, then sit
+    AtOnce    its parts in the same interval               walk while wave
+    Both      all parts; their order is not said           walk and wave
+    AnyOf     at least one part                            walk or run
+    Without   a part that does not show what is excluded   walk, not run
+    Repeated  a part several times                         jump 3 times
+    Lasting   a part for some seconds                      walk for 10 s
+
+Normal form: InOrder, AtOnce, Both and AnyOf hold two parts or more and no part of their own kind;
+an excluded AnyOf is a list of exclusions (not (a or b) is not a and not b).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+SIDES = frozenset(("left", "right", "both"))
+_LIMBS_TEXT = """
+arm hand fist wrist elbow shoulder finger thumb palm leg foot knee hip ankle toe heel thigh
+"""
+LIMBS = frozenset(_LIMBS_TEXT.split())
+"""Parts of the body that have a left and a right one."""
+
+
+@dataclass(frozen=True)
+class Action:
+    """One action.
+
+    Attributes
+    ----------
+    words : tuple of str
+        Lemmas in the order of the question, sides and limbs among them.
+    manner : tuple of str
+        How it is done, as adjectives: ``slow`` for "slowly".
+    """
+
+    words: tuple[str, ...]
+    manner: tuple[str, ...] = ()
+
+    @property
+    def all_words(self) -> tuple[str, ...]:
+        """Words and manners: what captions are asked for."""
+        return (*self.words, *self.manner)
+
+    @property
+    def sides(self) -> tuple[tuple[str, str], ...]:
+        """Every side with the limb that it belongs to.
+
+        >>> Action(("wave", "left", "hand")).sides
+        (('left', 'hand'),)
+        >>> Action(("turn", "left")).sides
+        ()
+        """
+        pairs, waiting = [], []
+        for word in self.words:
+            if word in SIDES:
+                waiting.append(word)
+            else:
+                pairs += [(side, word) for side in waiting if word in LIMBS]
+                waiting = []
+        return tuple(pairs)
+
+
+@dataclass(frozen=True)
+class Anything:
+    """Any action: ``?`` in a question."""
+
+
+@dataclass(frozen=True)
+class InOrder:
+    """Parts one after the other."""
+
+    parts: tuple[Node, ...]
+
+
+@dataclass(frozen=True)
+class AtOnce:
+    """Parts in the same interval."""
+
+    parts: tuple[Node, ...]
+
+
+@dataclass(frozen=True)
+class Both:
+    """All of the parts, at once or one after the other: the question does not say which."""
+
+    parts: tuple[Node, ...]
+
+
+@dataclass(frozen=True)
+class AnyOf:
+    """At least one of the parts."""
+
+    parts: tuple[Node, ...]
+
+
+@dataclass(frozen=True)
+class Without:
+    """A part that shows none of what is excluded."""
+
+    part: Node
+    excluded: tuple[Node, ...]
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """A part several times: at least ``least``, at most ``most`` (None: no upper limit)."""
+
+    part: Node
+    least: int
+    most: int | None
+
+
+@dataclass(frozen=True)
+class Lasting:
+    """A part for ``least`` to ``most`` seconds (None: no upper limit)."""
+
+    part: Node
+    least: float
+    most: float | None
+
+
+Node: TypeAlias = Action | Anything | InOrder | AtOnce | Both | AnyOf | Without | Repeated | Lasting
+Joined: TypeAlias = type[InOrder] | type[AtOnce] | type[Both] | type[AnyOf]
+
+
+@dataclass(frozen=True)
+class NotUsed:
+    """Something of a question that has no place in the tree: the words and why."""
+
+    text: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question as it is understood.
+
+    Attributes
+    ----------
+    text : str
+        As it was asked.
+    tree : Node
+    not_used : tuple of NotUsed
+        What the tree leaves out, in the order of the question. Articles, pronouns and other words
+        that say nothing of a motion are not listed.
+    """
+
+    text: str
+    tree: Node
+    not_used: tuple[NotUsed, ...] = ()
+
+
+def join(kind: Joined, parts: Sequence[Node]) -> Node:
+    """Parts joined by one kind of node; a single part is itself, parts of that kind are opened.
+
+    >>> walk, run, sit = (Action((word,)) for word in ("walk", "run", "sit"))
+    >>> join(AnyOf, [join(AnyOf, [walk, run]), sit]) == AnyOf((walk, run, sit))
+    True
+    """
+    opened: list[Node] = []
+    for part in parts:
+        opened.extend(part.parts if isinstance(part, kind) else (part,))
+    return opened[0] if len(opened) == 1 else kind(tuple(opened))
+
+
+def at_once(parts: Sequence[Node]) -> Node:
+    """Parts in one interval; ``Both`` among them are at once too.
+
+    >>> walk, wave, turn = (Action((word,)) for word in ("walk", "wave", "turn"))
+    >>> at_once([Both((walk, wave)), turn]) == AtOnce((walk, wave, turn))
+    True
+    """
+    opened: list[Node] = []
+    for part in parts:
+        opened.extend(part.parts if isinstance(part, Both) else (part,))
+    return join(AtOnce, opened)
+
+
+def without(part: Node, excluded: Sequence[Node]) -> Node:
+    """A part without what is excluded; exclusions of the same part become one list."""
+    listed: list[Node] = []
+    for node in excluded:
+        listed.extend(node.parts if isinstance(node, AnyOf) else (node,))
+    if isinstance(part, Without):
+        return Without(part.part, (*part.excluded, *listed))
+    return Without(part, tuple(listed)) if listed else part
+
+
+def parts_of(node: Node) -> tuple[Node, ...]:
+    """The nodes directly below a node, exclusions last."""
+    match node:
+        case Action() | Anything():
+            return ()
+        case Without():
+            return (node.part, *node.excluded)
+        case Repeated() | Lasting():
+            return (node.part,)
+        case _:
+            return node.parts
+
+
+def walk(node: Node) -> Iterator[Node]:
+    """A node and all nodes below it, from the left."""
+    yield node
+    for part in parts_of(node):
+        yield from walk(part)
+
+
+def actions_of(node: Node) -> tuple[Action, ...]:
+    """The actions that are asked for, from the left; none of those that are excluded."""
+    if isinstance(node, Action):
+        return (node,)
+    below = (node.part,) if isinstance(node, Without) else parts_of(node)
+    return tuple(action for part in below for action in actions_of(part))
+
+
+def map_actions(node: Node, change: Callable[[Action], Action]) -> Node:
+    """The same tree with every asked action changed; exclusions stay as they are."""
+    if isinstance(node, Action):
+        return change(node)
+    if isinstance(node, (Without, Repeated, Lasting)):
+        return replace(node, part=map_actions(node.part, change))
+    if isinstance(node, Anything):
+        return node
+    return replace(node, parts=tuple(map_actions(part, change) for part in node.parts))
+
+
+def to_dict(node: Node) -> dict[str, Any]:
+    """A tree as plain dictionaries and lists, for JSON.
+
+    >>> to_dict(Repeated(Action(("kick", "left", "leg")), 2, 2))["part"]["sides"]
+    [{'side': 'left', 'limb': 'leg'}]
+    """
+    facts: dict[str, Any] = {"kind": _KINDS[type(node)]}
+    match node:
+        case Action(words, manner):
+            facts["words"] = list(words)
+            facts["sides"] = [{"side": side, "limb": limb} for side, limb in node.sides]
+            facts["manner"] = list(manner)
+        case Without(part, excluded):
+            facts["part"] = to_dict(part)
+            facts["excluded"] = [to_dict(one) for one in excluded]
+        case Repeated(part, least, most):
+            facts |= {"part": to_dict(part), "at_least": least, "at_most": most}
+        case Lasting(part, shortest, longest):
+            facts |= {"part": to_dict(part), "least_seconds": shortest, "most_seconds": longest}
+        case Anything():
+            pass
+        case _:
+            facts["parts"] = [to_dict(part) for part in node.parts]
+    return facts
+
+
+_KINDS: dict[type, str] = {
+    Action: "action",
+    Anything: "anything",
+    InOrder: "in_order",
+    AtOnce: "at_once",
+    Both: "both",
+    AnyOf: "any_of",
+    Without: "without",
+    Repeated: "repeated",
+    Lasting: "lasting",
+}

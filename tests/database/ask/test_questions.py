@@ -1,0 +1,141 @@
+"""Questions with not, or, counts and lengths, asked of the sample data."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import motiondb
+from motiondb.cli.main import app
+from motiondb.database import MotionDB
+from motiondb.errors import QueryError
+from motiondb.search import by_question, reasons
+from motiondb.words.question.readings import readings
+from motiondb.words.question.say import say
+
+QUESTIONS = (
+    "walk but not turn", "not walking", "kick or punch", "walk and kick", "walk twice",
+    "walk for 4 s, not sit", "wave while walking", "walk slowly", "walk, then not (turn and sit)",
+    "not walk, not turn",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def asked(learned_file: Path) -> MotionDB:
+    return motiondb.open(learned_file, read_only=True)
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_reasons_of_any_question_sum_to_what_ranks(asked: MotionDB, question: str) -> None:
+    answer = asked.search(question, limit=30)
+    learned = asked.learned
+    number = {word: n for n, word in enumerate(learned.association.words)}
+    read, _ = readings(answer.question.tree)
+    ids = {info.name: capture for capture, info in learned.captures.items()}
+    assert answer.matches
+    for match, why in zip(answer.matches, answer.reasons):
+        hit = by_question.search_take(learned.takes[ids[match.capture]], read, number)
+        assert hit is not None
+        assert math.isclose(reasons.total(why), hit.log_odds, rel_tol=1e-9, abs_tol=1e-9)
+    totals = [reasons.total(why) for why in answer.reasons]
+    assert totals == sorted(totals, reverse=True)
+
+
+def test_excluded_actions_are_not_in_the_first_answers(asked: MotionDB) -> None:
+    said = {info.name: caption for info in asked.captures() for caption in
+            [" ".join(c.words for c in asked.captions(info.name))]}  # fmt: skip
+    walks = {name for name, text in said.items() if "walk" in text}
+    turns = {name for name, text in said.items() if "turn" in text}
+    assert walks & turns
+    first = [m.capture for m in asked.search("walk but not turn", limit=5).matches]
+    assert set(first) <= walks - turns
+    assert not walks & {m.capture for m in asked.search("not walking", limit=20).matches}
+    lowest = asked.search("walk but not turn", limit=200)
+    plain = {m.capture: m.score for m in asked.search("walk", limit=200).matches}
+    assert all(match.score <= plain[match.capture] + 1e-12 for match in lowest.matches)
+
+
+def test_alternatives_are_found_each_by_itself(asked: MotionDB) -> None:
+    either = [(m.capture, m.score) for m in asked.search("kick or punch", limit=200).matches]
+    kick = {m.capture: m.score for m in asked.search("kick", limit=200).matches}
+    punch = {m.capture: m.score for m in asked.search("punch", limit=200).matches}
+    for capture, score in either:
+        assert score == pytest.approx(max(kick[capture], punch[capture]), rel=1e-12)
+
+
+def test_counts_and_lengths_have_no_probability(asked: MotionDB) -> None:
+    answer = asked.search("walk twice")
+    assert {match.probability for match in answer.matches} == {None}
+    assert [left.text for left in answer.not_used] == ["at most 2 times"]
+    longest = asked.search("walk for at least 4 s")
+    assert all(match.end - match.start >= 4.0 - 1e-6 for match in longest.matches)
+    assert asked.search("walk for at least 10 minutes").matches == ()
+    assert all(match.probability is not None for match in asked.search("walk but not turn").matches)
+
+
+def test_nothing_matches_where_what_is_asked_is_excluded(asked: MotionDB) -> None:
+    assert asked.search("kick").matches_anything
+    assert asked.search("kick, not kick").matches_anything is False
+    assert asked.search("not kick").matches_anything
+
+
+def test_question_stands_in_json_and_above_the_answers(learned_file: Path) -> None:
+    command = ["search", "wlak or walk for 2 s but not turning", "--limit", "2", "--explain"]
+    ended = CliRunner().invoke(app, [*command, "--json", "--db", str(learned_file)])
+    assert ended.exit_code == 0
+    found = json.loads(ended.stdout)
+    assert found["question"]["understood"] == "(walk for 2 s), not turn"
+    assert found["question"]["tree"]["kind"] == "without"
+    assert found["question"]["not_used"] == [
+        {"text": "wlak", "reason": "no caption says it; the nearest known: walk"},
+        {"text": "for at most 2 s", "reason": "search cannot tell that it ends by then"},
+    ]
+    for row in found["matches"]:
+        why = row["explain"]
+        parts = [
+            part
+            for word in why["words"]
+            for part in (word["prior"], word["written"], *(s["share"] for s in word["symbols"]))
+        ]
+        amounts = [one["amount"] for one in why["excluded"]]
+        assert [w["word"] for one in why["excluded"] for w in one["words"]] == ["turn"]
+        assert amounts[0] < 0
+        assert math.fsum([*parts, why["together"], *amounts]) == why["log_odds"]
+    ended = CliRunner().invoke(app, [*command, "--db", str(learned_file)])
+    lines = ended.stdout.splitlines()
+    assert lines[:2] == [
+        "understood: (walk for 2 s), not turn",
+        "'for at most 2 s' is not used in search: search cannot tell that it ends by then",
+    ]
+    assert any(line.startswith("    not turn: -") for line in lines)
+
+
+def test_generation_names_what_it_leaves_out(asked: MotionDB, tmp_path: Path) -> None:
+    made = asked.generate("walk or run, not kick", seed=1)
+    assert made.actions == (("walk",),)
+    assert say(made.question.tree) == "(walk or run), not kick"
+    assert {left.text for left in made.not_used} == {"or run", "not kick"}
+    with pytest.raises(QueryError) as error:
+        asked.generate("not walking")
+    assert str(error.value) == (
+        "generate: expected an action to show, found only what not to show in 'not walking'. "
+        "Say what the motion is to show."
+    )
+
+
+def test_search_by_symbols_names_what_it_leaves_out(asked: MotionDB) -> None:
+    answer = asked.search("walk, not kick", by_symbols=True)
+    assert [left.text for left in answer.not_used] == ["not kick"]
+
+
+@pytest.mark.parametrize("text", ["walk " * 3_000, "walk, " * 800, "jump 5000 times"])
+def test_questions_that_are_too_long_are_refused(asked: MotionDB, text: str) -> None:
+    for verb in (asked.search, asked.generate):
+        if verb == asked.generate and text.startswith("jump"):
+            continue  # taken once there
+        with pytest.raises(QueryError, match=r"question: expected at most [\d,]+ "):
+            verb(text)
