@@ -18,7 +18,9 @@ from odd_captures import NUMBERS, damage
 
 _CFG = "S -> a S b | A [0.5] | empty   # nested\nA -> x A | y [0.25] | B C\nB -> b\nC -> c C | c\n"
 _SYNONYMS = "jog = run\nstroll\twalk  # slowly\namble = stroll\nleap = jump\n"
-_JOINTS = "pelvis = Hips\nl_hip = LeftUpLeg # left\nl_knee=LeftLeg\nhead = end:Neck\nchest = Spine2\n"
+_JOINTS = (
+    "pelvis = Hips\nl_hip = LeftUpLeg # left\nl_knee=LeftLeg\nhead = end:Neck\nchest = Spine2\n"
+)
 _PAGE = (
     "<TABLE><TR><TD></TD><TD>3</TD><TD>run/jog &amp; <B>turn</B></TD>"
     '<TD><A HREF="http://site/subjects/16/16_03.amc">amc</A></TD><TD>120</TD></TR>'

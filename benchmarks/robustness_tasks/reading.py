@@ -50,7 +50,9 @@ def make_case(seed: int) -> Case:
     draw = np.random.default_rng([seed, 5]).random()
     if draw < SHARE_CAPTURES:
         suffix, data, companions = odd_captures.case(seed)
-        kind = {".tsv": "sheet of words", ".csv": "sheet of events"}.get(suffix, f"capture {suffix}")
+        kind = {".tsv": "sheet of words", ".csv": "sheet of events"}.get(
+            suffix, f"capture {suffix}"
+        )
         return Case(kind, lambda place: _read_capture(suffix, data, companions, seed, place))
     draw -= SHARE_CAPTURES
     if draw < SHARE_C3D:
