@@ -32,6 +32,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from robustness_tasks.databases import GRAMMAR, SAMPLES, copy_captures
 
 DB = "motions.duckdb"

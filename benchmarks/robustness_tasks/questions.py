@@ -14,11 +14,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
+
+from motiondb import MotionDB
 from robustness_tasks import fuzz
 from robustness_tasks.odd_texts import whole_text
 from robustness_tasks.reading import READS, Case, Place, writable
-
-from motiondb import MotionDB
 
 _WORDS = ("walk", "jump", "bow", "kick", "turn", "left", "a", "person", "then", "wave")
 LONG = 300

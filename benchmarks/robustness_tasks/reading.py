@@ -16,12 +16,12 @@ from types import MappingProxyType
 
 import numpy as np
 import odd_captures
-from robustness_tasks.odd_texts import text_case
 
 from motiondb import MotionDB
 from motiondb.capture import AsfFile, capture_format, guarded, read_capture_bytes
 from motiondb.capture.limits import ReadLimits, ReadOptions
 from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
+from robustness_tasks.odd_texts import text_case
 
 SHARE_CAPTURES, SHARE_C3D, SHARE_WRITING = 0.5, 0.01, 0.03
 """Shares of the cases that are captures and sheets, C3D files (each starts a process), and cases
@@ -143,7 +143,7 @@ def writable(place: Place) -> Iterator[MotionDB]:
         yield db
 
 
-def _read_cfg(data: bytes, place: Place) -> object:
+def _read_cfg(data: bytes, _place: Place) -> object:
     """Read a context-free grammar, write it, and ask what it accepts."""
     from motiondb.grammar.cfg import context_free, parse, prefix
 
@@ -177,7 +177,7 @@ def _read_tactics(data: bytes, place: Place) -> object:
     return services.cast(diagram, grammar_of(diagram, path), str(path))
 
 
-def _read_actions(data: bytes, place: Place) -> object:
+def _read_actions(data: bytes, _place: Place) -> object:
     """Validate a string of actions, and ask what may follow it."""
     from motiondb.database.scenes.scene_files import read_grammar
     from motiondb.scene.services import services
@@ -209,7 +209,7 @@ def _opened(path: Path) -> MotionDB:
     return MotionDB(path, read_only=True, wait=60.0)
 
 
-def _read_page(data: bytes, place: Place) -> object:
+def _read_page(data: bytes, _place: Place) -> object:
     from motiondb.fetch.checks import check_amc, check_asf
     from motiondb.fetch.cmu_pages import read_trials
 
@@ -218,19 +218,19 @@ def _read_page(data: bytes, place: Place) -> object:
     return read_trials(data.decode("latin-1"), 16)
 
 
-def _read_synonyms(data: bytes, place: Place) -> object:
+def _read_synonyms(data: bytes, _place: Place) -> object:
     from motiondb.words.synonyms import parse_synonyms
 
     return parse_synonyms(_text(data))
 
 
-def _read_unit(data: bytes, place: Place) -> object:
+def _read_unit(data: bytes, _place: Place) -> object:
     from motiondb.capture.units import unit_from_name
 
     return unit_from_name(_text(data))
 
 
-def _read_subjects(data: bytes, place: Place) -> object:
+def _read_subjects(data: bytes, _place: Place) -> object:
     from motiondb.fetch.cmu import check_subjects
 
     return check_subjects(_text(data).split())

@@ -18,9 +18,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from robustness_tasks.databases import copy_captures
-
 from motiondb import LearnSettings, MotionDB
+from robustness_tasks.databases import copy_captures
 
 ROUNDS = 5
 """How often threads and processes meet."""
