@@ -116,11 +116,11 @@ def run(seeds: range, database: Path) -> Iterator[Outcome]:
     assert motiondb
     kinds = tuple(COMMANDS)
     with tempfile.TemporaryDirectory() as folder:
-        base = _prepared(Path(folder) / "base", database)
-        reference = functools.cache(functools.partial(_reference, base))
+        base = prepared(Path(folder) / "base", database)
+        usual = functools.cache(functools.partial(reference, base))
         for seed in seeds:
             kind = kinds[seed % len(kinds)]
-            yield _kill(seed, kind, base, reference(kind))
+            yield kill(seed, kind, base, usual(kind))
 
 
 def words_of(kind: str) -> tuple[str, ...]:
@@ -129,7 +129,7 @@ def words_of(kind: str) -> tuple[str, ...]:
     return words if kind == "rescue" else (*words, "--db", DB)
 
 
-def _prepared(base: Path, database: Path) -> Path:
+def prepared(base: Path, database: Path) -> Path:
     """A folder with the database and everything that commands read; the mark is set in it."""
     base.mkdir()
     shutil.copy(database, base / DB)
@@ -147,11 +147,13 @@ def _prepared(base: Path, database: Path) -> Path:
     ended = _start(base, MARK)
     ended.join(PATIENCE)
     if ended.exitcode:
-        raise RuntimeError((base / "printed.txt").read_text() + (base / "errors.txt").read_text())
+        raise RuntimeError((base / "errors.txt").read_text())
+    for name in ("printed.txt", "errors.txt"):
+        (base / name).unlink()
     return base
 
 
-def _reference(base: Path, kind: str) -> Reference:
+def reference(base: Path, kind: str) -> Reference:
     """Run a command undisturbed, and the next one."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "case"
@@ -167,7 +169,7 @@ def _reference(base: Path, kind: str) -> Reference:
         return Reference(seconds, before, after, outputs, frozenset(_names(place)))
 
 
-def _kill(seed: int, kind: str, base: Path, usual: Reference) -> Outcome:
+def kill(seed: int, kind: str, base: Path, usual: Reference) -> Outcome:
     """Start a command, kill it, look at what is there, and run a further one."""
     share = np.random.default_rng([seed, 3]).uniform(0.0, LATEST)
     with tempfile.TemporaryDirectory() as folder:
@@ -178,7 +180,8 @@ def _kill(seed: int, kind: str, base: Path, usual: Reference) -> Outcome:
         ended = process.exitcode is not None
         process.kill()
         process.join()
-        told = "{" in (text := (place / "printed.txt").read_text()) or bool(text.strip())
+        printed = place / "printed.txt"
+        told = printed.exists() and bool(printed.read_text().strip())
         faults = [] if not ended or process.exitcode == 0 else [f"ended with {process.exitcode}"]
         faults += _going_on(process)
         found = _beside(_examine, place)
