@@ -1,4 +1,4 @@
-"""The page ``docs/robustness.md``: what was tried, what failed, counted from the logs of the parts."""
+"""The page ``docs/robustness.md``: what was tried and what failed, counted from the logs."""
 
 from __future__ import annotations
 
@@ -117,8 +117,8 @@ def _fuzz(cases: list[Case]) -> str:
         ),
     )
     return (
-        f"`python benchmarks/robustness.py fuzz --out DIR`, seeds {seeds_of(cases)}. A case is read,"
-        " refused by a reader with one of the project's errors, or caught: refused by the safety"
+        f"`python benchmarks/robustness.py fuzz --out DIR`, seeds {seeds_of(cases)}. A case is"
+        " read, refused by a reader with one of the project's errors, or caught: refused by the safety"
         " net around all readers, which names the exception. It fails with any other exception, if"
         f" its process dies, above {MOST_SECONDS:g} s of processor time or above"
         f" {MOST_MEGABYTES:g} MB. `add`, `words import`, `words synonyms` and `events import` write"
