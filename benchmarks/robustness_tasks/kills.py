@@ -56,7 +56,9 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "grammar learn": (
         "grammar", "learn", "boris/long_2", "chidi/long_3", "--terminals", "4", "--name", "other",
     ),
-    "grammar generate": ("grammar", "generate", GRAMMAR, "-o", "new.glb", "--save", "new"),
+    "grammar generate": (
+        "grammar", "generate", GRAMMAR, "-o", "new.glb", "--length", "10", "--save", "new",
+    ),
     "grammar edit": (
         "grammar", "edit", GRAMMAR, "kept", "--at", "2", "--choose", "1", "--save", "edited",
     ),

@@ -118,9 +118,9 @@ def _fuzz(cases: list[Case]) -> str:
     )
     return (
         f"`python benchmarks/robustness.py fuzz --out DIR`, seeds {seeds_of(cases)}. A case is"
-        " read, refused by a reader with one of the project's errors, or caught: refused by the safety"
-        " net around all readers, which names the exception. It fails with any other exception, if"
-        f" its process dies, above {MOST_SECONDS:g} s of processor time or above"
+        " read, refused by a reader with one of the project's errors, or caught: refused by the"
+        " safety net around all readers, which names the exception. It fails with any other"
+        f" exception, if its process dies, above {MOST_SECONDS:g} s of processor time or above"
         f" {MOST_MEGABYTES:g} MB. `add`, `words import`, `words synonyms` and `events import` write"
         " to a copy of the database; their times include copying and opening it.\n\n"
         f"{table(heads, rows)}\n\n{failures}"
