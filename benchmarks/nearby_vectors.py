@@ -33,7 +33,7 @@ def embed(texts: list[str], at_once: int = 256) -> FloatArray:
     tokenizer = AutoTokenizer.from_pretrained(folder)
     model = AutoModel.from_pretrained(folder).eval()
     order = sorted(range(len(texts)), key=lambda n: (len(texts[n]), texts[n]))
-    found = np.zeros((len(texts), 384), dtype=np.float32)
+    found = np.zeros((len(texts), 384))
     with torch.inference_mode():
         for start in range(0, len(order), at_once):
             part = order[start : start + at_once]

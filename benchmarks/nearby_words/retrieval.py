@@ -89,14 +89,14 @@ def hide_words(shown: Shown, table: NearbyTable, seed: int) -> list[Hidden]:
             for w in table.words
             if (t := take_word(w, {shown.names[n] for n in known}, table)).is_taken
         ]  # entries of any English word: what a shuffled table answers
-        for number, taking in takings.items():
-            right = told[:, number]
+        for word, taking in takings.items():
+            right = told[:, word]
             scores = _ask(taking, fit, shown, test)
-            itself = fit.evidence(shown.vectors[test])[:, number]
+            itself = fit.evidence(shown.vectors[test])[:, word]
             drawn = rng.integers(0, len(every), 20)
             found.append(Hidden(
-                shown.names[number], taking, precision(scores, right),
-                precision(itself, right) if trained[number] >= LEAST_TRAINED else float("nan"),
+                shown.names[word], taking, precision(scores, right),
+                precision(itself, right) if trained[word] >= LEAST_TRAINED else float("nan"),
                 float(np.mean([precision(rng.random(len(right)), right) for _ in range(200)])),
                 float(np.mean([precision(_ask(every[d], fit, shown, test), right) for d in drawn])),
                 int(right.sum()), len(right),

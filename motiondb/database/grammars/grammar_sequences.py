@@ -24,6 +24,9 @@ from motiondb.records import CaptureInfo, Motion
 
 MAX_NAME = 200
 """Letters of the name of a kept sequence, so that it can be the name of a file."""
+LONGEST_STRING = 1000
+"""Most terminals of a string that a user gives. Parsing takes time in proportion to the cube of the
+length; 1,000 terminals take some seconds with the grammars that were tried."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,12 +182,17 @@ def terminals_of(grammar: context_free.Grammar, text: str | Sequence[str]) -> tu
 
     Raises
     ------
-    QueryError : a name that is no terminal of the grammar; suggests the nearest.
+    QueryError : a name that is no terminal of the grammar (suggests the nearest); more than 1,000.
 
     >>> terminals_of(context_free.read_grammar("S -> a b"), "b  a")
     ('b', 'a')
     """
     names = tuple(text.split()) if isinstance(text, str) else tuple(text)
+    if len(names) > LONGEST_STRING:
+        raise QueryError(
+            f"string: expected at most {LONGEST_STRING} terminals, found {len(names)}. "
+            "Ask for a shorter one."
+        )
     for name in names:
         if name not in grammar.terminals:
             shown = ", ".join(grammar.terminals[:30])
