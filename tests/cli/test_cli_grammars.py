@@ -255,7 +255,9 @@ def test_alternatives_that_cannot_be_played_are_offered_with_the_reason(
             raise QueryError("d: expected a capture with this terminal, found none. Add it.")
         return edited.tree(number).leaves()
 
-    def written(made: tuple[str, ...], _seed: int, _output: object) -> dict[str, Any]:
+    def written(
+        _base: object, made: tuple[str, ...], _seed: int, _output: object
+    ) -> dict[str, Any]:
         return {"string": list(made), "seconds": 2.0, "join_cost": 0.5}
 
     gone = ["d"]
