@@ -193,7 +193,7 @@ def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") ->
     return Validation(False, names, None, furthest, expected, message)
 
 
-def _check_length(grammar: MotionGrammar, actions: Sequence[str]) -> None:
+def _check_length(grammar: MotionGrammar, actions: Sequence[object]) -> None:
     """Refuse a string that would take too long to parse (SceneError)."""
     if len(actions) > LONGEST_STRING:
         raise SceneError(
