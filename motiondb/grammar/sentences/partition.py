@@ -249,8 +249,8 @@ def improve(
         else:
             flat = _flat(strings, cuts, number)
             refitted = refit(current.rules, flat)
-            known = [] if refitted is None else [_annealed(refitted, rng, REWARMED)]
-            changed = _judged(cuts, flat, rng, (_FRESH, _WARM), known)
+            known = [] if refitted is None else [refitted]
+            changed = _judged(cuts, flat, rng, (_FRESH, _WARM), known, annealed=False)
         seen.add(cuts)
         warmth = _WARMTH * best.bits * (1.0 - done / changes)
         if changed.bits <= current.bits or rng.random() < math.exp(
@@ -281,6 +281,7 @@ def _judged(
     rng: np.random.Generator,
     times: tuple[int, int],
     known: Sequence[RuleSet] = (),
+    annealed: bool = True,
 ) -> Judged:
     """Return a partition with the best rules that are known or annealed for it.
 
@@ -295,10 +296,14 @@ def _judged(
     times : tuple of int
         Annealings from plain sentences, and then from perturbed rules.
     known : sequence of RuleSet
-        Rules found before.
+        Other rules for these sentences.
+    annealed : bool
+        Whether the other rules were annealed before; else they are annealed here.
     """
     fresh, repeated = times
-    best = min([*(_annealed(flat, rng) for _ in range(fresh)), *known], key=RuleSet.bits)
+    candidates = [_annealed(flat, rng) for _ in range(fresh)]
+    candidates += known if annealed else [_annealed(rules, rng, REWARMED) for rules in known]
+    best = min(candidates, key=RuleSet.bits)
     for _ in range(repeated):
         apart = perturb(best, flat, _tries(flat), rng)
         if apart is not None:
