@@ -29,6 +29,7 @@ from motiondb.database.grammars.grammar_parsing import ParsedMotion
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material, terminals_of
 from motiondb.database.grammars.grammar_words import Meaning, terminal_meanings
 from motiondb.errors import QueryError
+from motiondb.file_names import is_file
 from motiondb.grammar.cfg import prefix
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.grammar.derivation.derive import derive
@@ -147,7 +148,7 @@ class Grammars:
         """The take that an example is, be it a capture or a file with the same bytes."""
         if isinstance(example, Motion):
             return None
-        if Path(example).is_file():
+        if is_file(example):
             sha256 = store.digest(Path(example).read_bytes())
             sources = enumerate(material.learned.sources)
             return next((take for take, source in sources if source.sha256 == sha256), None)
