@@ -159,6 +159,7 @@ class Store:
         self._is_swapping = False
         self._is_closed = False
         self._is_lent = False
+        self._is_writing = False
         self._root: duckdb.DuckDBPyConnection | None = connect(read_only, None)
 
     @property
@@ -225,6 +226,20 @@ class Store:
         """Open the file again as it was at the next use."""
         self._swap_root(is_lent=False)
 
+    @contextmanager
+    def open_for_writing(self) -> Iterator[None]:
+        """Take a lent file back while the block runs; the caller holds ``write_lock``."""
+        if not self._is_lent or self._local.depth:
+            yield
+            return
+        self._is_writing = True
+        try:
+            self._swap_root(is_lent=self._is_lent)
+            yield
+        finally:
+            self._is_writing = False
+            self._swap_root(is_lent=self._is_lent)
+
     def close(self) -> None:
         """Let go of the file; a second call does nothing."""
         with self._turn:
@@ -265,7 +280,8 @@ class Store:
             )
         if self._root is None:
             try:
-                self._root = self._connect(self.read_only or self._is_lent, wait)
+                is_lent = self._is_lent and not self._is_writing
+                self._root = self._connect(self.read_only or is_lent, wait)
             except OtherModeError:
                 if not self._is_lent:
                     raise
