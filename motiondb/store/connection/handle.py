@@ -11,6 +11,7 @@ The root can be closed and opened again while the :class:`Store` stays (see
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -102,6 +103,18 @@ class Connection:
             error = self._first_error
         self._first_error = error
         raise translate(self.path, error) from error
+
+
+def _close(connection: duckdb.DuckDBPyConnection) -> None:
+    """Close a connection; while another thread uses it, DuckDB refuses, so try for 10 s."""
+    for _ in range(1000):
+        try:
+            connection.close()
+        except duckdb.Error:
+            time.sleep(0.01)
+        else:
+            return
+    connection.close()
 
 
 class _ThreadState(threading.local):
@@ -265,7 +278,7 @@ class Store:
                 self._turn.wait_for(lambda: self._users <= bool(self._local.depth))
                 self._is_lent = is_lent
                 if self._root is not None and not self._is_closed:
-                    self._root.close()
+                    _close(self._root)
                     self._root = None
                     self._opening += 1
             finally:
