@@ -201,8 +201,9 @@ def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = Fals
     """Report how well a scene keeps each rule, collisions, and the sources of its motion."""
     from motiondb.database.scenes.scene_folder import read_scene_folder
     from motiondb.database.scenes.scene_reports import report_facts, report_text
+    from motiondb.file_names import is_folder
 
-    if Path(place).is_dir():
+    if is_folder(place):
         record = read_scene_folder(Path(place))
         if png:
             from motiondb.database.scenes.scene_folder import draw_folder

@@ -43,7 +43,7 @@ def page(folder: Path) -> str:
 
 
 def load(folder: Path, part: str) -> list[Case]:
-    """The cases of a part, by seed; of a seed that ran twice, the later run."""
+    """The cases of a part, by seed; of a seed or a question that ran twice, the later run."""
     path = folder / f"{part}.jsonl"
     if not path.exists():
         return []
@@ -51,6 +51,8 @@ def load(folder: Path, part: str) -> list[Case]:
     if found and "seed" in found[0]:
         found = list({(case["seed"], case["kind"]): case for case in found}.values())
         found.sort(key=lambda case: (case["seed"], case["kind"]))
+    if part == "questions":
+        found = list({case["kind"]: case for case in found}.values())
     return found
 
 
@@ -192,11 +194,10 @@ def _together(cases: list[Case]) -> str:
 
 
 def _questions(cases: list[Case]) -> str:
-    latest = list({case["kind"]: case for case in cases}.values())
     rows = [
         (case["kind"], case["answer"], f"{case['seconds']:.1f}", f"{case['megabytes']:.0f}",
          case["message"][:120].replace("|", "\\|").replace("\n", " "))
-        for case in latest
+        for case in cases
     ]  # fmt: skip
     heads = ("question", "answer", "s", "MB", "message")
     return (

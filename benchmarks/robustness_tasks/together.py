@@ -123,7 +123,7 @@ def _add_and_remove(more: Path) -> Callable[[MotionDB, int], None]:
     def turn(db: MotionDB, _turn: int) -> None:
         report = db.add(more, words=more / "captions.tsv")
         _expect(len(report.problems) == 0, f"add: {report.problems}")
-        db.remove("ana/wave_1")
+        db.remove(["ana/wave_1"])
 
     return turn
 

@@ -55,15 +55,16 @@ def parse_synonyms(text: str, source: str = "synonyms") -> dict[str, str]:
             )
         elif pair[0] != pair[1]:
             table[pair[0]], lines[pair[0]] = pair[1], number
+    ends = _ends(table)
     faults += [
         f"{source}:{lines[word]}: expected synonyms that end in a word, found a circle through "
         f"{word!r}. Leave one of its lines out."
         for word in table
-        if _follow(word, table) is None
+        if ends[word] is None
     ]
     if faults:
         raise SheetError("\n".join(faults))
-    return {word: _follow(word, table) or word for word in table}
+    return {word: ends[word] or word for word in table}
 
 
 def _pair(line: str) -> tuple[str, str] | None:
@@ -73,12 +74,15 @@ def _pair(line: str) -> tuple[str, str] | None:
     return lemma(sides[0]), lemma(sides[1])
 
 
-def _follow(word: str, table: dict[str, str]) -> str | None:
-    """End of the chain that starts at a word, or None where it is a cycle."""
-    seen = {word}
-    while word in table:
-        word = table[word]
-        if word in seen:
-            return None
-        seen.add(word)
-    return word
+def _ends(table: dict[str, str]) -> dict[str, str | None]:
+    """End of the chain that starts at each word, None where it leads into a cycle."""
+    ends: dict[str, str | None] = {}
+    for start in table:
+        chain: dict[str, None] = {}
+        word = start
+        while word in table and word not in ends and word not in chain:
+            chain[word] = None
+            word = table[word]
+        end = None if word in chain else ends.get(word, word)
+        ends.update(dict.fromkeys(chain, end))
+    return ends

@@ -15,6 +15,7 @@ from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.database.catalogue.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
+from motiondb.file_names import is_file
 from motiondb.pose import retarget
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
@@ -165,7 +166,7 @@ class CatalogueVerbs:
         """
         if isinstance(example, Motion):
             motion = example
-        elif Path(example).is_file():
+        elif is_file(example):
             motion = retarget.to_motion(capture.read_capture(example))
         else:
             with self.session.reading():

@@ -19,6 +19,7 @@ from motiondb.database.catalogue.added_sheets import (
 from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
+from motiondb.file_names import is_file, is_folder
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
 from motiondb.search import copies
 
@@ -257,9 +258,9 @@ def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
 
 
 def _files(folder: Path) -> list[Path]:
-    if folder.is_file():
+    if is_file(folder):
         return [folder]
-    if not folder.is_dir():
+    if not is_folder(folder):
         raise MotionDBError(f"{folder}: expected a capture or a folder of captures, found nothing.")
     files = capture.find_captures(folder)
     if not files:

@@ -13,6 +13,7 @@ from pathlib import Path
 from motiondb import capture, store
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
+from motiondb.file_names import check_file_name
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
 
@@ -62,6 +63,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
         Nothing of the file can be read, or the output is there already.
     """
     path, output = Path(path), Path(output)
+    check_file_name(output)
     if not output.parent.is_dir():
         raise StoreError(
             f"{output}: expected the folder {output.parent}, found none. Make the folder first."

@@ -29,6 +29,7 @@ from motiondb.database.grammars.grammar_parsing import ParsedMotion
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material, terminals_of
 from motiondb.database.grammars.grammar_words import Meaning, terminal_meanings
 from motiondb.errors import QueryError
+from motiondb.file_names import is_file
 from motiondb.grammar.cfg import prefix
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.grammar.derivation.derive import derive
@@ -147,7 +148,7 @@ class Grammars:
         """Return the take that an example is, be it a capture or a file with the same bytes."""
         if isinstance(example, Motion):
             return None
-        if _is_file(example):
+        if is_file(example):
             sha256 = store.digest(Path(example).read_bytes())
             sources = enumerate(material.learned.sources)
             return next((take for take, source in sources if source.sha256 == sha256), None)
@@ -262,11 +263,3 @@ class Grammars:
         """Keep a sequence as a generated capture, with its derivation, so that it can be edited."""
         material = self.material(sequence.grammar)
         return grammar_sequences.keep(material, sequence, name, seed, how or {})
-
-
-def _is_file(example: str | Path) -> bool:
-    """Whether a text is the path of a file; a text that cannot be a path is none."""
-    try:
-        return Path(example).is_file()
-    except (OSError, ValueError):  # too long for a path, or with a null character
-        return False

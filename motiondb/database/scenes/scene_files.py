@@ -6,6 +6,7 @@ from importlib import resources
 from pathlib import Path
 
 from motiondb.errors import SceneError, suggestion
+from motiondb.file_names import is_file
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram
@@ -57,7 +58,7 @@ def grammar_of(diagram: Diagram, beside: str | Path = "") -> MotionGrammar:
 def grammar_file(diagram: Diagram, beside: str | Path = "") -> str | Path:
     """Return the file beside the diagram's that holds its grammar, or the name of a shipped one."""
     path = Path(beside).parent / f"{diagram.grammar}{GRAMMAR}"
-    return path if beside and path.is_file() else diagram.grammar
+    return path if beside and is_file(path) else diagram.grammar
 
 
 def text_of(name: str | Path, ending: str) -> tuple[str, str]:
@@ -70,7 +71,7 @@ def text_of(name: str | Path, ending: str) -> tuple[str, str]:
     """
     path = Path(name)
     plain = str(name).removesuffix(ending)
-    if not path.is_file() and plain in shipped(ending):
+    if not is_file(path) and plain in shipped(ending):
         folder = resources.files("motiondb.scene").joinpath(_FOLDERS[ending])
         return folder.joinpath(plain + ending).read_text(encoding="utf-8"), plain + ending
     try:

@@ -38,6 +38,7 @@ from motiondb.database.scenes.scene_making import (
 from motiondb.database.scenes.scene_records import record_state, record_text, scene_record
 from motiondb.database.scenes.scene_reports import source_list
 from motiondb.errors import QueryError, suggestion
+from motiondb.file_names import is_folder
 from motiondb.pose import body
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
@@ -294,7 +295,7 @@ class Scenes:
         SceneError
             The folder's record has a fault.
         """
-        if Path(place).is_dir():
+        if is_folder(place):
             return read_scene_folder(Path(place))
         names = self.names()
         if str(place) not in names:

@@ -11,6 +11,7 @@ The root can be closed and opened again while the :class:`Store` stays (see
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -104,6 +105,18 @@ class Connection:
         raise translate(self.path, error) from error
 
 
+def _close(connection: duckdb.DuckDBPyConnection) -> None:
+    """Close a connection; while another thread uses it, DuckDB refuses, so try for 10 s."""
+    for _ in range(1000):
+        try:
+            connection.close()
+        except duckdb.Error:
+            time.sleep(0.01)
+        else:
+            return
+    connection.close()
+
+
 class _ThreadState(threading.local):
     """What each thread has of a store: its connection and its transaction."""
 
@@ -159,6 +172,7 @@ class Store:
         self._is_swapping = False
         self._is_closed = False
         self._is_lent = False
+        self._is_writing = False
         self._root: duckdb.DuckDBPyConnection | None = connect(read_only, None)
 
     @property
@@ -225,6 +239,20 @@ class Store:
         """Open the file again as it was at the next use."""
         self._swap_root(is_lent=False)
 
+    @contextmanager
+    def open_for_writing(self) -> Iterator[None]:
+        """Take a lent file back while the block runs; the caller holds ``write_lock``."""
+        if not self._is_lent or self._local.depth:
+            yield
+            return
+        self._is_writing = True
+        try:
+            self._swap_root(is_lent=self._is_lent)
+            yield
+        finally:
+            self._is_writing = False
+            self._swap_root(is_lent=self._is_lent)
+
     def close(self) -> None:
         """Let go of the file; a second call does nothing."""
         with self._turn:
@@ -250,7 +278,7 @@ class Store:
                 self._turn.wait_for(lambda: self._users <= bool(self._local.depth))
                 self._is_lent = is_lent
                 if self._root is not None and not self._is_closed:
-                    self._root.close()
+                    _close(self._root)
                     self._root = None
                     self._opening += 1
             finally:
@@ -265,7 +293,8 @@ class Store:
             )
         if self._root is None:
             try:
-                self._root = self._connect(self.read_only or self._is_lent, wait)
+                is_lent = self._is_lent and not self._is_writing
+                self._root = self._connect(self.read_only or is_lent, wait)
             except OtherModeError:
                 if not self._is_lent:
                     raise

@@ -18,6 +18,7 @@ from typing import Any
 import duckdb
 
 from motiondb.errors import StoreError
+from motiondb.file_names import check_file_name
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
@@ -59,6 +60,7 @@ def open_store(
         another process, which is named.
     """
     path = Path(path)
+    check_file_name(path)
     if not path.exists() or (path.is_file() and path.stat().st_size == 0):
         if read_only or not create:
             found = "an empty file" if path.exists() else "no such file"

@@ -42,7 +42,7 @@ def transaction(store: Store) -> Iterator[Connection]:
     if store.in_transaction:
         yield store.connection
         return
-    with store.write_lock, store.in_use() as is_outermost:
+    with store.write_lock, store.open_for_writing(), store.in_use() as is_outermost:
         if not is_outermost:
             raise StoreError(
                 f"{store.path}: expected to change the database outside `reading`, found it inside."

@@ -1,0 +1,54 @@
+"""Whether a name that a user gave is that of a file or a folder.
+
+``pathlib`` raises an error for a name that the system cannot have, such as one of 300 characters;
+here such a name is that of no file.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from motiondb.errors import StoreError
+
+
+def is_file(name: str | os.PathLike[str]) -> bool:
+    """Return whether there is a file of this name.
+
+    >>> is_file("n" * 300)
+    False
+    """
+    try:
+        return Path(name).is_file()
+    except OSError:
+        return False
+
+
+def is_folder(name: str | os.PathLike[str]) -> bool:
+    """Return whether there is a folder of this name.
+
+    >>> is_folder("."), is_folder("n" * 300)
+    (True, False)
+    """
+    try:
+        return Path(name).is_dir()
+    except OSError:
+        return False
+
+
+def check_file_name(path: Path) -> None:
+    """Refuse the name of a database that the system cannot have.
+
+    Raises
+    ------
+    StoreError
+        The name is too long, or leads through a file or a folder that may not be read.
+    """
+    try:
+        path.exists()
+        path.with_name(f".{path.name}.{os.getpid()}.compact").exists()  # of drafts beside it
+    except OSError as error:
+        found = (error.strerror or "an error").lower()
+        raise StoreError(
+            f"{str(path)[:100]}: expected the name of a file, found: {found}. Give another name."
+        ) from None
