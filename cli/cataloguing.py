@@ -136,6 +136,12 @@ def add(
             typer.echo(f"  {report.counted} of them searchable at once")
         if report.events:
             typer.echo(f"  {report.events} events kept with them")
+        if report.without_performer:
+            typer.echo(
+                f"  no performer column for {report.without_performer} of them: captures of one "
+                "folder count as one performer, in a single folder those whose names are the same "
+                "up to the last number; a column `performer` in the sheet says otherwise"
+            )
         for relation in report.relations:
             typer.echo(f"  {_relation(relation)}")
         for name, known in report.known:

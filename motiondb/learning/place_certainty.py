@@ -185,7 +185,7 @@ def fit_certainty(
         some = rng.permutation(len(captures))[: len(joined)]
         whole = [captures[i] for i in sorted(some)]
         judged += joined
-        judged += [one for each in whole for one in judge(_join([each]), maps[each.group])]
+        judged += [one for each in whole for one in judge(join([each]), maps[each.group])]
     right = np.array([one.right for one in judged], dtype=bool)
     if len(right) < LEAST_QUESTIONS or right.all() or not right.any():
         return None
@@ -231,7 +231,7 @@ def join_captures(captures: Sequence[ShortCapture], rng: np.random.Generator) ->
         left = [own[i] for i in rng.permutation(len(own))]
         while len(left) >= FEWEST_PARTS:
             n = min(int(rng.integers(FEWEST_PARTS, MOST_PARTS + 1)), len(left))
-            takes.append(_join(left[:n]))
+            takes.append(join(left[:n]))
             left = left[n:]
     return takes
 
@@ -300,7 +300,8 @@ def _is_shown_elsewhere(
     return set(capture.words) <= {word for words in others for word in words}
 
 
-def _join(captures: Sequence[ShortCapture]) -> JoinedTake:
+def join(captures: Sequence[ShortCapture]) -> JoinedTake:
+    """Captures of one performer one after another as one take; one is a take of one part."""
     starts, ends, parts, at = [], [], [], 0
     for capture in captures:
         shift = at - int(capture.starts[0])
