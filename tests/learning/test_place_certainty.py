@@ -1,4 +1,4 @@
-"""How sure a place is: joined takes, their questions, cues by hand, probabilities that come true."""
+"""How sure a place is: joined takes, their questions, cues by hand, and what comes true."""
 
 from __future__ import annotations
 
