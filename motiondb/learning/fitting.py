@@ -70,7 +70,6 @@ def fit_model(
     tell("words", 0.0)
     n_symbols = acquired.symbols.n_symbols
     words = fit_words(table, taught, n_symbols)
-    tell("places", 0.0)
     places, certainties = _fit_places(table, taught, words, rng)
     return LearnedModel(
         run_id=0,

@@ -162,15 +162,16 @@ def _said(
 ) -> _Said | None:
     """How sure a capture shows part k; None where it asks for nothing or nothing was learned."""
     sure = learned.word_certainty
-    asked = [statement for statement in hit.statements if statement.exclusion < 0]
-    own = [odds for statement, odds in zip(asked, reasons.by_action(why)) if statement.part == k]
+    asked = [n for n, statement in enumerate(hit.statements) if statement.exclusion < 0]
+    of_part = {n for n in asked if hit.statements[n].part == k}
+    own = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]
     if sure is None or not reading.parts[k].actions or not own:
         return None
     heard = [float(sure.log_odds(np.array([odds - said]))) for odds, said in own]
     return _Said(
         prod(float(certainty.probability(h + said)) for h, (_, said) in zip(heard, own)),
         prod(float(certainty.probability(h)) for h in heard),
-        all(said > 0.0 for _, said in own),
+        all(reason.written > 0.0 for reason in why if reason.action in of_part),
     )
 
 
