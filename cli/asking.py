@@ -12,6 +12,7 @@ import typer
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
+    Exact,
     From,
     Json,
     Limit,
@@ -20,11 +21,12 @@ from motiondb.cli.options import (
     To,
     Where,
     database,
-    note_unknown,
+    note_taken,
     note_unlearned,
     print_json,
     print_table,
     progress,
+    taken_facts,
 )
 
 if TYPE_CHECKING:
@@ -63,6 +65,7 @@ def search(
     explain: Annotated[
         bool, typer.Option("--explain", help="Show the contribution of every symbol to every word.")
     ] = False,
+    exact: Exact = False,
     png: Png = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
@@ -88,18 +91,20 @@ def search(
             "by aligning sequences: its symbols are its reason."
         )
     with database(db) as base:
-        answer = base.search(words, where, limit, by_symbols)
+        answer = base.search(words, where, limit, by_symbols, exact=exact)
         note_unlearned(base)
-        vocabulary = base.vocabulary()
+        vocabulary = (*base.vocabulary(), *answer.taken)
         if png and explain and answer.reasons:
             explaining.draw_reason(base, answer, png, words)
         elif png and answer.matches:
             _draw(base, answer.matches, png, words)
-    note_unknown(answer.unknown)
+    note_taken(answer.taken, answer.suggested, answer.unknown)
     why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
     more = {"question": understanding.question_facts(answer.question, answer.not_used)}
     if answer.decoding:
         more["decoding"] = asdict(answer.decoding)
+    if answer.taken:
+        more["taken"] = taken_facts(answer.taken)
     if not json:
         understanding.print_question(answer.question, answer.not_used, "search")
     _print_answer(answer, json, reasons=True, why=why, more=more)
@@ -254,6 +259,7 @@ def generate(
     method: Annotated[
         str, typer.Option("--method", help="stitched, trajectory or montecarlo.")
     ] = "stitched",
+    exact: Exact = False,
     save: Annotated[
         str | None, typer.Option("--save", help="Keep it as a capture of this name.")
     ] = None,
@@ -268,14 +274,14 @@ def generate(
         tell("generating", 0.0, 1.0)
         if save is not None:
             base.check_name_free(save)
-        made = base.generate(words, seed, method)
+        made = base.generate(words, seed, method, exact)
         facts = made.write(output)
         if save is not None:
             base.save_generated(save, words, made, seed)
             facts["capture"] = save
         if png:
             made.draw(png)
-    note_unknown(made.unknown)
+    note_taken(made.taken, made.suggested, made.unknown)
     if json:
         facts["question"] = understanding.question_facts(made.question, made.not_used)
         print_json(facts)

@@ -17,6 +17,7 @@ import typer
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
     from motiondb.learning.drift import Drift
+    from motiondb.words.nearby.taking import Taking
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -29,6 +30,10 @@ Where = Annotated[
     typer.Option(
         "--where", help="Only captures that match, such as 'performer in (14, 16) and not fps<60'."
     ),
+]
+Exact = Annotated[
+    bool,
+    typer.Option("--exact", help="Leave out words that no caption holds; take none as others."),
 ]
 Limit = Annotated[int, typer.Option("--limit", min=1, help="Largest number of answers.")]
 GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="Name of a grammar.")]
@@ -219,6 +224,45 @@ def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:
     for word, near in unknown.items():
         hint = f"; the nearest known: {', '.join(near)}" if near else ""
         typer.echo(f"unknown word {word!r} left out{hint}", err=True)
+
+
+def note_taken(
+    taken: Mapping[str, Taking],
+    suggested: Mapping[str, Taking],
+    unknown: Mapping[str, Sequence[str]],
+) -> None:
+    """Say on standard error what was made of the words of a question that no caption holds.
+
+    Parameters
+    ----------
+    taken : mapping of str to Taking
+        Words that are taken as known ones.
+    suggested : mapping of str to Taking
+        Words for which known ones are suggested.
+    unknown : mapping of str to sequence of str
+        Words that are left out -> nearest known words.
+    """
+    for taking in taken.values():
+        typer.echo(taking.sentence(), err=True)
+    for word, taking in suggested.items():
+        if word in unknown and taking.words:
+            typer.echo(f"{taking.sentence()}; left out", err=True)
+    told = {word for word, taking in suggested.items() if taking.words}
+    note_unknown({word: near for word, near in unknown.items() if word not in told})
+
+
+def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:
+    """What words were taken as, for JSON.
+
+    Parameters
+    ----------
+    taken : mapping of str to Taking
+        Words that are taken as known ones.
+    """
+    return {
+        word: [{"word": known, "probability": p} for known, p in taking.words]
+        for word, taking in taken.items()
+    }
 
 
 def print_json(value: object) -> None:

@@ -70,7 +70,7 @@ def generate(
         if save is not None:
             base.check_name_free(save)
         made = base.grammars.generate(name, seed, length)
-        facts = _hand_out(base, made, seed, output, save, png, {"length": length})
+        facts = _hand_out(base, made, seed, (output, png), save, {"length": length})
     if json:
         print_json(facts)
     else:
@@ -139,7 +139,7 @@ def edit(
                 "edited": sequence, "at": at, "wider": wider, "narrower": narrower,
                 "number": number, "choose": choose,
             }  # fmt: skip
-            facts = _hand_out(base, made, seed, output, save, None, how)
+            facts = _hand_out(base, made, seed, (output, None), save, how)
         else:
             facts = _offer(base, name, edited, seed, output)
     if json:
@@ -154,12 +154,12 @@ def _hand_out(
     base: MotionDB,
     made: GrammarSequence,
     seed: int,
-    output: Path | None,
+    paths: tuple[Path | None, Path | None],
     save: str | None,
-    png: Path | None,
     how: dict[str, object],
 ) -> dict[str, Any]:
-    """Write, draw and keep what was made; the facts."""
+    """Write and draw a sequence (paths of both, perhaps None), keep it; return its facts."""
+    output, png = paths
     facts = _written(base, made, seed, output)
     if png:
         base.grammars.draw_sequence(made, png)

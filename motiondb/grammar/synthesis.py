@@ -88,7 +88,7 @@ class Synthesis:
 
 
 def clip_source(motions: Mapping[int, Motion]) -> ClipSource:
-    """What synthesis needs of the takes, by number.
+    """Return what synthesis needs of the takes, by number.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def _candidates(terminals: Terminals, rows: IntArray, source: ClipSource) -> sti
 
 
 def choose_clips(candidates: Sequence[stitching.Candidates], numbers: Sequence[IntArray]) -> Choice:
-    """The segments of least J, exactly (ties: the first in the takes)."""
+    """Return the segments of least J, exactly (ties: the first in the takes)."""
     picks = stitching.choose(candidates)
     return _choice(candidates, numbers, picks)
 
@@ -209,7 +209,7 @@ def synthesise(
     start: tuple[float, float] = (0.0, 0.0),
     heading: float = 0.0,
 ) -> Synthesis:
-    """The motion of segments one after the other, from a place (x, z), metres, and a heading.
+    """Return the motion of segments one after the other, from a place (x, z; metres) and heading.
 
     It has as many frames as the segments together; away from seams poses are those of the takes,
     but for feet that are held.

@@ -361,6 +361,12 @@ class Learned(LearnedModel):
         }
 
     @cached_property
+    def placed_words(self) -> frozenset[int]:
+        """Numbers of the words whose places were learned."""
+        listed = () if self.places is None else self.places.words.values()
+        return frozenset(word for words in listed for word in words)
+
+    @cached_property
     def said_places(self) -> dict[int, FloatArray]:
         """Nats for the place of words that captions of intervals say: arrays (segments, words).
 

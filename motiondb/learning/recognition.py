@@ -1,4 +1,4 @@
-"""Motions seen through the learned symbols, and words turned into sequences of symbols."""
+"""Motions seen through the learned symbols; words turned into symbols, questions into trees."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ from motiondb.search import score_vectors
 from motiondb.search.by_words import WINDOW_MARGIN
 from motiondb.symbols import acquisition, hmm
 from motiondb.words import decoding
+from motiondb.words.question.known import KnownQuestion, hold_to_known
+from motiondb.words.question.parse import parse
 
 LONGEST_DECODED = 12
 """Largest number of symbols of a decoded sequence of up to 6 words. Chosen by hand; not tuned."""
@@ -165,3 +167,26 @@ def decode(
         log_transitions,
         lengths,
     )
+
+
+def understand(learned: Learned, text: str) -> KnownQuestion:
+    """Understand a question in the words that the database knows.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    text : str
+        The question.
+
+    Raises
+    ------
+    QueryError
+        Where no word of it is known, or it cannot be read.
+    """
+    counts = {
+        word: int(count)
+        for word, count in zip(learned.association.words, learned.association.counts)
+        if count > 0
+    }
+    return hold_to_known(parse(text, learned.synonyms, learned.lemmas), counts)

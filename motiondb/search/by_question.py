@@ -58,6 +58,7 @@ class Statement:
     near : float
         Share of these segments in its log-odds; the rest is of the whole capture.
     log_odds : float
+        Log-odds that the capture shows the action there.
     """
 
     words: tuple[int, ...]
@@ -74,13 +75,16 @@ class QuestionHit:
 
     Attributes
     ----------
-    start, end : int
-        Frames [start, end).
+    start : int
+        First frame.
+    end : int
+        Last frame + 1.
     log_odds : float
         Of everything that is asked and excluded; what ranks answers.
     parts : tuple of (int, int)
         Frames of every part, in order; they do not overlap.
     statements : tuple of Statement
+        Actions that are asked for and excluded.
     reading : int
         Number of the reading.
     """

@@ -23,8 +23,11 @@ def ordered_runs(
     Parameters
     ----------
     values : array (parts, segments)
-    starts, ends : array (segments,)
-        Frames.
+        Log-odds of each part at each segment.
+    starts : array (segments,)
+        First frames.
+    ends : array (segments,)
+        Last frames + 1.
     seconds : array (parts,)
         Least length of every part; the value of a run is the mean of its segments' weighted by
         frames, and a part without a least length is one segment.

@@ -130,7 +130,7 @@ def case(seed: int) -> tuple[str, bytes, Companions]:
 
 def odd_bvh(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
     """Damage a whole BVH."""
-    return ".bvh", _damage(BVH.encode(), rng), {}
+    return ".bvh", damage(BVH.encode(), rng), {}
 
 
 def strange_bvh(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
@@ -159,8 +159,8 @@ def strange_bvh(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
 def odd_amc(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
     """Damage an AMC, its ASF, or both; some have no ASF."""
     which = int(rng.integers(4))
-    amc = _damage(AMC.encode(), rng) if which in (0, 2) else AMC.encode()
-    asf = _damage(ASF.encode(), rng) if which in (1, 2) else ASF.encode()
+    amc = damage(AMC.encode(), rng) if which in (0, 2) else AMC.encode()
+    asf = damage(ASF.encode(), rng) if which in (1, 2) else ASF.encode()
     return ".amc", amc, {} if which == 3 and rng.random() < 0.2 else {"skeleton.asf": asf}
 
 
@@ -184,7 +184,7 @@ def strange_asf(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
 
 def odd_deepmimic(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
     """Damage a whole DeepMimic file."""
-    return str(rng.choice([".txt", ".json"])), _damage(DEEPMIMIC.encode(), rng), {}
+    return str(rng.choice([".txt", ".json"])), damage(DEEPMIMIC.encode(), rng), {}
 
 
 def strange_json(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
@@ -222,7 +222,7 @@ def odd_npz(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)  # type: ignore[arg-type]  # odd values on purpose
     data = buffer.getvalue()
-    return ".npz", _damage(data, rng) if rng.random() < 0.4 else data, {}
+    return ".npz", damage(data, rng) if rng.random() < 0.4 else data, {}
 
 
 def strange_npz(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
@@ -262,12 +262,12 @@ def odd_c3d(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
 
 def odd_sheet(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
     """Damage a sheet of words."""
-    return ".tsv", _damage(SHEET.encode(), rng), {}
+    return ".tsv", damage(SHEET.encode(), rng), {}
 
 
 def odd_events(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
     """Damage a sheet of events."""
-    return ".csv", _damage(EVENTS.encode(), rng), {}
+    return ".csv", damage(EVENTS.encode(), rng), {}
 
 
 def noise(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
@@ -298,7 +298,7 @@ MAKERS = MappingProxyType(
 """Kind of case -> its maker. C3D is apart (:func:`odd_c3d`): each case starts a process."""
 
 
-def _damage(data: bytes, rng: np.random.Generator) -> bytes:
+def damage(data: bytes, rng: np.random.Generator) -> bytes:
     """Damage a file in one to four places."""
     for _ in range(int(rng.integers(1, 5))):
         how = DAMAGES[int(rng.integers(len(DAMAGES)))]

@@ -62,9 +62,11 @@ def test_learn_says_what_was_learned(command: Any, copy: Path) -> None:
     ended = command(*words, "--name", "punch", "--db", copy)
     assert (ended.code, ended.out[:17]) == (0, "punch: 1 capture "), ended.err
     assert "of 3 terminals, 1 sentence, " in ended.out
+    assert "note: punch is a list of its sentences: it derives nothing new." in ended.err
     facts = answer(command(*words, "--json", "--db", copy))
     assert facts["grammar"] == "punch_1"  # the capture's name, where none is given
     assert facts["no_longer_editable"] == []
+    assert facts["derives_new"] is False
     found = answer(command("grammar", "list", "--json", "--db", copy))
     assert [row["grammar"] for row in found] == ["fight", "punch", "punch_1"]
     assert found[2]["captures"] == 1
@@ -253,7 +255,9 @@ def test_alternatives_that_cannot_be_played_are_offered_with_the_reason(
             raise QueryError("d: expected a capture with this terminal, found none. Add it.")
         return edited.tree(number).leaves()
 
-    def written(made: tuple[str, ...], _seed: int, _output: object) -> dict[str, Any]:
+    def written(
+        _base: object, made: tuple[str, ...], _seed: int, _output: object
+    ) -> dict[str, Any]:
         return {"string": list(made), "seconds": 2.0, "join_cost": 0.5}
 
     gone = ["d"]

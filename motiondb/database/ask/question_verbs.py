@@ -10,8 +10,10 @@ from motiondb import store
 from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
 from motiondb.database.generate import generating
 from motiondb.database.generate.keeping import keep_generated
+from motiondb.database.nearby_words import nearby_table
 from motiondb.learning.answers import caption_suggestions, example_answers, word_answers
 from motiondb.learning.learned import Learned
+from motiondb.learning.taken_words import replace_unknown, take_unknown
 from motiondb.records import Caption, CaptureInfo, Motion
 
 if TYPE_CHECKING:
@@ -54,6 +56,7 @@ class QuestionVerbs(CatalogueVerbs):
         limit: int = 10,
         by_symbols: bool = False,
         written: bool = True,
+        exact: bool = False,
     ) -> word_answers.WordAnswer:
         """Find the intervals that show what the words ask for, in their order, best first.
 
@@ -69,19 +72,26 @@ class QuestionVerbs(CatalogueVerbs):
             Decode the words to symbols and align these with the captures, as in paper A.
         written : bool
             Whether captions count as evidence beside the motion.
+        exact : bool
+            Whether words that no caption holds are left out rather than taken as known ones.
 
         Raises
         ------
         NotLearnedError
             When the database has not learned, or learned no words.
         QueryError
-            When no word is known, or the filter cannot be read.
+            When no word is known or taken as a known one, or the filter cannot be read.
         """
         with self.session.reading():
-            allowed = self._numbers(where)
-            return word_answers.search_words(
-                self.searchable, words, allowed, limit, by_symbols, written
-            )
+            allowed, learned = self._numbers(where), self.searchable
+            if exact:
+                return word_answers.search_words(
+                    learned, words, allowed, limit, by_symbols, written
+                )
+            take = replace_unknown if by_symbols else take_unknown
+            learned, takings = take(learned, words, nearby_table())
+            answer = word_answers.search_words(learned, words, allowed, limit, by_symbols, written)
+            return word_answers.with_takings(answer, takings)
 
     def like(
         self,
@@ -147,7 +157,9 @@ class QuestionVerbs(CatalogueVerbs):
         with self.session.reading():
             return word_answers.describe(self.learned, self.motion(example, start, end))
 
-    def generate(self, words: str, seed: int = 0, method: str = "stitched") -> generating.Generated:
+    def generate(
+        self, words: str, seed: int = 0, method: str = "stitched", exact: bool = False
+    ) -> generating.Generated:
         """Make a motion that shows what a sentence says.
 
         Parameters
@@ -159,6 +171,9 @@ class QuestionVerbs(CatalogueVerbs):
         method : str
             "stitched" (real segments), "trajectory" (most probable smooth trajectory) or
             "montecarlo" (every frame drawn).
+        exact : bool
+            Whether words that no caption holds are left out; otherwise a word that may be taken as
+            a known one is replaced by the likeliest.
 
         Raises
         ------
@@ -167,7 +182,7 @@ class QuestionVerbs(CatalogueVerbs):
         QueryError
             For an unknown method, no known word, or words that no symbols can show.
         """
-        return generating.generate(self.session, words, seed, method)
+        return generating.generate(self.session, words, seed, method, exact)
 
     def save_generated(
         self, name: str, words: str, made: generating.Generated, seed: int

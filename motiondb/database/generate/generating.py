@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,13 @@ from motiondb.database.generate.generated_files import (
     source_facts,
     write_with_provenance,
 )
+from motiondb.database.nearby_words import nearby_table
 from motiondb.database.session import Session
 from motiondb.learning.making.motion_making import METHODS, make_motion
+from motiondb.learning.taken_words import replace_unknown
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.words import decoding
+from motiondb.words.nearby.taking import Taking
 from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.tree import NotUsed
 
@@ -57,6 +60,10 @@ class Generated:
         The seed.
     method : str
         One of ``METHODS``.
+    taken : dict
+        Word that no caption holds -> what it was taken as; the likeliest was used.
+    suggested : dict
+        Word that no caption holds -> what is made of it where it was not taken.
     """
 
     motion: Motion
@@ -72,6 +79,8 @@ class Generated:
     words: str = ""
     seed: int = 0
     method: str = "stitched"
+    taken: Mapping[str, Taking] = field(default_factory=dict)
+    suggested: Mapping[str, Taking] = field(default_factory=dict)
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -131,21 +140,24 @@ class Generated:
         return draw_generated(self, self.words, path)
 
 
-def generate(session: Session, words: str, seed: int, method: str) -> Generated:
+def generate(
+    session: Session, words: str, seed: int, method: str, exact: bool = False
+) -> Generated:
     """Make a motion that shows what a sentence says.
 
     Parameters
     ----------
     session : Session
         The open database.
-    not_used : tuple of NotUsed
-        What of the sentence the motion takes no account of.
     words : str
         The sentence.
     seed : int
         The same seed gives the same motion.
     method : str
         One of ``METHODS``.
+    exact : bool
+        Whether words that no caption holds are left out; otherwise a word that may be taken as a
+        known one is replaced by the likeliest.
 
     Raises
     ------
@@ -155,9 +167,10 @@ def generate(session: Session, words: str, seed: int, method: str) -> Generated:
         When the database has not learned, or learned no words.
     """
     with session.reading():
-        found = make_motion(
-            session.learned, session.takes, words, np.random.default_rng(seed), method
-        )
+        learned, takings = session.learned, dict[str, Taking]()
+        if not exact:
+            learned, takings = replace_unknown(learned, words, nearby_table())
+        found = make_motion(learned, session.takes, words, np.random.default_rng(seed), method)
         made = found.made
         provenance = store.to_provenance(
             session.store, made.captures, made.frames, edits=made.edits
@@ -171,6 +184,8 @@ def generate(session: Session, words: str, seed: int, method: str) -> Generated:
         recognised=tuple(int(s) for s in found.recognised),
         provenance=provenance,
         question=found.question,
+        taken={word: taking for word, taking in takings.items() if taking.is_taken},
+        suggested={word: taking for word, taking in takings.items() if not taking.is_taken},
         spans=found.spans,
         not_used=found.not_used,
         words=words,

@@ -59,7 +59,7 @@ class ComparedGrammar:
 
 
 def compare(learned: store.LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
-    """The learned grammar, then the finite state machine, Sequitur and the flat grammar."""
+    """Return the learned grammar, then the finite state machine, Sequitur and the flat grammar."""
     sentences = learned.strings
     kinds: dict[str, tuple[Grammar, Callable[[list[tuple[str, ...]]], Grammar]]] = {
         "learned": (learned.grammar, induce),

@@ -44,7 +44,7 @@ class Edit:
     alternatives: tuple[edit.Alternative, ...]
 
     def tree(self, number: int) -> context_free.Tree:
-        """The derivation with alternative ``number`` (from 0) in the region.
+        """Return the derivation with alternative ``number`` (from 0) in the region.
 
         Raises
         ------
@@ -100,7 +100,7 @@ def offer(
 
 
 def play_alternative(material: Material, edited: Edit, number: int, seed: int) -> GrammarSequence:
-    """The whole sequence with an alternative (from 0) in its region, as motion.
+    """Return the whole sequence with an alternative (from 0) in its region, as motion.
 
     Raises
     ------

@@ -94,7 +94,7 @@ def terminal_facts(
 
 
 def format_tree(tree: context_free.Tree) -> str:
-    r"""A tree on one line, every nonterminal with what it derives in brackets.
+    r"""Return a tree on one line, every nonterminal with what it derives in brackets.
 
     >>> toy = context_free.read_grammar("S -> a B c\nB -> b | empty")
     >>> format_tree(context_free.derive_by(toy, (0, 1)))

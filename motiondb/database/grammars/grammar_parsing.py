@@ -63,7 +63,7 @@ class ParsedMotion:
 
 
 def parse_reading(grammar: context_free.Grammar, reading: Reading) -> ParsedMotion:
-    """The most probable sentences of a reading, or the place where it fails."""
+    """Return the most probable sentences of a reading, or the place where it fails."""
     starts, ends = (tuple((x / MOTION_FPS).tolist()) for x in (reading.starts, reading.ends))
     trees: tuple[context_free.Tree, ...] = ()
     fault = None
@@ -77,7 +77,7 @@ def parse_reading(grammar: context_free.Grammar, reading: Reading) -> ParsedMoti
 
 
 def as_learned(learned: store.LearnedGrammar, take: int) -> ParsedMotion:
-    """The stored string, sentences and parses of a take."""
+    """Return the stored string, sentences and parses of a take."""
     terminals = learned.terminals
     rows = np.flatnonzero(terminals.takes == take)
     own = [n for n, (a, _) in enumerate(learned.sentences) if rows[0] <= a <= rows[-1]]

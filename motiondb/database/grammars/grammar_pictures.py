@@ -25,7 +25,7 @@ def colours(learned: store.LearnedGrammar) -> dict[str, int]:
 
 
 def draw_sentences(material: Material, path: str | Path) -> Path:
-    """The trees of the sentences, each different one once, the commonest first."""
+    """Return the trees of the sentences, each different one once, the commonest first."""
     learned = material.learned
     counts: dict[tuple[int, ...], list[int]] = {}
     for number, rules in enumerate(learned.parses, start=1):
@@ -81,7 +81,7 @@ def draw_strings(material: Material, meanings: Sequence[Meaning], path: str | Pa
 
 
 def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Path) -> Path:
-    """A strip of the motion with its terminals and sources."""
+    """Return a strip of the motion with its terminals and sources."""
     names = colours(material.learned)
     spans = [
         (a / MOTION_FPS, b / MOTION_FPS, terminal, names[terminal])
@@ -96,13 +96,13 @@ def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Pat
 
 
 def draw_parse(material: Material, trees: Sequence[context_free.Tree], path: str | Path) -> Path:
-    """The trees of a capture's sentences."""
+    """Return the trees of a capture's sentences."""
     found = [pictures.TreePicture(f"sentence {n}", tree) for n, tree in enumerate(trees, start=1)]
     return pictures.draw_trees(found, path, material.learned.name, colours(material.learned))
 
 
 def draw_edit(material: Material, edited: Edit, path: str | Path) -> Path:
-    """The tree that is edited and those of the alternatives, the region marked in each."""
+    """Return the tree that is edited and those of the alternatives, the region marked in each."""
     trees = [edited.before, *(edited.tree(n) for n in range(len(edited.alternatives)))]
     captions = ["as it is", *(str(n + 1) for n in range(len(edited.alternatives)))]
     found = [

@@ -22,6 +22,12 @@ from motiondb.grammar import synthesis
 from motiondb.grammar.cfg import context_free
 from motiondb.records import CaptureInfo, Motion
 
+MAX_NAME = 200
+"""Letters of the name of a kept sequence, so that it can be the name of a file."""
+LONGEST_STRING = 1000
+"""Most terminals of a string that a user gives. Parsing takes time in proportion to the cube of the
+length; 1,000 terminals take some seconds with the grammars that were tried."""
+
 
 @dataclass(frozen=True, eq=False)
 class GrammarSequence:
@@ -84,7 +90,7 @@ class Material:
 
 
 def load_material(database: store.Store, name: str) -> Material:
-    """The grammar of a name with its takes (QueryError: no such grammar)."""
+    """Return the grammar of a name with its takes (QueryError: no such grammar)."""
     learned = store.load_grammar(database, name)
     return Material(database, learned, store.load_source_numbers(database, learned))
 
@@ -95,7 +101,7 @@ def play(
     rng: np.random.Generator,
     pinned: Mapping[int, int] | None = None,
 ) -> GrammarSequence:
-    """The motion of a derivation.
+    """Return the motion of a derivation.
 
     Parameters
     ----------
@@ -130,6 +136,7 @@ def keep(
     QueryError : a capture has this name.
     """
     database, learned = material.database, material.learned
+    _check_name(name)
     check_name_free(database, name)
     parameters = {"grammar": learned.name, "string": " ".join(sequence.string), **how}
     with store.transaction(database):
@@ -143,8 +150,17 @@ def keep(
     return info
 
 
+def _check_name(name: str) -> None:
+    if len(name) > MAX_NAME or not name.isprintable():
+        shown = name if len(name) <= MAX_NAME else f"{name[:MAX_NAME]}..."
+        raise QueryError(
+            f"{shown!r}: expected a name of at most {MAX_NAME} printable letters, found"
+            f" {len(name)}. Choose a shorter one."
+        )
+
+
 def load_sequence(database: store.Store, name: str) -> tuple[context_free.Tree, store.Derivation]:
-    """The derivation of a kept sequence.
+    """Return the derivation of a kept sequence.
 
     Raises
     ------
@@ -166,12 +182,17 @@ def terminals_of(grammar: context_free.Grammar, text: str | Sequence[str]) -> tu
 
     Raises
     ------
-    QueryError : a name that is no terminal of the grammar; suggests the nearest.
+    QueryError : a name that is no terminal of the grammar (suggests the nearest); more than 1,000.
 
     >>> terminals_of(context_free.read_grammar("S -> a b"), "b  a")
     ('b', 'a')
     """
     names = tuple(text.split()) if isinstance(text, str) else tuple(text)
+    if len(names) > LONGEST_STRING:
+        raise QueryError(
+            f"string: expected at most {LONGEST_STRING} terminals, found {len(names)}. "
+            "Ask for a shorter one."
+        )
     for name in names:
         if name not in grammar.terminals:
             shown = ", ".join(grammar.terminals[:30])

@@ -77,7 +77,7 @@ class Grammars:
         return next(size for size in self.sizes() if size.name == name)
 
     def load(self, name: str) -> store.LearnedGrammar:
-        """A grammar with terminals, sentences and parses (QueryError: none of this name)."""
+        """Return a grammar with terminals, sentences and parses (QueryError: none of this name)."""
         return self.material(name).learned
 
     def remove(self, name: str) -> list[str]:
@@ -106,7 +106,7 @@ class Grammars:
         return grammar_facts.grammar_facts(self.material(name), self.meanings(name))
 
     def draw_trees(self, name: str, path: str | Path) -> Path:
-        """The derivation trees of the grammar's sentences, as PNG."""
+        """Return the derivation trees of the grammar's sentences, as PNG."""
         return grammar_pictures.draw_sentences(self.material(name), path)
 
     def draw_strings(self, name: str, path: str | Path) -> Path:
@@ -114,19 +114,19 @@ class Grammars:
         return grammar_pictures.draw_strings(self.material(name), self.meanings(name), path)
 
     def draw_parse(self, name: str, found: ParsedMotion, path: str | Path) -> Path:
-        """The trees of what was parsed, as PNG."""
+        """Return the trees of what was parsed, as PNG."""
         return grammar_pictures.draw_parse(self.material(name), found.trees, path)
 
     def draw_edit(self, name: str, edited: Edit, path: str | Path) -> Path:
-        """A region's alternatives as trees, as PNG."""
+        """Return a region's alternatives as trees, as PNG."""
         return grammar_pictures.draw_edit(self.material(name), edited, path)
 
     def draw_sequence(self, sequence: GrammarSequence, path: str | Path) -> Path:
-        """A sequence as a strip of figures over its terminals and sources, as PNG."""
+        """Return a sequence as a strip of figures over its terminals and sources, as PNG."""
         return grammar_pictures.draw_sequence(self.material(sequence.grammar), sequence, path)
 
     def parse(self, name: str, example: str | Path | Motion) -> ParsedMotion:
-        """The sentences of a capture: as learned, or read anew where it was not learned from.
+        """Return the sentences of a capture, as learned, or read now if it was not learned from.
 
         A capture that is read anew gets terminals whatever it shows: ``unlike`` of the answer names
         the segments that are like nothing the grammar was learned from.
@@ -144,10 +144,10 @@ class Grammars:
         return grammar_parsing.parse_reading(material.learned.grammar, reading)
 
     def _take(self, material: Material, example: str | Path | Motion) -> int | None:
-        """The take that an example is, be it a capture or a file with the same bytes."""
+        """Return the take that an example is, be it a capture or a file with the same bytes."""
         if isinstance(example, Motion):
             return None
-        if Path(example).is_file():
+        if _is_file(example):
             sha256 = store.digest(Path(example).read_bytes())
             sources = enumerate(material.learned.sources)
             return next((take for take, source in sources if source.sha256 == sha256), None)
@@ -164,7 +164,7 @@ class Grammars:
     def suggest(
         self, name: str, beginning: str | Sequence[str] = ""
     ) -> tuple[tuple[str | None, float], ...]:
-        """The terminals that may come next with their probabilities; None is the end.
+        """Return the terminals that may come next with their probabilities; None is the end.
 
         Raises
         ------
@@ -174,7 +174,7 @@ class Grammars:
         return prefix.suggest(grammar, terminals_of(grammar, beginning))
 
     def generate(self, name: str, seed: int = 0, length: int | None = None) -> GrammarSequence:
-        """A new sentence as motion; the same seed gives the same motion.
+        """Return a new sentence as motion; the same seed gives the same motion.
 
         length : terminals wished; where no sentence has so many, the nearest number that one has.
         """
@@ -194,7 +194,7 @@ class Grammars:
         n: int = grammar_editing.N_ALTERNATIVES,
         seed: int = 0,
     ) -> Edit:
-        """What could stand, instead of what does, in the region around a position of a sequence.
+        """Return what else could stand in the region around a position of a sequence.
 
         Parameters
         ----------
@@ -204,11 +204,11 @@ class Grammars:
         return grammar_editing.offer(self.material(name), sequence, at, levels, n, seed)
 
     def play(self, name: str, edited: Edit, number: int, seed: int = 0) -> GrammarSequence:
-        """The sequence with alternative ``number`` (from 0) in place, as motion."""
+        """Return the sequence with alternative ``number`` (from 0) in place, as motion."""
         return grammar_editing.play_alternative(self.material(name), edited, number, seed)
 
     def compare(self, name: str, seed: int = 0) -> tuple[grammar_comparing.ComparedGrammar, ...]:
-        """The grammar beside a finite state machine, Sequitur and flat rules on its sentences."""
+        """Compare a grammar with a finite state machine, Sequitur and flat rules."""
         return grammar_comparing.compare(self.load(name), seed)
 
     def facts(self, sequence: GrammarSequence, seed: int = 0) -> dict[str, Any]:
@@ -262,3 +262,11 @@ class Grammars:
         """Keep a sequence as a generated capture, with its derivation, so that it can be edited."""
         material = self.material(sequence.grammar)
         return grammar_sequences.keep(material, sequence, name, seed, how or {})
+
+
+def _is_file(example: str | Path) -> bool:
+    """Whether a text is the path of a file; a text that cannot be a path is none."""
+    try:
+        return Path(example).is_file()
+    except (OSError, ValueError):  # too long for a path, or with a null character
+        return False

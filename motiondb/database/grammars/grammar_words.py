@@ -43,7 +43,7 @@ class Meaning:
 def terminal_meanings(
     learned: Learned | None, grammar: store.LearnedGrammar, numbers: Mapping[int, int]
 ) -> tuple[Meaning, ...]:
-    """A meaning for each terminal; empty ones where the database has not learned.
+    """Return a meaning for each terminal; empty ones where the database has not learned.
 
     numbers : take -> capture, for takes whose captures are there.
     """

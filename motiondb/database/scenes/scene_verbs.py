@@ -8,8 +8,7 @@ then a capture, ``NAME/PLAYER``, with the origin of its frames.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
-from itertools import groupby, pairwise
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,11 +19,11 @@ from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.learn import updating
 from motiondb.database.scenes.scene_clips import ShownAction, find_actions
+from motiondb.database.scenes.scene_facts import action_captions, report_details
 from motiondb.database.scenes.scene_folder import (
     check_scene_folder,
     fill_scene_folder,
     read_scene_folder,
-    waiting,
     whole_folder,
 )
 from motiondb.database.scenes.scene_library import scene_clips
@@ -40,7 +39,6 @@ from motiondb.database.scenes.scene_records import record_state, record_text, sc
 from motiondb.database.scenes.scene_reports import source_list
 from motiondb.errors import QueryError, suggestion
 from motiondb.pose import body
-from motiondb.records import MOTION_FPS, Caption
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
@@ -156,7 +154,7 @@ class Scenes:
             for player in made.polished.players
         }
         facts: dict[str, Any] = {
-            **_report_rest(made),
+            **report_details(made),
             "sources": source_list(list(provenance.values())),
         }
         digests = {n: info.sha256 for n, info in infos.items()}
@@ -359,61 +357,6 @@ def check_folder(folder: str | Path) -> None:
         It cannot be written, or holds something else.
     """
     check_scene_folder(Path(folder))
-
-
-def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:
-    """Return what a player does when, as captions with times; consecutive equal actions are joined.
-
-    Waiting has no caption.
-    """
-    clips, waits = np.asarray(placed.clips).tolist(), waiting(placed.edits).tolist()
-    words = [
-        "" if wait else actions[clip].replace("_", " ")
-        for clip, wait in zip(clips, waits, strict=True)
-    ]
-    bounds = [0]
-    for _, run in groupby(words):
-        bounds.append(bounds[-1] + len(list(run)))
-    return [
-        Caption(words[start], start / MOTION_FPS, end / MOTION_FPS)
-        for start, end in pairwise(bounds)
-        if words[start]
-    ]
-
-
-def _report_rest(made: MadeScene) -> dict[str, Any]:
-    """Return the facts of a report other than the values of rules."""
-    report = made.report
-    return {
-        "rule_frames": [[rule.start, rule.end] for rule in report.rules],
-        "collisions": [_rounded(asdict(touch)) for touch in report.collisions],
-        "collisions_before": len(report.collisions_before),
-        "feet": {f.player: [round(f.slip, 4), round(f.source_slip, 4)] for f in report.feet},
-        "paces": [_rounded(asdict(pace), 3) for pace in report.paces],
-        "impossible": [_rounded(asdict(motion)) for motion in report.impossible],
-        "planted_feet": [_rounded(asdict(jump)) for jump in report.jumps],
-        "near_limbs": [_rounded(asdict(pair)) for pair in report.limbs],
-        "guards": [_rounded(asdict(guard)) for guard in report.guards],
-        "bone_error": round(report.bone_error, 6),
-        "ball_gap": None if np.isnan(report.ball_gap) else round(report.ball_gap, 4),
-        "too_fast": list(made.too_fast),
-        "settled": bool(made.polished.settled),
-        "tries": made.tries,
-        "cut_short": made.cut_short,
-        **({"cut_at": dict(zip(("try", "rounds", "of"), made.cut_at))} if made.cut_short else {}),
-    }
-
-
-def _rounded(facts: dict[str, Any], digits: int = 4) -> dict[str, Any]:
-    """Return facts for JSON: floats rounded, tuples as lists."""
-    return {
-        key: round(value, digits)
-        if isinstance(value, float)
-        else list(value)
-        if isinstance(value, tuple)
-        else value
-        for key, value in facts.items()
-    }
 
 
 __all__ = ["Scene", "SceneSettings", "SceneText", "Scenes", "check_folder"]

@@ -34,7 +34,7 @@ def observed_transitions(sentences: Sentences) -> Counter[Transition]:
 
 
 def finite_state_grammar(sentences: Sentences) -> Grammar:
-    """The right-linear grammar of the machine, its rules in order of first appearance.
+    """Return the right-linear grammar of the machine, its rules in order of first appearance.
 
     Raises
     ------

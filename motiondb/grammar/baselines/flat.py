@@ -31,7 +31,7 @@ def flat_grammar(sentences: Sentences) -> Grammar:
 
 
 def counted(sentences: Sentences) -> Counter[tuple[str, ...]]:
-    """The different sentences with their numbers, in order of appearance.
+    """Return the different sentences with their numbers, in order of appearance.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def counted(sentences: Sentences) -> Counter[tuple[str, ...]]:
 
 
 def unused_name(name: str, taken: Collection[str]) -> str:
-    """The name, with as many primes as set it apart from those taken."""
+    """Return the name, with as many primes as set it apart from those taken."""
     while name in taken:
         name += "'"
     return name

@@ -134,10 +134,10 @@ def share_with_unseen_pairs(strings: Sentences, observed: Sentences) -> float:
 
 
 def finite_language(grammar: AnyGrammar, limit: int = 10_000) -> frozenset[String] | None:
-    """All strings of the grammar; None where they are infinitely many or more than ``limit``.
+    r"""All strings of the grammar; None where they are infinitely many or more than ``limit``.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> sorted("".join(s) for s in finite_language(read_grammar("S -> A A c\\nA -> a | empty")))
+    >>> sorted("".join(s) for s in finite_language(read_grammar("S -> A A c\nA -> a | empty")))
     ['aac', 'ac', 'c']
     """
     compiled = compiled_form(grammar)
@@ -174,7 +174,10 @@ def _grows(compiled: CompiledGrammar, group: set[int]) -> bool:
 def _strings_of(
     compiled: CompiledGrammar, symbol: int, known: Sequence[frozenset[String]], limit: int
 ) -> frozenset[String] | None:
-    """The strings of a symbol from those of its parts; no useful symbol has more than the start."""
+    """Return the strings of a symbol from those of its parts.
+
+    No useful symbol has more than the start.
+    """
     found: set[String] = set()
     left, right = compiled.left[symbol], compiled.right[symbol]
     if left >= 0:

@@ -21,7 +21,7 @@ _MARK = ""  # no terminal has this name
 
 
 def sequitur_grammar(sentences: Sentences) -> Grammar:
-    """The grammar of the different sentences, each as likely as it was frequent.
+    """Return the grammar of the different sentences, each as likely as it was frequent.
 
     Raises
     ------
@@ -104,7 +104,7 @@ class _Builder:
             self._look_at(self.waiting.pop())
 
     def bodies(self) -> dict[int, list[Symbol]]:
-        """The right side of each rule; rule 0 is the start."""
+        """Return the right side of each rule; rule 0 is the start."""
         return {rule: [self.value[node] for node in self._nodes(rule)] for rule in self.guards}
 
     def _nodes(self, rule: int) -> list[int]:
@@ -137,7 +137,7 @@ class _Builder:
         self.after[left], self.before[right] = right, left
 
     def _digram(self, node: int) -> tuple[Symbol, Symbol] | None:
-        """The pair that begins at a node; none at a guard, a mark or a node that is gone."""
+        """Return the pair that begins at a node; none at a guard, a mark or a node that is gone."""
         if self.after[node] < 0:
             return None
         pair = self.value[node], self.value[self.after[node]]
@@ -182,7 +182,7 @@ class _Builder:
                 self._put_back(symbol)
 
     def _whole_rule(self, node: int) -> int | None:
-        """The rule that the digram at a node is all of."""
+        """Return the rule that the digram at a node is all of."""
         guard = self.rule_of_guard.get(self.before[node])
         end = self.after[self.after[node]]
         return guard if guard and self.rule_of_guard.get(end) == guard else None

@@ -127,13 +127,19 @@ def strong_components(starts: IntArray, targets: IntArray) -> IntArray:
                 continue
             n_path -= 1
             if low[node] == index[node]:
-                while True:
-                    n_stack -= 1
-                    label[stack[n_stack]] = n_labels
-                    if stack[n_stack] == node:
-                        break
+                n_stack = _pop_component(label, stack, n_stack, node, n_labels)
                 n_labels += 1
     return label
+
+
+@njit(cache=True)
+def _pop_component(label: IntArray, stack: IntArray, n_stack: int, node: int, number: int) -> int:
+    """Give a number to the nodes of the stack down to ``node``; what is left of the stack."""
+    while True:
+        n_stack -= 1
+        label[stack[n_stack]] = number
+        if stack[n_stack] == node:
+            return n_stack
 
 
 @njit(cache=True)

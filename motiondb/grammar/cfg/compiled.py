@@ -46,6 +46,11 @@ compared, so that of equally probable trees the one with the fewest rules is bes
 free. Small beside differences of probability that matter, large beside rounding."""
 
 
+MOST_SYMBOLS = 1_000
+"""Symbols of a sentence at most. 1,000 take some 4 s with a learned grammar, and up to a minute
+with a grammar in which every symbol derives every span."""
+
+
 @dataclass(frozen=True, eq=False)
 class CompiledGrammar:
     """A grammar in the numbered form; S symbols, R rules in use.
@@ -343,4 +348,9 @@ def with_chances(compiled: CompiledGrammar, chances: FloatArray) -> CompiledGram
 
 def numbered(compiled: CompiledGrammar, sentence: Sequence[str]) -> IntArray:
     """Return a sentence as symbol numbers, -1 for what is no terminal of the grammar."""
+    if len(sentence) > MOST_SYMBOLS:
+        raise GrammarError(
+            f"sentence: expected at most {MOST_SYMBOLS:,} symbols, found {len(sentence):,}. Time"
+            " grows with the third power of the length: give it in parts."
+        )
     return np.array([compiled.ids.get(symbol, -1) for symbol in sentence], np.int64)

@@ -43,7 +43,7 @@ def derive(
     length: int | None = None,
     most: float = MEAN_LENGTH,
 ) -> Tree:
-    """A random tree of the grammar.
+    """Return a random tree of the grammar.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def derive(
 
 @lru_cache(maxsize=16)
 def damped(compiled: CompiledGrammar, most: float = MEAN_LENGTH) -> CompiledGrammar:
-    """The grammar whose derivations end and are ``most`` symbols long in the mean, or less.
+    """Return the grammar whose derivations end and are ``most`` symbols long in the mean, or less.
 
     Unchanged where that holds already. Where even the smallest trees are longer, ``most`` is twice
     their mean length.
@@ -141,7 +141,7 @@ def _choices_of_length(
 
 
 def _draw(weights: FloatArray, rng: np.random.Generator) -> int:
-    """An index by weights that need not sum to 1; never one of weight 0."""
+    """Return an index by weights that need not sum to 1; never one of weight 0."""
     sums = np.cumsum(weights)
     drawn = int(np.searchsorted(sums, rng.random() * sums[-1], "right"))
     return min(drawn, int(np.flatnonzero(weights)[-1]))

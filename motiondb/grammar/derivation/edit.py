@@ -49,7 +49,7 @@ class Alternative:
 
 
 def region_at(tree: Tree, position: int) -> Region:
-    """The region of the nonterminal that generated the terminal at a position (from 0).
+    """Return the region of the nonterminal that generated the terminal at a position (from 0).
 
     Raises
     ------
@@ -60,7 +60,7 @@ def region_at(tree: Tree, position: int) -> Region:
 
 
 def wider(tree: Tree, region: Region, levels: int = 1) -> Region:
-    """The region of the ancestor so many levels up.
+    """Return the region of the ancestor so many levels up.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def wider(tree: Tree, region: Region, levels: int = 1) -> Region:
 
 
 def narrower(tree: Tree, region: Region, levels: int = 1) -> Region:
-    """The region of the descendant so many levels down, towards the picked terminal.
+    """Return the region of the descendant so many levels down, towards the picked terminal.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def narrower(tree: Tree, region: Region, levels: int = 1) -> Region:
     return _region(tree, path[: len(region.path) + levels], region.position)
 
 
-def alternatives(
+def alternatives(  # noqa: PLR0913  what to edit, and what is wished
     grammar: AnyGrammar,
     tree: Tree,
     region: Region,
@@ -141,7 +141,7 @@ def alternatives(
 
 
 def replace_region(tree: Tree, region: Region, subtree: Tree) -> Tree:
-    """The tree with another derivation of a region; all outside the region stays as it was.
+    """Return the tree with another derivation of a region; all outside the region stays as it was.
 
     Raises
     ------

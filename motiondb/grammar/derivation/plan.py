@@ -45,7 +45,7 @@ class Plan:
 def plan(
     grammar: AnyGrammar, prefix: Sequence[str], goal: str | None = None, *, shortest: bool = False
 ) -> Plan:
-    """The most probable, or the shortest, way on to a goal terminal and to a whole sentence.
+    r"""Return the most probable, or the shortest, way to a goal terminal and to a sentence.
 
     A goal that the prefix holds already is to be reached once more. Most probable is the tree,
     not the string; of shortest ways the most probable one.
@@ -56,7 +56,7 @@ def plan(
     of the grammar, or cannot come after the prefix.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> toy = read_grammar("S -> hold A\\nA -> dribble A [0.6] | shoot [0.3] | pass S [0.1]")
+    >>> toy = read_grammar("S -> hold A\nA -> dribble A [0.6] | shoot [0.3] | pass S [0.1]")
     >>> found = plan(toy, ["hold"], "pass")
     >>> found.to_goal, found.then
     (('pass',), ('hold', 'shoot'))
@@ -166,7 +166,7 @@ class _Search:
             heappush(self.agenda, (total, next(self.order), item, rule, parts))
 
     def choices(self, top: Item) -> list[int]:
-        """The rules of an item's tree in preorder."""
+        """Return the rules of an item's tree in preorder."""
         found, waiting = [], [top]
         while waiting:
             rule, parts = self.settled[waiting.pop()]

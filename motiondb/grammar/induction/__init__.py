@@ -1,1 +1,1 @@
-"""From sentences to rules: a search for the rule set of the shortest description."""
+"""Rules from sentences: alignment-based learning, then a compiled search for fewer bits."""

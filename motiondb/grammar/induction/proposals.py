@@ -16,13 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from motiondb.grammar.induction.rewriting import (
-    Part,
-    Place,
     edit_places,
     merge,
-    occurrences,
     replace,
-    same_symbols,
     substitute,
     substitute_once,
 )
@@ -35,13 +31,21 @@ from motiondb.grammar.induction.rule_arrays import (
     compiled,
     mark_descendants,
 )
+from motiondb.grammar.induction.rule_places import (
+    LONGEST_MEMBER,
+    Part,
+    Place,
+    fitting_length,
+    neighbours,
+    occurrences,
+    same_symbols,
+    shared_ends,
+)
 from motiondb.records import BoolArray, IntArray
 
 LONGEST_CHUNK = 10
 """Symbols of a chunk at most. Chosen by hand: longer repeats are built from chunks of chunks."""
 
-LONGEST_MEMBER = 4
-"""Symbols of an alternative of a class at most. Chosen by hand, so that a try stays short."""
 
 _EXCHANGES = 0.25
 _CLASSES = _EXCHANGES + 0.3
@@ -219,7 +223,7 @@ def _try_exchange(table: RuleTable, work: Workspace, rng: np.random.Generator) -
         if r != a and rows[r, LEFT] == left:
             b = r
             break
-    p, q = _shared_ends(table, a, b, rng.random() < _FROM_THE_LEFT)
+    p, q = shared_ends(table, a, b, rng.random() < _FROM_THE_LEFT)
     if p + q == 0:
         return _NOTHING
     if rng.random() < _SHORTENED:
@@ -232,25 +236,6 @@ def _try_exchange(table: RuleTable, work: Workspace, rng: np.random.Generator) -
     one = Place(a, p, rows[a, LENGTH] - p - q)
     other = Place(b, p, rows[b, LENGTH] - p - q)
     return _join(table, work, one, other, rng)
-
-
-@compiled
-def _shared_ends(table: RuleTable, a: int, b: int, from_left: bool) -> tuple[int, int]:
-    """Return the lengths of the common beginning and end of two rows, without overlap."""
-    text = table.text
-    n, m = table.rows[a, LENGTH], table.rows[b, LENGTH]
-    one, other = table.rows[a, OFFSET], table.rows[b, OFFSET]
-    least = min(n, m)
-    p = q = 0
-    if from_left:
-        while p < least and text[one + p] == text[other + p]:
-            p += 1
-    while q < least - p and text[one + n - 1 - q] == text[other + m - 1 - q]:
-        q += 1
-    if not from_left:
-        while p < least - q and text[one + p] == text[other + p]:
-            p += 1
-    return p, q
 
 
 @compiled
@@ -298,19 +283,9 @@ def _try_class(table: RuleTable, work: Workspace, rng: np.random.Generator) -> i
 
 
 @compiled
-def _neighbours(table: RuleTable, place: Place) -> tuple[int, int]:
-    """Return the symbols before and after a place; -1 at the beginning, -2 at the end."""
-    start = table.rows[place.row, OFFSET]
-    end = place.first + place.length
-    before = table.text[start + place.first - 1] if place.first > 0 else -1
-    after = table.text[start + end] if end < table.rows[place.row, LENGTH] else -2
-    return before, after
-
-
-@compiled
 def _place_between(table: RuleTable, first: Place, rng: np.random.Generator) -> Place:
     """Return a random other place between the same neighbours; row -1 if there is none."""
-    before, _ = _neighbours(table, first)
+    before, _ = neighbours(table, first)
     shift = draw(rng, table.used[ROWS])
     for d in range(table.used[ROWS]):
         r = (d + shift) % table.used[ROWS]
@@ -320,31 +295,10 @@ def _place_between(table: RuleTable, first: Place, rng: np.random.Generator) -> 
             k = (e + turn) % (m + 1)
             if (table.text[start + k - 1] if k > 0 else -1) != before:
                 continue
-            length = _fitting_length(table, first, r, k)
+            length = fitting_length(table, first, r, k)
             if length >= 0:
                 return Place(r, k, length)
     return Place(-1, 0, 0)
-
-
-@compiled
-def _fitting_length(table: RuleTable, first: Place, r: int, k: int) -> int:
-    """Return the length of a part at place ``k`` of row ``r`` that may join ``first``; -1 if none.
-
-    It ends before the same neighbour, holds other symbols, and does not touch the first place.
-    """
-    _, after = _neighbours(table, first)
-    here, start = table.rows[first.row, OFFSET] + first.first, table.rows[r, OFFSET]
-    m = table.rows[r, LENGTH]
-    for length in range(min(LONGEST_MEMBER, m - k) + 1):
-        if (table.text[start + k + length] if k + length < m else -2) != after:
-            continue
-        if length == first.length and same_symbols(table.text, here, start + k, length):
-            continue
-        stop = first.first + first.length
-        if r == first.row and k < stop + 1 and first.first < k + length + 1:
-            continue
-        return length
-    return -1
 
 
 @compiled

@@ -8,8 +8,6 @@ room for it.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from motiondb.grammar.induction.rule_arrays import (
     COUNT,
     LEFT,
@@ -25,49 +23,11 @@ from motiondb.grammar.induction.rule_arrays import (
     count_references,
     put,
 )
+from motiondb.grammar.induction.rule_places import Part, Place, occurrences, same_symbols
 from motiondb.records import BoolArray, IntArray
-
-
-class Part(NamedTuple):
-    """A string of symbols: ``length`` symbols of the text from ``start`` on."""
-
-    start: int
-    length: int
-
-
-class Place(NamedTuple):
-    """A part of a right side: ``length`` symbols of row ``row`` from its symbol ``first`` on."""
-
-    row: int
-    first: int
-    length: int
-
 
 _NOWHERE = -1
 """``first`` of a place that is none."""
-
-
-@compiled
-def same_symbols(text: IntArray, one: int, other: int, length: int) -> bool:
-    """Whether two places of the text hold the same ``length`` symbols."""
-    for k in range(length):  # noqa: SIM110  numba compiles no generator expressions
-        if text[one + k] != text[other + k]:
-            return False
-    return True
-
-
-@compiled
-def occurrences(table: RuleTable, r: int, part: Part) -> int:
-    """Count how often a part stands in the right side of row ``r``, without overlap."""
-    number, k = 0, table.rows[r, OFFSET]
-    last = k + table.rows[r, LENGTH] - part.length
-    while k <= last:
-        if same_symbols(table.text, k, part.start, part.length):
-            number += 1
-            k += part.length
-        else:
-            k += 1
-    return number
 
 
 @compiled

@@ -19,6 +19,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.random import PCG64, Generator
 
 from motiondb.grammar.induction.annealing import WARMEST, anneal
 from motiondb.grammar.induction.perturbation import REWARMED, perturb, sample
@@ -117,7 +118,7 @@ def compact(
         How much is searched; :func:`effort_for` unless given.
     """
     effort = effort or effort_for(flat)
-    rng = np.random.default_rng(_SEED)
+    rng = Generator(PCG64(_SEED))  # a fixed stream: nothing outside changes the result
     pool: Pool = {}
     _keep(pool, flat)
     for _ in range(effort.samples):

@@ -40,10 +40,10 @@ class DescriptionLength:
 
 
 def grammar_bits(grammar: Grammar) -> float:
-    """B(G): symbols and separators of all rules, log2(n(V) + n(Sigma) + 1) bits each.
+    r"""B(G): symbols and separators of all rules, log2(n(V) + n(Sigma) + 1) bits each.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> round(grammar_bits(read_grammar("S -> a b A c d\\nA -> x | y")), 4)
+    >>> round(grammar_bits(read_grammar("S -> a b A c d\nA -> x | y")), 4)
     38.0391
     """
     alphabet = len(grammar.nonterminals) + len(grammar.terminals) + 1
@@ -67,7 +67,7 @@ def tree_bits(grammar: Grammar, tree: Tree) -> float:
 
 
 def most_economical_tree(grammar: Grammar, sentence: Sentence) -> Tree:
-    """The parse that costs the fewest bits: the most probable one where alternatives are equal.
+    """Return the parse of the fewest bits: the most probable one if alternatives are equal.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def description_length(
 
 
 def encode(grammar: Grammar, trees: Iterable[Tree]) -> tuple[Code, ...]:
-    """The codes that send sentences, given by their parses: S1 A2 is (0, 1)."""
+    """Return the codes that send sentences, given by their parses: S1 A2 is (0, 1)."""
     rank = {
         number: place
         for numbers in grammar.rules_of.values()
@@ -108,7 +108,7 @@ def encode(grammar: Grammar, trees: Iterable[Tree]) -> tuple[Code, ...]:
 
 
 def decode(grammar: Grammar, codes: Iterable[Code]) -> tuple[Sentence, ...]:
-    """The sentences back from their codes, exactly.
+    """Return the sentences back from their codes, exactly.
 
     Raises
     ------

@@ -50,7 +50,7 @@ class Hypotheses:
     pairs: Counter[tuple[Place, Place]]
 
     def words(self, place: Place) -> Words:
-        """The words of a place."""
+        """Return the words of a place."""
         return self.sentences[place.sentence][place.start : place.end]
 
 

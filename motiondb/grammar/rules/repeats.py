@@ -71,7 +71,7 @@ def join_strings(strings: Sequence[Sequence[Hashable]]) -> tuple[IntArray, IntAr
 
 
 def suffix_array(symbols: npt.ArrayLike) -> IntArray:
-    """Starts of the suffixes in sorted order, by induced sorting in linear time.
+    """Return starts of the suffixes in sorted order, by induced sorting in linear time.
 
     ``symbols`` : array (N,) of numbers 0..K-1; the time also grows with K.
 
@@ -105,7 +105,7 @@ def maximal_repeats(symbols: npt.ArrayLike, shortest: int = SHORTEST_REPEAT) -> 
 def cover_repeats(
     symbols: npt.ArrayLike, shortest: int = SHORTEST_REPEAT
 ) -> tuple[IntArray, IntArray]:
-    """Starts and lengths of chosen occurrences of repeats, longest first, in text order.
+    """Return starts and lengths of chosen occurrences of repeats, longest first, in text order.
 
     None overlaps another, each has an equal elsewhere that it does not overlap, and no symbol
     outside could begin another one of ``shortest`` symbols or more.
@@ -189,7 +189,10 @@ def _induce(
 def _name_blocks(
     text: IntArray, suffixes: IntArray, rising: npt.NDArray[np.bool_]
 ) -> tuple[IntArray, int]:
-    """Number the blocks from one LMS start to the next by their order; equal blocks share one."""
+    """Assign numbers to the blocks from one LMS start to the next by their order.
+
+    Equal blocks share one.
+    """
     names = np.full(text.size, -1, dtype=np.int64)
     last, name = -1, -1
     for i in suffixes:

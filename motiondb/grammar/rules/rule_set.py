@@ -59,12 +59,12 @@ class RuleSet:
         return self.n_terminals
 
     def copy(self) -> RuleSet:
-        """A rule set of its own, the laws shared."""
+        """Return a rule set of its own, the laws shared."""
         rules = {left: dict(rights) for left, rights in self.rules.items()}
         return RuleSet(self.n_terminals, rules, self.constants, self.empties, self.singles)
 
     def bits(self) -> float:
-        """The description length of grammar and sentences."""
+        """Return the description length of grammar and sentences."""
         n_rules = symbols = 0
         sentences = 0.0
         for rights in self.rules.values():
@@ -183,7 +183,7 @@ class RuleSet:
 
 
 def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:
-    """The terminals that stand equally often, at least once, in all of two or more sentences.
+    """Return the terminals that stand equally often, at least once, in two or more sentences.
 
     >>> constant_terminals({(0, 1, 2): 1, (0, 1, 1): 3})
     {0: 1}
@@ -199,7 +199,7 @@ def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:
 
 
 def single_terminals(sentences: Mapping[Right, int]) -> frozenset[int]:
-    """The terminals that at least ten sentences hold, and none twice.
+    """Return the terminals that at least ten sentences hold, and none twice.
 
     Where n sentences hold a terminal and none twice, at most some 3 / n of all such sentences do
     (19 times in 20), so fewer say little. A compiled search keeps singles as bits of one number,

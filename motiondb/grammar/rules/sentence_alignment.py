@@ -32,7 +32,7 @@ _BIAS = 0.999
 
 
 def align(one: tuple[int, ...], other: tuple[int, ...], biased: bool = False) -> tuple[Slot, ...]:
-    """The slots of two sentences of symbol numbers, as half-open spans of both, left to right.
+    """Return the slots of two sentences, as half-open spans of both, left to right.
 
     >>> align((0, 1, 2, 3), (0, 4, 5, 3))
     (((1, 3), (1, 3)),)
@@ -46,7 +46,7 @@ def align(one: tuple[int, ...], other: tuple[int, ...], biased: bool = False) ->
 
 
 def slots_between(links: IntArray, length: int, other_length: int) -> tuple[Slot, ...]:
-    """The unequal parts that links, array (n, 2) in rising order, leave of two sentences."""
+    """Return the unequal parts that links, array (n, 2) in rising order, leave of two sentences."""
     slots = []
     i = j = 0
     for next_i, next_j in [*links.tolist(), (length, other_length)]:

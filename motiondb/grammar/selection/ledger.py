@@ -182,7 +182,7 @@ def samples_a_frame(poses: FloatArray) -> float:
 def _residuals(
     poses: FloatArray, starts: IntArray, ends: IntArray, labels: IntArray, medoids: IntArray
 ) -> FloatArray:
-    """What the warped medoids leave of the frames: 0 in the medoids themselves."""
+    """Return what the warped medoids leave of the frames: 0 in the medoids themselves."""
     found = np.zeros_like(poses)
     for start, end, label in zip(starts, ends, labels, strict=True):
         first, last = starts[medoids[label]], ends[medoids[label]]
@@ -197,7 +197,7 @@ def make_ledger(
     sentences: Sentences,
     precision: float | None = None,
 ) -> Ledger:
-    """The ledger of terminals of takes and of what was learned from their strings.
+    """Return the ledger of terminals of takes and of what was learned from their strings.
 
     precision : delta in metres; measured unless given.
     """
@@ -208,7 +208,10 @@ def make_ledger(
 
 
 def ledger_of(poses: Poses, terminals: Terminals, sentences: Sentences, precision: float) -> Ledger:
-    """The ledger of terminals of poses; precision : delta in metres, 0 where nothing moves."""
+    """Return the ledger of terminals of poses.
+
+    Precision : delta in metres, 0 where nothing moves.
+    """
     if precision == 0.0:
         return Ledger(0.0, sentences.bits.sentences, sentences.bits.grammar)
     offsets = poses.bounds[terminals.takes]

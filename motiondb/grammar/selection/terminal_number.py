@@ -89,7 +89,7 @@ class Choice:
 
 
 def search_noise(bits: Mapping[int, float]) -> float:
-    """The standard deviation of bits about b_0 + b_1 log K + b_2 K, fitted by least squares.
+    """Return the standard deviation of bits about b_0 + b_1 log K + b_2 K, fitted by least squares.
 
     bits : number of terminals -> the sum that was found for it. 0 for fewer than five numbers.
 
@@ -111,7 +111,7 @@ def standard_error(noise: float) -> float:
 
 
 def choose_number(bits: Mapping[int, float], noise: float) -> int:
-    """The smallest number within one standard error of the fewest bits.
+    """Return the smallest number within one standard error of the fewest bits.
 
     bits : number of terminals -> the least sum of its tries. noise : s, of a single try.
 
@@ -178,7 +178,10 @@ def _bits(trials: Mapping[int, Trial]) -> dict[int, float]:
 def _numbers(
     grid: Sequence[int], trials: Mapping[int, Trial], coarse_to_fine: bool
 ) -> Iterator[int]:
-    """What is tried, one after another, while ``trials`` fill; then the best two once more."""
+    """Return what is tried, one after another, while ``trials`` fill.
+
+    Then the best two once more.
+    """
     tried: set[int] = set()
     while waiting := _next_numbers(grid, tried, _bits(trials), coarse_to_fine):
         for number in waiting:
@@ -193,7 +196,10 @@ def _numbers(
 def _next_numbers(
     grid: Sequence[int], tried: Set[int], bits: Mapping[int, float], coarse_to_fine: bool
 ) -> list[int]:
-    """What is to be tried next: all, or every fourth, then what is two and one from the best."""
+    """Return what is to be tried next.
+
+    All, or every fourth, then what is two and one from the best.
+    """
     if not coarse_to_fine:
         return [number for number in grid if number not in tried]
     if not tried:

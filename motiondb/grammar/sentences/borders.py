@@ -28,7 +28,7 @@ _FARTHEST = 3
 
 
 def kinds_at(string: Sentence, place: int) -> tuple[Kind, Kind, Kind]:
-    """The kinds of the border before the symbol at a place."""
+    """Return the kinds of the border before the symbol at a place."""
     before, after = string[place - 1], string[place]
     return ("before", after), ("after", before), ("between", before, after)
 
@@ -63,7 +63,7 @@ def recurring_splits(strings: Sequence[Sentence], shortest: int, longest: int) -
 
 
 def spaced(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]], shortest: int) -> Cuts:
-    """The cuts without those that would leave too short a sentence before them, or at the end.
+    """Return the cuts without those that would make a sentence too short.
 
     >>> spaced(["abcdefgh"], [[1, 3, 5, 7]], 3)
     ((3,),)
@@ -102,7 +102,10 @@ def change_alike(
     shortest: int,
     rng: np.random.Generator,
 ) -> Cuts:
-    """The cuts of a kind, drawn at random, taken away, or moved, or made; or all cuts moved."""
+    """Return the cuts of a kind, drawn at random, taken away, or moved, or made.
+
+    Or all cuts moved.
+    """
     made = [set(inner) for inner in cuts]
     present = [(k, i) for k, inner in enumerate(cuts) for i in inner]
     change = rng.random()

@@ -1,4 +1,4 @@
-"""Cuts of strings drawn at random, and bettered one by one: many partitions judged quickly.
+"""Cuts of strings drawn at random, and improved one by one: many partitions judged quickly.
 
 The ends of strings are cuts that always stand. Further cuts may stand anywhere but inside a chosen
 occurrence of a repeat (``repeats.cover_repeats``) and no nearer to each other than the shortest
@@ -60,13 +60,16 @@ class Room:
     longest: int
 
     def spans(self, cuts: Sequence[int]) -> tuple[IntArray, IntArray]:
-        """Starts and ends of sentences; the separators at the ends of strings are left out."""
+        """Return starts and ends of sentences.
+
+        The separators at the ends of strings are left out.
+        """
         starts = np.union1d(np.array(cuts, dtype=np.int64), np.array(self.bounds[:-1]))
         ends = np.append(starts[1:], self.bounds[-1])
         return starts, ends - np.isin(ends, self.bounds)
 
     def bits(self, cuts: Sequence[int]) -> float:
-        """Description length of the partition."""
+        """Return description length of the partition."""
         return context_bits(self.covered, *self.spans(cuts))
 
 
@@ -77,7 +80,7 @@ def cutting_room(
     *,
     free: bool = False,
 ) -> Room:
-    """The cuts that strings allow; in a free room, repeats forbid none.
+    """Return the cuts that strings allow; in a free room, repeats forbid none.
 
     Raises
     ------
@@ -127,7 +130,7 @@ def _uncovered(covered: CoveredString) -> CoveredString:
 def search_cuts(
     room: Room, rng: np.random.Generator, evaluations: int, progress: Progress | None = None
 ) -> tuple[tuple[int, ...], float]:
-    """The cuts of fewest bits that so many evaluations find, and their bits."""
+    """Return the cuts of fewest bits that so many evaluations find, and their bits."""
     drawn = max(1, round(_DRAWN * evaluations))
     best, best_bits = draw_best(room, rng, drawn, progress, evaluations)
     current, bits = best, best_bits
@@ -152,7 +155,7 @@ def draw_best(
     progress: Progress | None = None,
     of: int = 0,
 ) -> tuple[tuple[int, ...], float]:
-    """The best of so many random candidates: the paper's search."""
+    """Return the best of so many random candidates: the paper's search."""
     best: tuple[int, ...] = ()
     best_bits = math.inf
     for number in range(evaluations):
@@ -166,7 +169,10 @@ def draw_best(
 
 
 def draw_cuts(room: Room, rng: np.random.Generator) -> tuple[int, ...]:
-    """A random candidate: from each cut to the next, a wished length, as near as is allowed."""
+    """Return a random candidate.
+
+    From each cut to the next, a wished length, as near as is allowed.
+    """
     cuts: list[int] = []
     typical = int(rng.integers(room.shortest, room.longest + 1))
     for low, high in pairwise(room.bounds):
@@ -211,7 +217,7 @@ def _recut(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tuple
 def _placed(
     room: Room, cuts: tuple[int, ...], low: int, high: int, rng: np.random.Generator
 ) -> tuple[int, ...]:
-    """A cut added somewhere between two neighbouring edges, neither sentence growing too long."""
+    """Add a random cut between two neighbouring edges; neither sentence becomes too long."""
     places = _between(room.allowed, low + room.shortest, high - room.shortest + 1)
     fitting = [
         place for place in places if max(place - low, high - place) <= room.longest
@@ -222,5 +228,5 @@ def _placed(
 
 
 def _between(places: Sequence[int], low: int, high: int) -> Sequence[int]:
-    """The rising places from low up to, not including, high."""
+    """Return the rising places from low up to, not including, high."""
     return places[bisect_left(places, low) : bisect_right(places, high - 1)]

@@ -3,14 +3,14 @@
 A partition costs the bits of the rules learned from its sentences, and of the sentences given the
 rules. To learn rules in full takes seconds, so partitions race:
 
-1. *Candidates.* The paper's: drawn and bettered so that no cut divides a chosen repeat
+1. *Candidates.* The paper's: drawn and improved so that no cut divides a chosen repeat
    (``cutting``). In a long string, though, some repeat lies over nearly every true border by
    chance: of strings of ten and more sentences of known grammars the cover leaves one border in
    ten to be cut. So further candidates are cut freely, and others wherever one symbol follows
    another, or before or after every occurrence of a symbol (``borders``).
 2. *Race.* Rules are annealed from each candidate; a third, those of fewest bits, is annealed three
    times as often, and so on, until a few finalists are left.
-3. *Better.* Each finalist is changed again and again, and rules annealed for what results, from
+3. *Improve.* Each finalist is changed again and again, and rules annealed for what results, from
    the rules before and from plain sentences: strings are cut anew where the present rules say so
    (``reparsing``), or all cuts of a kind are made, taken away or moved (``borders``). A change that
    costs bits is accepted with a probability that falls with the cost and with time.
@@ -37,7 +37,7 @@ import numpy as np
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError
 from motiondb.grammar.induction.annealing import WARMEST, anneal
 from motiondb.grammar.induction.induction import Induction, induce_with_bits
-from motiondb.grammar.induction.perturbation import perturb
+from motiondb.grammar.induction.perturbation import REWARMED, perturb
 from motiondb.grammar.induction.refitting import refit
 from motiondb.grammar.rules.description_length import DescriptionLength, Sentence
 from motiondb.grammar.rules.repeats import join_strings
@@ -67,7 +67,7 @@ _FULLY_SEARCHED = 200
 """Symbols of strings up to which as many evaluations are spent as are wished; then fewer."""
 
 _FINALISTS, _STEPS = 4, 6
-"""Partitions that are bettered: all, then half, then the best. Steps of progress told."""
+"""Partitions that are improved: all, then half, then the best. Steps of progress told."""
 
 _TRIES_A_SYMBOL, _MOST_TRIES = 25, 5000
 """Tries of each annealing."""
@@ -81,9 +81,6 @@ _FIRST_ANNEALINGS = 6
 _FRESH, _WARM, _AGAIN = 1, 1, 4
 """Annealings that judge a change, from plain sentences and from rules taken apart; and from rules
 taken apart where the cuts stay."""
-
-_REWARMED = 2.0
-"""Bits: the first temperature of annealings that begin with rules."""
 
 _WARMTH = 0.01
 """First temperature of changes, as a share of the bits."""
@@ -153,15 +150,15 @@ def find_sentences(
     ]
     candidates = [cuts for cuts in candidates if not too_long(strings, cuts, lengths)] or candidates
     tell(1, _STEPS)
-    bettered = race(strings, candidates, rng)
+    improved = race(strings, candidates, rng)
     tell(2, _STEPS)
     changes = min(evaluations // _EVALUATIONS_A_CHANGE, _CHANGES_A_SYMBOL * total)
     for heat, number in enumerate((_FINALISTS, _FINALISTS // 2, 1), start=3):
         spent = changes // number
-        bettered = [better(strings, one, lengths, rng, spent) for one in bettered[:number]]
-        bettered.sort(key=lambda judged: judged.bits)
+        improved = [improve(strings, one, lengths, rng, spent) for one in improved[:number]]
+        improved.sort(key=lambda judged: judged.bits)
         tell(heat, _STEPS)
-    found = _learned(strings, bettered[0].cuts, [bettered[0].rules])
+    found = _learned(strings, improved[0].cuts, [improved[0].rules])
     tell(_STEPS, _STEPS)
     return found
 
@@ -173,7 +170,7 @@ def _searched(
     rng: np.random.Generator,
     evaluations: int,
 ) -> Iterator[Cuts]:
-    """The best of a search of the covered room, and of the free room."""
+    """Return the best of a search of the covered room, and of the free room."""
     free = cutting_room(strings, *lengths, free=True)
     for searched in (room, free, free):
         found, _ = search_cuts(searched, rng, max(1, evaluations // _SEARCHES))
@@ -188,10 +185,13 @@ def _by_string(cuts: Sequence[int], room: Room) -> Cuts:
 def race(
     strings: Sequence[Sentence], candidates: Sequence[Cuts], rng: np.random.Generator
 ) -> list[Judged]:
-    """A few of the candidates, those for which annealing finds the fewest bits; best first."""
+    """Return a few of the candidates, those for which annealing finds the fewest bits.
+
+    Best first.
+    """
     number = _numbers(strings)
     live = [
-        _judged(cuts, _flat(strings, cuts, number), rng, _FIRST_ANNEALINGS)
+        _judged(cuts, _flat(strings, cuts, number), rng, (_FIRST_ANNEALINGS, 0))
         for cuts in dict.fromkeys(candidates)
     ]
     times = _FIRST_ANNEALINGS
@@ -202,13 +202,19 @@ def race(
             return _unlike(live)
         times *= 3
         live = [
-            _judged(one.cuts, _flat(strings, one.cuts, number), rng, times // 2, times // 2, one)
+            _judged(
+                one.cuts,
+                _flat(strings, one.cuts, number),
+                rng,
+                (times // 2, times // 2),
+                [one.rules],
+            )
             for one in kept
         ]
 
 
 def _unlike(judged: Sequence[Judged]) -> list[Judged]:
-    """The best of each number of sentences, and more only where there are too few numbers."""
+    """Return the best of each number of sentences; others only if there are too few numbers."""
     chosen: dict[int, Judged] = {}
     for one in judged:
         chosen.setdefault(sum(map(len, one.cuts)), one)
@@ -216,14 +222,14 @@ def _unlike(judged: Sequence[Judged]) -> list[Judged]:
     return [*first, *(one for one in judged if one not in first)][:_FINALISTS]
 
 
-def better(
+def improve(
     strings: Sequence[Sentence],
     begun: Judged,
     lengths: tuple[int, int],
     rng: np.random.Generator,
     changes: int,
 ) -> Judged:
-    """The best partition that so many changes lead to; the one given at worst."""
+    """Return the best partition that so many changes lead to; the one given at worst."""
     number, places = _numbers(strings), border_places(strings)
     current = best = begun
     seen = {begun.cuts}
@@ -236,12 +242,15 @@ def better(
         else:
             cuts = current.cuts
         if cuts == current.cuts:
-            changed = _judged(cuts, _flat(strings, cuts, number), rng, 1, _AGAIN, current)
+            flat = _flat(strings, cuts, number)
+            changed = _judged(cuts, flat, rng, (1, _AGAIN), [current.rules])
         elif cuts in seen or too_long(strings, cuts, lengths):
             continue
         else:
             flat = _flat(strings, cuts, number)
-            changed = _judged(cuts, flat, rng, _FRESH, _WARM, None, refit(current.rules, flat))
+            refitted = refit(current.rules, flat)
+            known = [] if refitted is None else [refitted]
+            changed = _judged(cuts, flat, rng, (_FRESH, _WARM), known, annealed=False)
         seen.add(cuts)
         warmth = _WARMTH * best.bits * (1.0 - done / changes)
         if changed.bits <= current.bits or rng.random() < math.exp(
@@ -270,22 +279,35 @@ def _judged(
     cuts: Cuts,
     flat: RuleSet,
     rng: np.random.Generator,
-    fresh: int,
-    again: int = 0,
-    known: Judged | None = None,
-    begun: RuleSet | None = None,
+    times: tuple[int, int],
+    known: Sequence[RuleSet] = (),
+    annealed: bool = True,
 ) -> Judged:
-    """The best of rules annealed from plain sentences, and again from rules taken apart."""
-    found = [_annealed(flat, rng) for _ in range(fresh)]
-    if known is not None:
-        found.append(known.rules)
-    if begun is not None:
-        found.append(_annealed(begun, rng, _REWARMED))
-    best = min(found, key=RuleSet.bits)
-    for _ in range(again):
+    """Return a partition with the best rules that are known or annealed for it.
+
+    Parameters
+    ----------
+    cuts : Cuts
+        The partition.
+    flat : RuleSet
+        One rule for each sentence.
+    rng : numpy.random.Generator
+        Draws the changes.
+    times : tuple of int
+        Annealings from plain sentences, and then from perturbed rules.
+    known : sequence of RuleSet
+        Other rules for these sentences.
+    annealed : bool
+        Whether the other rules were annealed before; else they are annealed here.
+    """
+    fresh, repeated = times
+    candidates = [_annealed(flat, rng) for _ in range(fresh)]
+    candidates += known if annealed else [_annealed(rules, rng, REWARMED) for rules in known]
+    best = min(candidates, key=RuleSet.bits)
+    for _ in range(repeated):
         apart = perturb(best, flat, _tries(flat), rng)
         if apart is not None:
-            best = min(best, _annealed(apart, rng, _REWARMED), key=RuleSet.bits)
+            best = min(best, _annealed(apart, rng, REWARMED), key=RuleSet.bits)
     return Judged(cuts, best, best.bits())
 
 

@@ -70,7 +70,7 @@ def recut(
 def cheapest_cuts(
     places: IntArray, fixed: BoolArray, costs: FloatArray, shortest: int, longest: int
 ) -> IntArray:
-    """The places of least cost, the fixed ones among them.
+    """Return the places of least cost, the fixed ones among them.
 
     Parameters
     ----------

@@ -31,12 +31,19 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from motiondb.grammar.terminals.candidates import Cells, cheapest_path, path_costs
+from motiondb.grammar.terminals.candidates import Cells, cheapest_path
+from motiondb.grammar.terminals.exchange_kernels import (
+    Graph,
+    KnownCosts,
+    Prices,
+    best_exchange,
+    frame_distances,
+    two_least,
+    warped_costs,
+)
 from motiondb.grammar.terminals.medoids import group_by_medoids
 from motiondb.grammar.terminals.pose_distance import Poses
 from motiondb.grammar.terminals.segment_distance import segment_distances
@@ -57,30 +64,6 @@ _NEAR = 2
 _FROM_PATH, _ANYWHERE = 0.5, 0.25
 """Shares of tried cells from the present segmentation, and of any cells; the others are neighbours
 of medoids. Chosen by hand."""
-
-
-class Graph(NamedTuple):
-    """Cells as a graph, as in ``Cells``, and the cost of each cut."""
-
-    firsts: IntArray
-    pointers: IntArray
-    cut_costs: FloatArray
-
-
-class KnownCosts(NamedTuple):
-    """Least and second least cost and nearest medoid of the cells, and costs to the tried cell."""
-
-    least: Float32Array
-    second: Float32Array
-    nearest: IntArray
-    tried: Float32Array
-
-
-class Prices(NamedTuple):
-    """What the present medoids cost (K,), and what the tried cell costs as a medoid."""
-
-    medoids: FloatArray
-    tried: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,7 +261,7 @@ def improve(
         if cell < 0 or cell in state.medoids:
             continue
         cell_costs(task, cell, tried)
-        k, _ = _best_exchange(
+        k, _ = best_exchange(
             Graph(cells.firsts, cells.pointers, task.cut_costs),
             KnownCosts(state.least, state.second, state.nearest, tried),
             Prices(
@@ -300,15 +283,15 @@ def cell_costs(task: Task, medoid: int, out: Float32Array) -> None:
     """Write L(s) D(s, medoid) of all cells s into ``out``."""
     cells = task.cells
     start, end = int(cells.starts[medoid]), int(cells.ends[medoid])
-    table = _distances_to(task.columns, task.squares, start, end)
-    _cell_costs(table, cells.cuts, cells.firsts, cells.pointers, out)
+    table = frame_distances(task.columns, task.squares, start, end)
+    warped_costs(table, cells.cuts, cells.firsts, cells.pointers, out)
 
 
 def _settle(task: Task, medoids: IntArray, table: Float32Array) -> State:
     n_cells = table.shape[1]
     least, second = np.empty(n_cells, np.float32), np.empty(n_cells, np.float32)
     nearest = np.empty(n_cells, np.int64)
-    _two_least(table, least, second, nearest)
+    two_least(table, least, second, nearest)
     cost, path = cheapest_path(task.cells, least, task.cut_costs)
     lengths = task.cells.ends[medoids] - task.cells.starts[medoids]
     total = cost + task.medoid_price * float(lengths.sum())
@@ -352,102 +335,3 @@ def path_medoids(task: Task, state: State, path: IntArray) -> IntArray:
         chosen.append(best)
         left.discard(best)
     return np.array(chosen)
-
-
-@njit(cache=True, fastmath=True, nogil=True)
-def _distances_to(
-    columns: Float32Array, squares: Float32Array, start: int, end: int
-) -> Float32Array:
-    """Return d of all frames to the frames [start, end): array (medoid's frames, frames).
-
-    Not a matrix product: the libraries for these start threads of their own, which slow down
-    several searches at once.
-    """
-    n_dimensions, n_frames = columns.shape
-    table = np.empty((end - start, n_frames), np.float32)
-    for u in range(end - start):
-        row = table[u]
-        for t in range(n_frames):
-            row[t] = np.float32(0.0)
-        for d in range(0, n_dimensions, 4):
-            a, b, c, e = columns[d], columns[d + 1], columns[d + 2], columns[d + 3]
-            x, y, z, w = a[start + u], b[start + u], c[start + u], e[start + u]
-            for t in range(n_frames):
-                row[t] += x * a[t] + y * b[t] + z * c[t] + w * e[t]
-        for t in range(n_frames):
-            square = squares[t] + squares[start + u] - np.float32(2.0) * row[t]
-            row[t] = np.sqrt(max(square, np.float32(0.0)))
-    return table
-
-
-@njit(cache=True, fastmath=True, nogil=True)
-def _cell_costs(
-    table: Float32Array, cuts: IntArray, firsts: IntArray, pointers: IntArray, out: Float32Array
-) -> None:
-    """Sum distances (medoid's frames, frames) over warped cells, into ``out``."""
-    n_medoid = table.shape[0]
-    for j in range(len(cuts)):
-        for c in range(pointers[j], pointers[j + 1]):
-            first, length = cuts[firsts[c]], cuts[j] - cuts[firsts[c]]
-            total, behind, at = np.float32(0.0), 0, 0
-            if length >= n_medoid:
-                for t in range(first, first + length):
-                    total += table[at, t]
-                    behind += n_medoid
-                    if behind >= length:
-                        behind -= length
-                        at += 1
-                out[c] = total
-            else:
-                for u in range(n_medoid):
-                    total += table[u, first + at]
-                    behind += length
-                    if behind >= n_medoid:
-                        behind -= n_medoid
-                        at += 1
-                out[c] = total * np.float32(length) / np.float32(n_medoid)
-
-
-@njit(cache=True, nogil=True)
-def _two_least(
-    table: Float32Array, least: Float32Array, second: Float32Array, nearest: IntArray
-) -> None:
-    """Fill the least and second least cost of every cell, and the medoid of the least."""
-    for c in range(table.shape[1]):
-        least[c], second[c], nearest[c] = np.inf, np.inf, -1
-        for k in range(table.shape[0]):
-            cost = table[k, c]
-            if cost < least[c]:
-                second[c], least[c], nearest[c] = least[c], cost, k
-            elif cost < second[c]:
-                second[c] = cost
-
-
-@njit(cache=True, nogil=True)
-def _best_exchange(
-    graph: Graph, known: KnownCosts, prices: Prices, bound: float
-) -> tuple[int, float]:
-    """Return which medoid to replace by the tried cell, and G then; -1 for none below ``bound``.
-
-    No exchange is cheaper than keeping all medoids beside the new one: if that is not enough,
-    nothing is tried.
-    """
-    firsts, pointers, cut_costs = graph
-    least, second, nearest, tried = known
-    reached = np.empty(len(cut_costs))
-    before = np.empty(len(cut_costs), np.int64)
-    costs = np.minimum(least, tried)
-    paid = prices.medoids.sum() + prices.tried
-    floor = path_costs(firsts, pointers, costs, cut_costs, reached, before)
-    floor += paid
-    best = -1
-    for k in range(len(prices.medoids)):
-        if floor - prices.medoids[k] >= bound:
-            continue
-        for c in range(len(costs)):
-            costs[c] = min(second[c] if nearest[c] == k else least[c], tried[c])
-        total = path_costs(firsts, pointers, costs, cut_costs, reached, before)
-        total += paid - prices.medoids[k]
-        if total < bound:
-            bound, best = total, k
-    return best, bound

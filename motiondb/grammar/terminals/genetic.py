@@ -23,7 +23,7 @@ import numpy as np
 from numba import njit
 
 from motiondb.grammar.terminals.medoids import group_by_medoids
-from motiondb.grammar.terminals.tuning import Costs
+from motiondb.grammar.terminals.tuning_steps import Costs
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 Bits = np.ndarray

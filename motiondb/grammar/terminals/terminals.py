@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
 from string import ascii_lowercase
 
@@ -31,15 +31,17 @@ from motiondb.grammar.terminals.medoids import group_by_medoids
 from motiondb.grammar.terminals.objective import REPETITION_WEIGHT, score
 from motiondb.grammar.terminals.pose_distance import Poses, make_poses
 from motiondb.grammar.terminals.segment_distance import distances_to, segment_distances
+from motiondb.grammar.terminals.terminal_settings import (
+    COARSE_STEP,
+    TerminalSettings,
+    check_settings,
+    trials_for,
+)
+from motiondb.grammar.terminals.tuning_steps import Costs
 from motiondb.records import BoolArray, IntArray, Motion, SegmentTable
 
 TUNED = 4
 """How many of the best starts are tuned; the best of them is kept. Chosen by hand."""
-COARSE_STEP = 2
-"""Frames per frame of the coarse search: 15 frames a second."""
-FEWEST_TRIALS, MOST_TRIALS, TRIED_CELLS = 6_000, 16_000, 32_000_000
-"""Bounds of the number of medoids that are tried, and cells computed for them in all. Chosen so
-that a long take needs seconds; see ``docs/grammar.md``, Speed."""
 
 Progress = Callable[[int, int, str], None]
 """Called with what is done, of how much, and with what is being done."""
@@ -74,52 +76,6 @@ class Terminals:
     objective: float
 
 
-@dataclass(frozen=True)
-class TerminalSettings:
-    """How terminals are searched.
-
-    Prices were chosen on one take of each sample grammar, the other values by hand.
-
-    Attributes
-    ----------
-    shortest, longest : int
-        Frames of a segment.
-    grid : int
-        Frames between candidate cuts at most.
-    weight : float
-        w, the share of R.
-    segment_price : float
-        Price of a segment, in mean distances of a pose from the mean pose times frames.
-    rest : float
-        Price of a cut at the mean speed of the takes, in the same unit.
-    most_segments : int, optional
-        N; no bound unless given.
-    method : str
-        "exchange" or "genetic".
-    n_starts : int
-        Starts of the exchange search.
-    n_trials : int, optional
-        Trials of the exchange search; :func:`trials_for` unless given.
-    genetic : GeneticSettings
-        Settings of the genetic algorithm.
-    tuning : TuningSettings
-        Settings of the tuning of cuts.
-    """
-
-    shortest: int = 8
-    longest: int = 75
-    grid: int = 10
-    weight: float = REPETITION_WEIGHT
-    segment_price: float = 2.0
-    rest: float = 3.0
-    most_segments: int | None = None
-    method: str = "exchange"
-    n_starts: int = 16
-    n_trials: int | None = None
-    genetic: genetic.GeneticSettings = field(default_factory=genetic.GeneticSettings)
-    tuning: tuning.TuningSettings = field(default_factory=tuning.TuningSettings)
-
-
 def find_terminals(
     takes: Sequence[Motion],
     n_terminals: int,
@@ -150,7 +106,7 @@ def find_terminals(
     """
     settings = settings or TerminalSettings()
     tell = progress or _silent
-    _check(n_terminals, settings)
+    check_settings(n_terminals, settings)
     tell(0, 100, "describe poses")
     poses = make_poses(takes)
     costs = cut_costs(poses, settings)
@@ -233,15 +189,6 @@ def terminals_from_symbols(
     return _record(poses, grouping, weight, [f"s{symbol}" for symbol in used])
 
 
-def trials_for(n_cells: int) -> int:
-    """Return how many medoids to try for so many cells; the time of a trial grows with them.
-
-    >>> trials_for(1_000), trials_for(4_000), trials_for(20_000)
-    (16000, 8000, 6000)
-    """
-    return min(MOST_TRIALS, max(FEWEST_TRIALS, TRIED_CELLS // n_cells))
-
-
 def terminal_names(n: int) -> tuple[str, ...]:
     """Return n names: a to z, then aa, ab, ...
 
@@ -260,35 +207,7 @@ def _silent(_done: int, _total: int, _text: str) -> None:
     pass
 
 
-def _check(n_terminals: int, settings: TerminalSettings) -> None:
-    if n_terminals < 1:
-        raise GrammarError(
-            f"terminals: expected at least 1, found {n_terminals}. Ask for more terminals."
-        )
-    most = settings.most_segments
-    if most is not None and most < n_terminals:
-        raise GrammarError(
-            f"terminals: expected room for {n_terminals} segments or more, found at most {most} "
-            "allowed. Allow more segments, or ask for fewer terminals."
-        )
-    if not 0.0 <= settings.weight < 1.0:
-        raise GrammarError(
-            f"terminals: expected a weight of R from 0 to below 1, found {settings.weight}. "
-            "Choose one such as 0.1."
-        )
-    if not 2 <= settings.shortest <= settings.longest or settings.grid < COARSE_STEP:
-        raise GrammarError(
-            "terminals: expected 2 <= shortest <= longest frames and a grid of 2 frames or more, "
-            f"found {settings.shortest}, {settings.longest} and {settings.grid}. Change them."
-        )
-    if settings.method not in ("exchange", "genetic"):
-        raise GrammarError(
-            f'terminals: expected the method "exchange" or "genetic", found "{settings.method}". '
-            "Choose one of them."
-        )
-
-
-def cut_costs(poses: Poses, settings: TerminalSettings) -> tuning.Costs:
+def cut_costs(poses: Poses, settings: TerminalSettings) -> Costs:
     """Return what segments, distances and cuts cost, as parts of 1 / F."""
     n_frames = poses.n_frames
     weight = (1.0 - settings.weight) / (n_frames * poses.largest) if poses.largest > 0.0 else 0.0
@@ -299,12 +218,12 @@ def cut_costs(poses: Poses, settings: TerminalSettings) -> tuning.Costs:
     fixed = np.zeros(n_frames + 1, dtype=bool)
     fixed[poses.bounds] = True
     price = settings.weight / n_frames
-    return tuning.Costs(poses.values, fixed, rest, price, weight, settings.shortest)
+    return Costs(poses.values, fixed, rest, price, weight, settings.shortest)
 
 
 def _by_exchange(
     poses: Poses,
-    costs: tuning.Costs,
+    costs: Costs,
     n_terminals: int,
     settings: TerminalSettings,
     rng: np.random.Generator,
@@ -334,7 +253,7 @@ def _by_exchange(
 
 def _by_genetic(
     poses: Poses,
-    costs: tuning.Costs,
+    costs: Costs,
     n_terminals: int,
     settings: TerminalSettings,
     rng: np.random.Generator,
@@ -381,7 +300,7 @@ def _path_within(
 
 
 def _grouped(
-    cuts: IntArray, costs: tuning.Costs, n_groups: int, initial: IntArray | None
+    cuts: IntArray, costs: Costs, n_groups: int, initial: IntArray | None
 ) -> tuning.Grouping:
     """Return the groups of the largest F for given cuts."""
     starts, ends = cuts[:-1], cuts[1:]

@@ -20,7 +20,6 @@ from math import prod
 
 import numpy as np
 
-from motiondb.learning.answers.question_search import counts_or_lasts
 from motiondb.learning.learned import Learned
 from motiondb.learning.place_certainty import cues_of
 from motiondb.search import by_question, certainty, reasons
@@ -132,12 +131,21 @@ def interval_probability(
     return probability * prod(right)
 
 
+def counts_or_lasts(reading: Reading) -> bool:
+    """Whether a reading asks for repeats or lengths."""
+    return any(part.seconds > 0.0 or part.repeat_of != k for k, part in enumerate(reading.parts))
+
+
 def _placed(
     learned: Learned, capture: int, reading: Reading, written: bool
 ) -> PlacedReading | None:
-    """Places by the evidence of places; None without it, or where it has no room for the parts."""
+    """Places by the evidence of places; None without it, or where it has no room for the parts.
+
+    There is none for words that no caption held when the database learned.
+    """
     take = learned.place_takes.get(capture)
-    if take is None:
+    asked = {learned.word_numbers[w] for part in reading.parts for a in part.actions for w in a}
+    if take is None or not asked <= learned.placed_words:
         return None
     said = learned.said_places.get(capture) if written else None
     if said is not None:

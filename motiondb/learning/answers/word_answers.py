@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.learning.answers import placing, question_search
 from motiondb.learning.learned import Learned
-from motiondb.learning.recognition import decode, recognise
+from motiondb.learning.recognition import decode, recognise, understand
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, MatchPart, Motion
 from motiondb.search import alignment, by_words, reasons
 from motiondb.words import decoding
+from motiondb.words.nearby.taking import Taking
 from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.manner import manner_of
 from motiondb.words.question.plain import plain_actions
@@ -50,6 +51,11 @@ class WordAnswer:
     threshold : float or None
         Strength below which nothing in the database matches; None where it could not be learned
         (``search.certainty``).
+    taken : dict
+        Word that no caption holds -> what it was taken as; its words follow the vocabulary in
+        ``reasons``, in this order.
+    suggested : dict
+        Word that no caption holds -> what is made of it where it was not taken.
     """
 
     matches: tuple[Match, ...]
@@ -60,6 +66,8 @@ class WordAnswer:
     reasons: tuple[tuple[reasons.WordReason, ...], ...] = ()
     strength: float | None = None
     threshold: float | None = None
+    taken: Mapping[str, Taking] = field(default_factory=dict)
+    suggested: Mapping[str, Taking] = field(default_factory=dict)
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -116,7 +124,7 @@ def search_words(
     allowed = [capture for capture in allowed if capture in learned.rows]
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
-    question = question_search.understand(learned, text)
+    question = understand(learned, text)
     if by_symbols:
         return _search_decoded(learned, question, allowed, limit)
     found, read, left_out = question_search.find(learned, question, allowed, limit, written)
@@ -166,6 +174,50 @@ def _match(
         "unknown" if any(place.unknown for place in places) else "known",
         parts,
     )
+
+
+def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswer:
+    """An answer in which some words were taken as others, with what that takes off its certainty.
+
+    The probability of every match is multiplied by that of every taking.
+
+    Parameters
+    ----------
+    answer : WordAnswer
+        Found with the taken words in the vocabulary (``learning.taken_words``).
+    takings : mapping of str to Taking
+        What is made of every word that no caption holds.
+    """
+    taken = {word: taking for word, taking in takings.items() if taking.is_taken}
+    share = float(np.prod([taking.probability for taking in taken.values()]))
+    matches = tuple(
+        match if match.probability is None
+        else replace(
+            match, probability=share * match.probability,
+            interval_probability=_times(match.interval_probability, share),
+            parts=tuple(
+                replace(
+                    part, probability=_times(part.probability, share),
+                    interval_probability=_times(part.interval_probability, share),
+                )
+                for part in match.parts
+            ),
+        )
+        for match in answer.matches
+    )  # fmt: skip
+    suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
+    unknown = {
+        word: tuple(w for w, _ in suggested[word].words) or suggested[word].spelling
+        if word in suggested
+        else near
+        for word, near in answer.unknown.items()
+    }
+    question = replace(answer.question, unknown=unknown)
+    return replace(answer, matches=matches, question=question, taken=taken, suggested=suggested)
+
+
+def _times(probability: float | None, share: float) -> float | None:
+    return None if probability is None else share * probability
 
 
 def _search_decoded(

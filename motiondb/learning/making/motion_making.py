@@ -19,7 +19,6 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.generate import clarity
-from motiondb.learning.answers.question_search import understand
 from motiondb.learning.learned import Learned
 from motiondb.learning.making.action_symbols import decode_actions, word_numbers
 from motiondb.learning.making.segment_material import Takes, gather_material
@@ -29,7 +28,7 @@ from motiondb.learning.making.stitched_motion import (
     model_motion,
     stitched_motion,
 )
-from motiondb.learning.recognition import recognise
+from motiondb.learning.recognition import recognise, understand
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import FloatArray, IntArray, Motion
 from motiondb.words import decoding

@@ -77,11 +77,14 @@ def foot_heights(joints: FloatArray) -> FloatArray:
     return np.minimum(joints[:, _ANKLES, 1] - body.ANKLE_HEIGHT, joints[:, _TOES, 1] - _TOE_HEIGHT)
 
 
-def on_the_ground(joints: FloatArray, contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def on_the_ground(
+    joints: FloatArray, contacts: NDArray[np.bool_], edited: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
     """Return where feet are planted: contacts, and short times between them without a lift.
 
     A foot that leaves one place for another within 9 frames and is never lifted by more than
-    2.5 cm looks like a planted foot that jumps.
+    2.5 cm looks like a planted foot that jumps. People may step so; so this counts only where the
+    motion is not that of a capture.
 
     Parameters
     ----------
@@ -89,6 +92,8 @@ def on_the_ground(joints: FloatArray, contacts: NDArray[np.bool_]) -> NDArray[np
         The joints.
     contacts : array of bool (frames, 2)
         Contacts of the left and the right foot.
+    edited : array of bool (frames,)
+        Where the motion is a blend, or steps that were made for waiting.
 
     Returns
     -------
@@ -99,7 +104,7 @@ def on_the_ground(joints: FloatArray, contacts: NDArray[np.bool_]) -> NDArray[np
     for foot in range(2):
         for start, end in runs(~contacts[:, foot]):
             inside = start > 0 and end < len(planted) and end - start < JUMP_FRAMES[1]
-            if inside and heights[start:end, foot].max() <= LIFTED:
+            if inside and edited[start:end].any() and heights[start:end, foot].max() <= LIFTED:
                 planted[start:end, foot] = True
     return planted
 

@@ -172,8 +172,8 @@ def planted_feet(
     """Return which feet are planted: array (frames, 2), left and right.
 
     A foot is planted if it is in contact in the scene, or in the capture that the frame shows, or
-    between two such times without being lifted. While a player waits, feet step on their own, and
-    only contacts in the scene count.
+    between two such times in a blend without being lifted. While a player waits, feet step on their
+    own, and only contacts in the scene count.
     """
     planted = find_contacts(joints)
     known: dict[str, NDArray[np.bool_]] = {}
@@ -187,7 +187,8 @@ def planted_feet(
         there = int(np.clip(np.rint(placed.source_frames[frame]), 0, len(known[capture]) - 1))
         contacts = known[capture][there]
         planted[frame] |= contacts[::-1] if "mirror" in edits else contacts
-    return on_the_ground(joints, planted)
+    blended = [any(edit.startswith(("blend", "waits")) for edit in edits) for edits in words]
+    return on_the_ground(joints, planted, np.array(blended, dtype=bool))
 
 
 def foot_jumps(placed: Placed, joints: FloatArray, motions: Mapping[str, Motion]) -> JumpReport:
@@ -196,8 +197,7 @@ def foot_jumps(placed: Placed, joints: FloatArray, motions: Mapping[str, Motion]
     source = 0.0
     for capture in placed.captures:
         there = retarget.motion_positions(motions[capture])[0]
-        planted = on_the_ground(there, find_contacts(there))
-        source = max(source, foot_jump(there, planted).metres)
+        source = max(source, foot_jump(there, find_contacts(there)).metres)
     foot = ("left", "right", "")[jump.foot]
     return JumpReport(placed.player, foot, jump.metres, jump.start, jump.end, source)
 

@@ -152,7 +152,9 @@ def ll1_conflicts(grammar: Grammar) -> tuple[Conflict, ...]:
     return tuple(conflicts)
 
 
-def lr1_automaton(grammar: Grammar, max_states: int = 20_000) -> Automaton:
+def lr1_automaton(
+    grammar: Grammar, max_states: int = 20_000, max_items: int = 2_000_000
+) -> Automaton:
     """Return the canonical LR(1) automaton of a grammar, and its LALR(1) form.
 
     Parameters
@@ -161,39 +163,50 @@ def lr1_automaton(grammar: Grammar, max_states: int = 20_000) -> Automaton:
         The grammar.
     max_states : int
         Largest number of states. The default keeps the test within seconds; chosen by hand.
+    max_items : int
+        Largest number of items in all states together. The default keeps the test within 10 s and
+        1 GB: a grammar of 1,000 alternatives, each followed by all, has a million items.
 
     Raises
     ------
     SceneError
-        The automaton needs more states than ``max_states``.
+        The automaton needs more states or items.
     """
     building = _Building(grammar)
-    start = building.closure({(_AUGMENTED, 0): 1})
-    states = [start]
+    start: _State = {(_AUGMENTED, 0): 1}
+    states = [building.closure(start)]
     prefixes: list[tuple[str, ...]] = [()]
-    numbers = {_key(start): 0}
-    at = 0
+    known = {_key(start)}  # kernels: each has one closure, and closures of two kernels differ
+    at, n_items = 0, len(states[0])
     while at < len(states):
         for symbol, kernel in building.moves(states[at]).items():
-            state = building.closure(kernel)
-            if _key(state) not in numbers:
-                if len(states) >= max_states:
-                    raise SceneError(
-                        f"grammar: expected at most {max_states} states to test whether it is"
-                        " LR(1), found more. Test a smaller grammar."
-                    )
-                numbers[_key(state)] = len(states)
-                states.append(state)
+            key = _key(kernel)
+            if key not in known:
+                known.add(key)
+                states.append(building.closure(kernel))
                 prefixes.append((*prefixes[at], symbol))
+                n_items += len(states[-1])
+                _check_size(len(states), max_states, n_items, max_items)
         at += 1
     merged: dict[frozenset[_Core], tuple[_State, tuple[str, ...]]] = {}
     for state, prefix in zip(states, prefixes, strict=True):
-        known, first_prefix = merged.get(frozenset(state), ({}, prefix))
-        together = {core: state[core] | known.get(core, 0) for core in state}
-        merged[frozenset(state)] = together, first_prefix
+        cores = frozenset(state)
+        before, first_prefix = merged.get(cores, ({}, prefix))
+        together = {core: state[core] | before.get(core, 0) for core in state}
+        merged[cores] = together, first_prefix
     found = _conflicts(building, zip(states, prefixes, strict=True))
     lalr = _conflicts(building, merged.values())
     return Automaton(len(states), found, len(merged), lalr)
+
+
+def _check_size(n_states: int, max_states: int, n_items: int, max_items: int) -> None:
+    """Refuse an automaton that grows too large (SceneError)."""
+    for found, most, what in ((n_states, max_states, "states"), (n_items, max_items, "items")):
+        if found > most:
+            raise SceneError(
+                f"grammar: expected at most {most} {what} to test whether it is LR(1), found more."
+                " Test a smaller grammar."
+            )
 
 
 def _key(state: _State) -> frozenset[tuple[_Core, int]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from math import exp
+from math import exp, inf
 
 from motiondb.errors import SceneError, suggestion
 from motiondb.grammar.cfg import prefix
@@ -21,6 +21,11 @@ from motiondb.scene.language.semantic_rules import RULE_NAMES
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.services import planning
 from motiondb.scene.services.lr import Conflict, ll1_conflicts, lr1_automaton
+
+LONGEST_STRING = 400
+"""Most actions of a string. Parsing takes time in proportion to the cube of the length: 400 actions
+of the basketball grammar are answered in 1 s, 1,600 in a minute. A player acts about once a second,
+so 400 are some minutes."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +162,13 @@ def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") ->
 
     Without ``start``, the start symbols that parse the longest prefix answer together. The empty
     string is never allowed: every player on court has at least one action.
+
+    Raises
+    ------
+    SceneError
+        There are more than 400 actions.
     """
+    _check_length(grammar, actions)
     symbols = [start] if start else [s.symbol for s in grammar.starts]
     faults: list[Validation] = []
     may_end: set[str] = set()
@@ -182,6 +193,15 @@ def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") ->
     return Validation(False, names, None, furthest, expected, message)
 
 
+def _check_length(grammar: MotionGrammar, actions: Sequence[object]) -> None:
+    """Refuse a string that would take too long to parse (SceneError)."""
+    if len(actions) > LONGEST_STRING:
+        raise SceneError(
+            f"{grammar.name}: expected at most {LONGEST_STRING} actions, found {len(actions)}. "
+            "Ask for a shorter string."
+        )
+
+
 def _say(start: str, actions: Sequence[str], position: int, options: Sequence[str]) -> str:
     """Return the place where a string fails as a sentence."""
     wanted = f"one of {', '.join(options)}" if len(options) > 1 else "".join(options)
@@ -204,13 +224,17 @@ def suggest(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> 
     Raises
     ------
     SceneError
-        No string of the grammar begins with these actions.
+        No string of the grammar begins with these actions, or there are more than 400.
     """
+    _check_length(grammar, actions)
     symbols = [start] if start else [s.symbol for s in grammar.starts]
+    log_weights = [prefix_log_probability(grammar.started(symbol), actions) for symbol in symbols]
+    highest = max(log_weights)
     chances: dict[str | None, float] = {}
-    for symbol in symbols:
+    for symbol, log_weight in zip(symbols, log_weights):
         rules = grammar.started(symbol)
-        weight = exp(prefix_log_probability(rules, actions))
+        # relative, because the probability of a long string is below the smallest number
+        weight = exp(log_weight - highest) if log_weight > -inf else 0.0
         if weight > 0.0:
             for action, chance in prefix.suggest(rules, actions):
                 chances[action] = chances.get(action, 0.0) + weight * chance
@@ -236,8 +260,10 @@ def plan(
     Raises
     ------
     SceneError
-        The grammar has no such string, or a goal is not one of its actions.
+        The grammar has no such string, a goal is not one of its actions, or there are more than 400
+        actions.
     """
+    _check_length(grammar, [*actions, *goals])
     known = grammar.terminal
     for goal in goals:
         for action in goal:

@@ -25,25 +25,13 @@ from motiondb.words.question.tree import (
 
 
 class Chain:
-    """Parts read so far.
-
-    Attributes
-    ----------
-    parts : list of Node
-        In order.
-    front : list of Node
-        Exclusions that stand before every part.
-    waiting : list of Node
-        Bare pieces before the first action.
-    list_start : int
-        Part with which the present list, separated by commas alone, begins.
-    """
+    """Parts read so far."""
 
     def __init__(self) -> None:
-        self.parts: list[Node] = []
-        self.front: list[Node] = []
-        self.waiting: list[Node] = []
-        self.list_start = 0
+        self.parts: list[Node] = []  # in order
+        self.front: list[Node] = []  # exclusions that stand before every part
+        self.waiting: list[Node] = []  # bare pieces before the first action
+        self.list_start = 0  # part with which the present list, separated by commas alone, begins
 
     def add(self, node: Node, separator: str, closing: str = "") -> None:
         """Put a part at the end.
@@ -51,6 +39,7 @@ class Chain:
         Parameters
         ----------
         node : Node
+            The part.
         separator : str
             What stands before it: "comma", "then", "stop" or nothing.
         closing : str

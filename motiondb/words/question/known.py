@@ -58,6 +58,7 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
     Parameters
     ----------
     question : Question
+        The question as it is understood.
     counts : mapping of str to int
         In how many captions each known word stands.
 

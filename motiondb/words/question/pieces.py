@@ -28,25 +28,18 @@ _PIECE = ("word", "manner", "count", "duration", "same", "quote", "open", "wild"
 class Pieces(ABC):
     """A place in a list of tokens, and the rules that read pieces there.
 
-    Attributes
+    Parameters
     ----------
     tokens : sequence of Token
-    place : int
-        Of the next token.
-    depth : int
-        Open parentheses.
-    same : bool
-        Whether the present part says "at the same time".
-    not_used : list of NotUsed
-        What has no place in the tree.
+        The tokens of a question.
     """
 
     def __init__(self, tokens: Sequence[Token]) -> None:
         self.tokens = tokens
-        self.place = 0
-        self.depth = 0
-        self.same = False
-        self.not_used: list[NotUsed] = []
+        self.place = 0  # number of the next token
+        self.depth = 0  # open parentheses
+        self.same = False  # whether the present part says "at the same time"
+        self.not_used: list[NotUsed] = []  # what has no place in the tree
 
     @abstractmethod
     def order(self) -> Node | None:

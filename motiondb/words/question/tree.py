@@ -148,6 +148,7 @@ class Question:
     text : str
         As it was asked.
     tree : Node
+        What is asked.
     not_used : tuple of NotUsed
         What the tree leaves out, in the order of the question. Articles, pronouns and other words
         that say nothing of a motion are not listed.

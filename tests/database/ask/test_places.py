@@ -58,9 +58,10 @@ def test_parts_are_in_order_apart_and_each_has_its_probability(
             assert part.probability is not None
             assert part.interval_probability is not None
             assert 0.0 <= part.interval_probability <= part.probability <= 1.0
-        if match.place == "known":
+        if match.place == "unknown" or match.probability is None:
+            assert match.interval_probability is None
+        else:
             assert match.interval_probability is not None
-            assert match.probability is not None
             assert match.interval_probability <= match.probability
 
 

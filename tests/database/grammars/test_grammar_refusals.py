@@ -91,3 +91,17 @@ def test_wrong_questions_are_told(dances: MotionDB) -> None:
     with pytest.raises(QueryError, match="expected a name that is free"):
         dances.grammars.save(TAKES[0], dances.grammars.generate("dance", 1), 1)
     assert store.count_rows(dances.store) == rows
+
+
+def test_names_that_are_too_long_for_files_are_refused(dances: MotionDB) -> None:
+    long = "n" * 300
+    with pytest.raises(QueryError, match="expected a name of 1 to 80 letters"):
+        dances.grammars.learn(TAKES, long, SETTINGS)
+    with pytest.raises(QueryError, match="expected a file or the name of a capture"):
+        dances.grammars.parse("dance", long)
+    rows = store.count_rows(dances.store)
+    with pytest.raises(QueryError, match="expected a name of at most 200 printable letters, found"):
+        dances.grammars.save(long, dances.grammars.generate("dance", 1), 1)
+    assert store.count_rows(dances.store) == rows
+    with pytest.raises(MotionDBError, match="n" * 80):
+        dances.grammars.load(long)

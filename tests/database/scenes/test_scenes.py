@@ -19,8 +19,9 @@ import pytest
 import motiondb
 from motiondb import capture, store
 from motiondb.database.scenes import scene_folder, scene_making
+from motiondb.database.scenes.scene_facts import action_captions
 from motiondb.database.scenes.scene_records import from_json, record_state, record_text, to_json
-from motiondb.database.scenes.scene_verbs import Scene, SceneSettings, action_captions
+from motiondb.database.scenes.scene_verbs import Scene, SceneSettings
 from motiondb.errors import MotionDBError, QueryError, SceneError
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.pose import kinematics, retarget
@@ -210,7 +211,8 @@ def test_time_that_ends_any_try_counts(
     def attempt(*_: object) -> scene_making.MadeScene:
         broken, ended = tries[len(done)]
         done.append(broken)
-        report = replace(scene.report, rules=(rule,) * broken, collisions=(), paces=())
+        rules = (rule,) * broken
+        report = replace(scene.report, rules=rules, collisions=(), paces=(), impossible=())
         return replace(scene, report=report, cut_short=ended)
 
     clock = SimpleNamespace(monotonic=lambda: 100.0 * (len(done) >= late))

@@ -299,3 +299,18 @@ def test_order_of_the_numbers_follows_the_rules() -> None:
     compiled = compile_grammar(TOY)
     assert compiled.names == ("S", "X1", "X2", "X3", "X4", "d", "f", "m", "p", "r", "s")
     assert all(a <= b for a, b in pairwise(compiled.rule_left))
+
+
+def test_a_sentence_of_thousands_of_symbols_is_refused() -> None:
+    grammar = read_grammar("S -> a S | a")
+    assert parse(grammar, ["a"] * 200).leaves() == ("a",) * 200
+    with pytest.raises(GrammarError, match="expected at most 1,000 symbols, found 4,000"):
+        parse(grammar, ["a"] * 4_000)
+
+
+def test_a_thousand_recursive_alternatives_end_with_the_probability_of_few() -> None:
+    many = " | ".join(f"a{k} S b{k} S" for k in range(1_000))
+    compiled = compile_grammar(read_grammar(f"S -> {many} | c [0.4]"))
+    few = compile_grammar(read_grammar("S -> a S b S [0.6] | c [0.4]"))
+    assert compiled.ends[0] == pytest.approx(few.ends[0])  # x = 0.6 x^2 + 0.4
+    assert few.ends[0] == pytest.approx(2 / 3)

@@ -8,11 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.grammar.induction.rewriting import (
-    Part,
-    Place,
     edit_places,
     merge,
-    occurrences,
     replace,
     substitute,
     substitute_once,
@@ -27,6 +24,7 @@ from motiondb.grammar.induction.rule_arrays import (
     rules_of,
     table_of,
 )
+from motiondb.grammar.induction.rule_places import Part, Place, occurrences
 from motiondb.grammar.rules.rule_set import RuleSet
 
 # terminals 0, 1, 2; start 3; nonterminals 4 and 5, 4 may use 5

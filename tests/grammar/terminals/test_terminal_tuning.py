@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from motiondb.grammar.terminals import genetic, tuning
+from motiondb.grammar.terminals import genetic, tuning, tuning_steps
 from motiondb.grammar.terminals.medoids import group_by_medoids
 from motiondb.grammar.terminals.segment_distance import segment_distances
 
@@ -11,13 +11,13 @@ N_FRAMES = 300
 BOUNDS = (0, 110, 300)
 
 
-def made(seed: int, n_groups: int = 5) -> tuple[tuning.Grouping, tuning.Costs]:
+def made(seed: int, n_groups: int = 5) -> tuple[tuning.Grouping, tuning_steps.Costs]:
     rng = np.random.default_rng(seed)
     values = np.cumsum(rng.normal(0, 0.2, (N_FRAMES, 3)), axis=0).astype(np.float32)
     values = np.sin(values).astype(np.float32)
     fixed = np.isin(np.arange(N_FRAMES + 1), BOUNDS)
     rest = rng.uniform(0, 1e-4, N_FRAMES + 1)
-    costs = tuning.Costs(values, fixed, rest, 0.1 / N_FRAMES, 0.9 / N_FRAMES / 3.5, 6)
+    costs = tuning_steps.Costs(values, fixed, rest, 0.1 / N_FRAMES, 0.9 / N_FRAMES / 3.5, 6)
     cuts = np.unique(np.concatenate([np.arange(0, N_FRAMES, 15), BOUNDS]))
     cuts = cuts[np.append(np.diff(cuts) >= 6, True)]
     lengths = np.diff(cuts)
@@ -28,7 +28,7 @@ def made(seed: int, n_groups: int = 5) -> tuple[tuning.Grouping, tuning.Costs]:
     return tuning.Grouping(cuts, labels, medoids), costs
 
 
-def best_medoid(grouping: tuning.Grouping, costs: tuning.Costs, k: int) -> float:
+def best_medoid(grouping: tuning.Grouping, costs: tuning_steps.Costs, k: int) -> float:
     """The least that a group can cost with its members, from nothing."""
     starts, ends = grouping.cuts[:-1], grouping.cuts[1:]
     own = np.flatnonzero(grouping.labels == k)
@@ -42,34 +42,19 @@ def best_medoid(grouping: tuning.Grouping, costs: tuning.Costs, k: int) -> float
 def test_the_incremental_cost_is_the_cost_from_nothing(seed: int, temperature: float) -> None:
     grouping, costs = made(seed)
     settings = tuning.TuningSettings(temperature=temperature, most_steps=1500)
-    state, errors, total = start(grouping, costs)
+    state, total = tuning._begin(grouping, costs), tuning.total_cost(grouping, costs)
     draws = np.random.default_rng(seed).random((1500, 4))
-    best = tuning.Grouping(*(part.copy() for part in state[:3]))
+    found = tuning_steps.Best(*(part.copy() for part in state[:3]))
     chance = settings.temperature * total / len(grouping.labels)
-    total, best_total = tuning._steps(
-        state,
-        errors,
-        tuning._arrays(costs),
-        draws,
-        (4, chance, total, total),
-        tuning._parts(best),
-    )
+    pace = tuning_steps.Pace(4, chance, total, total)
+    total, best_total = tuning_steps.take_steps(state, costs, draws, pace, found)
+    best = tuning.Grouping(*found)
     now = tuning.Grouping(*state[:3])
     assert total == pytest.approx(tuning.total_cost(now, costs), rel=1e-6)
     assert best_total == pytest.approx(tuning.total_cost(best, costs), rel=1e-6)
     assert best_total < tuning.total_cost(grouping, costs)
     by_groups = sum(best_medoid(now, costs, k) for k in range(5)) + costs.rest[now.cuts].sum()
     assert total == pytest.approx(by_groups, rel=1e-6)
-
-
-def start(grouping: tuning.Grouping, costs: tuning.Costs):  # type: ignore[no-untyped-def]
-    cuts = grouping.cuts
-    distances = segment_distances(costs.values, cuts[:-1], cuts[1:]).astype(np.float32)
-    parts = (cuts.copy(), grouping.labels.copy(), grouping.medoids.copy())
-    state = (*parts, distances, np.zeros(len(grouping.labels)))
-    tuning._add_up(state, np.arange(5))
-    errors = np.array([tuning._group_error(state, costs.weight, k) for k in range(5)])
-    return state, errors, tuning.total_cost(grouping, costs)
 
 
 @pytest.mark.parametrize("temperature", [0.0, 0.1])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import combinations, pairwise, product
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.database.scenes import scene_files
@@ -199,6 +199,7 @@ def test_strings_that_miss_an_item_cannot_be_assigned() -> None:
     assert assignments(["bow"], []) == ((),)
 
 
+@settings(deadline=None)
 @given(
     st.lists(st.sampled_from(["walk", "bow", "run"]), min_size=1, max_size=6),
     st.lists(

@@ -88,6 +88,21 @@ def test_too_many_states_are_refused() -> None:
     assert "at most 5 states to test whether it is LR(1), found more" in str(caught.value)
 
 
+def test_a_thousand_alternatives_are_tested_once_each() -> None:
+    """States: the start, its end, one after each terminal, one at the end of each rule a S."""
+    names = [f"a{n}" for n in range(400)]
+    wide = read_grammar(f"S -> {' | '.join(f'{name} S' for name in names)} | last")
+    automaton = lr1_automaton(wide)
+    assert automaton.n_states == 1 + 1 + 401 + 400
+    assert automaton.conflicts == automaton.lalr_conflicts == ()
+
+
+def test_too_many_items_are_refused() -> None:
+    with pytest.raises(SceneError) as caught:
+        lr1_automaton(EXPRESSIONS, max_items=50)
+    assert "at most 50 items to test whether it is LR(1), found more" in str(caught.value)
+
+
 symbols = st.sampled_from(["S", "A", "a", "b"])
 rights = st.lists(symbols, max_size=3).map(tuple)
 small_grammars = st.tuples(

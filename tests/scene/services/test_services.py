@@ -123,6 +123,21 @@ def test_suggestions_for_what_cannot_begin(basketball) -> None:
     )
 
 
+def test_improbable_strings_have_suggestions_too(basketball) -> None:
+    """The probability of this string, below 1e-324, is no number of its own."""
+    string = ["hold", *["dribble"] * 150, "pass", *["run"] * 240]
+    found = services.suggest(basketball, string)
+    assert "run" in dict(found.actions)
+    assert sum(chance for _, chance in found.actions) + found.end == pytest.approx(1.0)
+
+
+def test_strings_that_would_take_minutes_are_refused(basketball) -> None:
+    wanted = "basketball: expected at most 400 actions, found 5000. Ask for a shorter string."
+    for ask in (services.validate, services.suggest, services.plan):
+        with pytest.raises(SceneError, match=wanted):
+            ask(basketball, ["run"] * 5000)
+
+
 def test_every_plan_begins_as_asked_and_is_allowed(basketball) -> None:
     for goals in product(["pass", "dribble", "shoot"], repeat=2):
         wanted = [{goal} for goal in goals]

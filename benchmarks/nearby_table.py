@@ -1,0 +1,138 @@
+"""Build the table of nearby words that motiondb ships.
+
+    python benchmarks/nearby_table.py --wordnet /usr/share/wordnet --vectors vectors.npz
+
+WordNet 3.0: Debian's package wordnet-base (``apt-get install wordnet-base``, or its data.*,
+index.* and cntlist.rev from anywhere else). vectors.npz: ``benchmarks/nearby_vectors.py``. The same
+inputs give the same bytes; vectors computed by another version of torch or on another processor
+may move a probability by a hundredth.
+"""
+
+from __future__ import annotations
+
+import argparse
+import zlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from motiondb.words.nearby.table import UNIT, write_table
+from nearby_words.choice import N_WORDS, answers, by_use
+from nearby_words.key import read_key, read_pairs, read_vocabulary
+from nearby_words.model import (
+    Model,
+    Similarity,
+    fit,
+    pair_features,
+    target_facts,
+    training_pairs,
+)
+from nearby_words.opposites import vetoes
+from nearby_words.pairs import Lexicon, base, evidence, make_lexicon
+from nearby_words.wordnet import read_wordnet
+
+OUTPUT = Path(__file__).parents[1] / "motiondb" / "words" / "nearby" / "words.table"
+N_TAKEN = 12
+LEAST_KEPT = 0.03
+"""Less likely words are not kept; below 0.3 nothing is said, but shares of a mixture are."""
+LEAST_HELD = 0.3
+"""A word is held if its likeliest answer reaches this; nothing is ever said of the others."""
+GENERAL = frozenset({"go", "move"})
+"""Words that nearly every motion may be taken as and that tell none from another."""
+GENERAL_SHARE = 0.5
+"""What their probability is multiplied by. Of 49 wrong answers that were taken on the tuning list,
+both vocabularies together, 16 were one of these words."""
+
+
+def read_similarity(path: Path | None) -> Similarity:
+    """Vectors of a file of nearby_vectors.py; none without a file."""
+    if path is None:
+        return Similarity({}, None)
+    with np.load(path) as file:
+        rows = {str(word): n for n, word in enumerate(file["words"])}
+        return Similarity(rows, file["vectors"].astype(np.float32))
+
+
+def taken(
+    words: list[str],
+    allowed: frozenset[str],
+    lexicon: Lexicon,
+    similarity: Similarity,
+    model: Model,
+    never: frozenset[tuple[str, str]],
+) -> Iterator[tuple[str, list[tuple[str, float]]]]:
+    """Every word with what it may be taken as, likeliest first."""
+    known = target_facts(allowed, lexicon)
+    for word in words:
+        own = base(word)
+        found = {
+            t: e for t, e in evidence(word, lexicon).items()
+            if t in allowed and (own, t) not in never and (word, t) not in never
+        }  # fmt: skip
+        targets, features = pair_features(word, found, lexicon, similarity, known)
+        chances = model.probabilities(features)
+        chances *= [GENERAL_SHARE if target in GENERAL else 1.0 for target in targets]
+        kept = sorted(
+            ((t, float(p)) for t, p in zip(targets, chances) if p >= LEAST_KEPT),
+            key=lambda tp: (-tp[1], tp[0]),
+        )
+        yield word, kept
+
+
+def shortened(
+    kept: list[tuple[str, float]], places: Mapping[str, int], never: frozenset[tuple[str, str]]
+) -> list[tuple[str, float]]:
+    """The words worth their place: likely, and usual enough to stand in captions.
+
+    A probability counts 0.3 less for every tenfold place of the target among all words by use, so
+    that usual words come before rare ones of the same meaning (chosen on the tuning list). Of two
+    words that are opposites the likelier is kept: a word is never taken as both.
+    """
+
+    def worth(pair: tuple[str, float]) -> float:
+        return pair[1] - 0.3 * float(np.log10(1 + places.get(pair[0], 60_000)))
+
+    best: list[tuple[str, float]] = []
+    for target, chance in sorted(kept, key=lambda pair: (-worth(pair), pair[0])):
+        against = {t for t, p in kept if (t, target) in never and p > chance}
+        if len(best) < N_TAKEN and not against:
+            best.append((target, chance))
+    return sorted(best, key=lambda pair: (-pair[1], pair[0]))
+
+
+def main() -> None:
+    """Read, fit, choose, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--wordnet", type=Path, required=True)
+    parser.add_argument("--vectors", type=Path)
+    parser.add_argument("--output", type=Path, default=OUTPUT)
+    asked = parser.parse_args()
+    wordnet = read_wordnet(asked.wordnet)
+    lexicon, similarity = make_lexicon(wordnet), read_similarity(asked.vectors)
+    ordered = by_use(wordnet)
+    features, right, _ = training_pairs(
+        read_key("tuning"), read_vocabulary("both"), lexicon, similarity
+    )
+    model = fit(features, right)
+    allowed = frozenset(answers(ordered))
+    if similarity.vectors is not None:
+        allowed &= similarity.rows.keys()
+    never = vetoes(wordnet, read_pairs("never"))
+    places = {word: n for n, word in enumerate(ordered)}
+    held: dict[str, list[tuple[str, float]]] = {}
+    for word, kept in taken(ordered, allowed, lexicon, similarity, model, never):
+        if kept and kept[0][1] >= LEAST_HELD:
+            held[word] = shortened(kept, places, never)
+        if len(held) == N_WORDS:
+            break
+    named = sorted({*held, *(t for kept in held.values() for t, _ in kept)})
+    silent = sorted(zlib.crc32(w.encode()) for w in ordered if w not in set(named))
+    pairs = {w: [(t, max(1, round(p / UNIT))) for t, p in held.get(w, [])] for w in named}
+    asked.output.write_bytes(write_table(pairs, silent))
+    print(f"{len(held)} words, {sum(map(len, pairs.values()))} pairs, {len(silent)} silent words, "
+          f"{asked.output.stat().st_size} bytes")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

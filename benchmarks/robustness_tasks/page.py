@@ -1,0 +1,205 @@
+"""The page ``docs/robustness.md``: what was tried and what failed, counted from the logs."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from measured_run import machine, versions
+
+from grammar_tasks.tables import table
+from robustness_tasks.fuzz import MOST_MEGABYTES, MOST_SECONDS
+
+Case = dict[str, Any]
+HEAD = """# Does anything get lost, or fail without a word?
+
+The attack on motiondb, by `python benchmarks/robustness.py PART --out DIR`, and this page by
+`python benchmarks/robustness.py page --out DIR`; the parts are `fuzz`, `kills`, `damage`,
+`together` and `questions`. Short versions run with the tests (`tests/robustness`,
+`tests/capture/test_odd_captures.py`, `tests/store/test_store_damage.py`,
+`tests/store/test_store_kill.py`, `tests/cli/test_cli_interrupted.py`,
+`tests/cli/test_cli_waiting.py`). Counts are of the cases that ran; a target that asks for more
+cases than ran is not met, and says so. The databases are learned from the sample data."""
+
+
+def page(folder: Path) -> str:
+    """The page of the logs in a folder; parts without a log are named as not run."""
+    parts: list[tuple[str, str, Callable[[list[Case]], str]]] = [
+        ("fuzz", "Odd files and texts", _fuzz),
+        ("kills", "Kills", _kills),
+        ("damage", "Damaged databases", _damage),
+        ("together", "Many at once", _together),
+        ("questions", "Large questions", _questions),
+    ]
+    cases = {name: load(folder, name) for name, _, _ in parts}
+    sections = [HEAD, f"{machine()}; {versions('numpy', 'duckdb')}.", _targets(cases)]
+    for name, title, write in parts:
+        found = cases[name]
+        sections.append(f"## {title}\n\n{write(found) if found else 'Not run.'}")
+    return "\n\n".join(sections) + "\n"
+
+
+def load(folder: Path, part: str) -> list[Case]:
+    """The cases of a part, by seed; of a seed that ran twice, the later run."""
+    path = folder / f"{part}.jsonl"
+    if not path.exists():
+        return []
+    found = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    if found and "seed" in found[0]:
+        found = list({(case["seed"], case["kind"]): case for case in found}.values())
+        found.sort(key=lambda case: (case["seed"], case["kind"]))
+    return found
+
+
+def seeds_of(cases: Sequence[Case]) -> str:
+    """The seeds of cases as ranges.
+
+    >>> seeds_of([{"seed": n} for n in (0, 1, 1, 2, 7)])
+    '0 to 2, 7'
+    """
+    seeds = sorted({case["seed"] for case in cases})
+    starts = [n for n in seeds if n - 1 not in set(seeds)]
+    ends = [n for n in seeds if n + 1 not in set(seeds)]
+    return ", ".join(f"{a} to {b}" if a < b else f"{a}" for a, b in zip(starts, ends))
+
+
+def _targets(cases: dict[str, list[Case]]) -> str:
+    """The targets of the attack beside what was found."""
+    wanted = {
+        "fuzz": ("no failure in 50,000 odd files and texts", 50_000),
+        "kills": ("nothing lost and nothing left over in 200 kills", 200),
+        "damage": ("none of 200 damaged databases called sound when a question fails", 200),
+        "together": ("16 threads and 20 processes without a false message", 36),
+        "questions": ("large questions answered or refused, within 10 s and 1 GB", 1),
+    }
+    rows = []
+    for name, (target, least) in wanted.items():
+        ran, failed = len(cases[name]), sum(case["failed"] for case in cases[name])
+        met = "yes" if ran >= least and not failed else "no" if failed else f"no: {ran} ran"
+        rows.append((target, f"{ran:,}", f"{failed:,}", met))
+    return table(("target", "ran", "failed", "met"), rows)
+
+
+def _failures(cases: Sequence[Case], tell: Callable[[Case], str]) -> str:
+    failed = [case for case in cases if case["failed"]]
+    if not failed:
+        return "No failures."
+    lines = [f"* {tell(case)}" for case in failed[:40]]
+    more = [f"* and {len(failed) - 40} more"] if len(failed) > 40 else []
+    return "\n".join(["Failures:", "", *lines, *more])
+
+
+def _fuzz(cases: list[Case]) -> str:
+    kinds = sorted({case["kind"] for case in cases})
+    rows = []
+    for kind in [*kinds, ""]:
+        of_kind = [case for case in cases if kind in ("", case["kind"])]
+        results = Counter(case["result"] for case in of_kind)
+        rows.append(
+            (
+                kind or "all",
+                f"{len(of_kind):,}",
+                *(f"{results[name]:,}" for name in ("read", "refused", "caught")),
+                f"{sum(case['failed'] for case in of_kind)}",
+                f"{max(case['seconds'] for case in of_kind):.1f}",
+                f"{max(case['megabytes'] for case in of_kind):.0f}",
+            )
+        )
+    heads = ("kind", "cases", "read", "refused", "caught", "failed", "slowest, s", "most, MB")
+    failures = _failures(
+        cases,
+        lambda case: (
+            f"seed {case['seed']}, {case['kind']}: {case['message'][:200] or case['result']}"
+            f" ({case['seconds']:.1f} s, {case['megabytes']:.0f} MB)"
+        ),
+    )
+    return (
+        f"`python benchmarks/robustness.py fuzz --out DIR`, seeds {seeds_of(cases)}. A case is"
+        " read, refused by a reader with one of the project's errors, or caught: refused by the"
+        " safety net around all readers, which names the exception. It fails with any other"
+        f" exception, if its process dies, above {MOST_SECONDS:g} s of processor time or above"
+        f" {MOST_MEGABYTES:g} MB. `add`, `words import`, `words synonyms` and `events import` write"
+        " to a copy of the database; their times include copying and opening it.\n\n"
+        f"{table(heads, rows)}\n\n{failures}"
+    )
+
+
+def _kills(cases: list[Case]) -> str:
+    rows = []
+    for kind in [*sorted({case["kind"] for case in cases}), ""]:
+        of_kind = [case for case in cases if kind in ("", case["kind"])]
+        rows.append(
+            (
+                kind or "all",
+                f"{len(of_kind)}",
+                f"{sum(case['ended'] for case in of_kind)}",
+                f"{sum(case['rows'] == 'before' for case in of_kind)}",
+                f"{sum(case['rows'] == 'after' for case in of_kind)}",
+                f"{sum(case['failed'] for case in of_kind)}",
+            )
+        )
+    heads = ("command", "kills", "had ended", "as before", "done", "failed")
+    failures = _failures(
+        cases,
+        lambda case: (
+            f"seed {case['seed']}, {case['kind']}, killed after {case['moment']:.2f} s of"
+            f" {case['usual']:.2f} s: {'; '.join(case['faults'])[:300]}"
+        ),
+    )
+    return (
+        f"`python benchmarks/robustness.py kills --out DIR`, seeds {seeds_of(cases)}. SIGKILL comes"
+        " at a random share, up to 1.1, of the time that the command takes undisturbed. Afterwards"
+        " the database opens, `check` finds nothing, its rows are those from before the command or"
+        " those from after it (and the latter if it had said that it was done), files that it"
+        " writes are whole or not there, and after one further command no file and no process is"
+        " left. `compact` and `rescue` change no rows, and count as before.\n\n"
+        f"{table(heads, rows)}\n\n{failures}"
+    )
+
+
+def _damage(cases: list[Case]) -> str:
+    counts = Counter((case["kind"], case["said"], case["questions"]) for case in cases)
+    rows = [(*key, f"{n}") for key, n in sorted(counts.items())]
+    failures = _failures(cases, lambda case: f"seed {case['seed']}, {case['kind']}: {case}")
+    return (
+        f"`python benchmarks/robustness.py damage --out DIR`, seeds {seeds_of(cases)}, each with"
+        " every kind of damage: `flip` 1 to 8 bits, `zero` a block of DuckDB's, `page` random bytes"
+        " in place of 4096, `cut` the file anywhere, `tail` a few bytes off its end.\n\n"
+        f"{table(('damage', '`check`', 'questions', 'databases'), rows)}\n\n{failures}"
+    )
+
+
+def _together(cases: list[Case]) -> str:
+    kinds = list(dict.fromkeys(case["kind"] for case in cases))
+    rows = []
+    for kind in kinds:
+        of_kind = [case for case in cases if case["kind"] == kind]
+        done, told = (
+            sum(case["done"] for case in of_kind),
+            [m for c in of_kind for m in c["messages"]],
+        )
+        rows.append((kind, f"{len(of_kind)}", f"{done}", f"{len(told)}"))
+    failures = _failures(cases, lambda case: f"{case['kind']}: {'; '.join(case['messages'])[:300]}")
+    return (
+        "`python benchmarks/robustness.py together --out DIR`: 16 threads that share an open"
+        " database, then 20 commands started at the same moment, again and again; in the end"
+        " `check`.\n\n"
+        f"{table(('what', 'threads or processes', 'answers', 'messages'), rows)}\n\n{failures}"
+    )
+
+
+def _questions(cases: list[Case]) -> str:
+    latest = list({case["kind"]: case for case in cases}.values())
+    rows = [
+        (case["kind"], case["answer"], f"{case['seconds']:.1f}", f"{case['megabytes']:.0f}",
+         case["message"][:120].replace("|", "\\|").replace("\n", " "))
+        for case in latest
+    ]  # fmt: skip
+    heads = ("question", "answer", "s", "MB", "message")
+    return (
+        "`python benchmarks/robustness.py questions --out DIR`: each in a process of its own, with"
+        f" opening the database.\n\n{table(heads, rows)}"
+    )

@@ -1,0 +1,166 @@
+"""What was learned, seen with words that no caption holds but that may be taken as known ones.
+
+A taken word is one more word of the vocabulary, for the length of a question: its log-odds, its
+translation probabilities and its counts are the means, weighted by its shares, of those of the
+words that it is taken as (``words.nearby.taking``). Nothing of it is stored or learned from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+
+import numpy as np
+
+from motiondb.errors import QueryError
+from motiondb.learning.learned import Learned
+from motiondb.records import Association, FloatArray
+from motiondb.words.lemmas import lemma
+from motiondb.words.nearby.table import NearbyTable
+from motiondb.words.nearby.taking import Taking, mixture, take_word, with_virtual_words
+from motiondb.words.vocabulary import forms_of, split_actions
+
+
+@dataclass(frozen=True, eq=False)
+class LearnedWithTaken(Learned):
+    """A :class:`Learned` whose last words are taken ones.
+
+    Attributes
+    ----------
+    base : Learned
+        What was learned, without them.
+    shares : array (words, taken words)
+        Weights of the known words in every taken word; columns sum to 1.
+    """
+
+    base: Learned = field(kw_only=True)
+    shares: FloatArray = field(kw_only=True)
+
+    @cached_property
+    def motion_log_odds(self) -> dict[int, FloatArray]:
+        """Log-odds of all words from the motion alone; see :class:`Learned`."""
+        return {c: self._widened(odds) for c, odds in self.base.motion_log_odds.items()}
+
+    @cached_property
+    def written(self) -> dict[int, FloatArray]:
+        """Log-odds that captions add; see :class:`Learned`."""
+        return {c: self._widened(odds) for c, odds in self.base.written.items()}
+
+    def _widened(self, values: FloatArray) -> FloatArray:
+        return np.concatenate([values, values @ self.shares], axis=-1)
+
+
+def take_unknown(
+    learned: Learned, text: str, table: NearbyTable
+) -> tuple[Learned, dict[str, Taking]]:
+    """Take the words of a question that no caption holds as known words.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    text : str
+        The question; the user's synonyms come first.
+    table : NearbyTable
+        What words may be taken as.
+
+    Returns
+    -------
+    learned : Learned
+        With a word more for every taken word; the same where none is taken.
+    takings : dict
+        From the lemma of every unknown word to what is made of it.
+    """
+    takings = unknown_words(learned, text, table)
+    return with_taken(learned, takings), takings
+
+
+def replace_unknown(
+    learned: Learned, text: str, table: NearbyTable
+) -> tuple[Learned, dict[str, Taking]]:
+    """Read the words of a question that no caption holds as the likeliest known words.
+
+    For what asks for one sequence of symbols, where a mixture of words has no meaning; parameters
+    and answer as :func:`take_unknown`.
+    """
+    takings = unknown_words(learned, text, table)
+    likeliest = {w: taking.words[0][0] for w, taking in takings.items() if taking.is_taken}
+    if not likeliest:
+        return learned, takings
+    return replace(learned, synonyms={**learned.synonyms, **likeliest}), takings
+
+
+def unknown_words(learned: Learned, text: str, table: NearbyTable) -> dict[str, Taking]:
+    """From the lemma of every word that no caption holds to what is made of it.
+
+    Raises
+    ------
+    QueryError
+        Where no word of the question is known or taken; says what might be meant.
+    """
+    known = frozenset(learned.known_words)
+    asked = dict.fromkeys(
+        word for action in split_actions(text, learned.synonyms, learned.lemmas) for word in action
+    )
+    written = {lemma(form, learned.lemmas): form for form in reversed(forms_of(text))}
+    takings = {
+        word: take_word(written.get(word, word), known, table)
+        for word in asked
+        if word not in known and word not in learned.word_numbers
+    }
+    if takings and known.isdisjoint(asked) and not any(t.is_taken for t in takings.values()):
+        raise QueryError(_refusal(takings))
+    return takings
+
+
+def _refusal(takings: Mapping[str, Taking]) -> str:
+    near = dict.fromkeys(
+        word
+        for taking in takings.values()
+        for word in (*(w for w, _ in taking.words), *taking.spelling)
+    )
+    hint = (
+        f"Did you mean {' or '.join(near)}?"
+        if near
+        else "`motiondb words` lists the words that are known."
+    )
+    return f"query: expected a known word, found {', '.join(takings)}. {hint}"
+
+
+def with_taken(learned: Learned, takings: Mapping[str, Taking]) -> Learned:
+    """What was learned, with a word more for everything that is taken.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    takings : mapping of str to Taking
+        From a lemma that was not learned to what is made of it; only what is taken counts.
+    """
+    number = learned.word_numbers
+    taken = {
+        word: taking for word, taking in takings.items() if taking.is_taken and word not in number
+    }
+    if not taken or learned.fitted_word_map is None:
+        return learned
+    shares = mixture(list(taken.values()), learned.association.words)
+    values = {f.name: getattr(learned, f.name) for f in fields(Learned)}
+    values["association"] = _with_words(learned.association, tuple(taken), shares)
+    values["fitted_word_map"] = with_virtual_words(learned.fitted_word_map, shares)
+    return LearnedWithTaken(**values, base=learned, shares=shares)
+
+
+def _with_words(
+    association: Association, words: tuple[str, ...], shares: FloatArray
+) -> Association:
+    """An association with more words; a taken word counts at least once, so that it is known."""
+    counts = np.maximum(np.rint(association.counts @ shares), 1).astype(association.counts.dtype)
+    return replace(
+        association,
+        words=(*association.words, *words),
+        counts=np.concatenate([association.counts, counts]),
+        translation=np.concatenate(
+            [association.translation, association.translation @ shares], axis=1
+        ),
+    )

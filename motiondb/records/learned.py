@@ -1,0 +1,237 @@
+"""Segments, motion symbols, their space and their words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motiondb import hmmlearn_models
+from motiondb.records.arrays import Float32Array, FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from hmmlearn.hmm import GaussianHMM
+
+
+@dataclass(frozen=True, order=True)
+class Segment:
+    """A half-open interval of frames, [start, end), of one capture.
+
+    Attributes
+    ----------
+    start : int
+        First frame.
+    end : int
+        Last frame + 1.
+    """
+
+    start: int
+    end: int
+
+
+@dataclass(frozen=True, eq=False)
+class MotionSymbols:
+    """A set of left-to-right Gaussian HMMs with diagonal covariances, padded to the longest.
+
+    State k of symbol s exists where k < n_states[s]. A symbol starts in state 0; from state k it
+    stays with probability ``self_loops[s, k]`` and goes to k + 1 (out of the symbol from the last
+    state) with 1 - self_loops[s, k].
+
+    Attributes
+    ----------
+    n_states : array (symbols,)
+        Number of states.
+    self_loops : array (symbols, max states)
+        Probabilities; 0 in the padding.
+    means : array (symbols, max states, dimensions)
+        Feature units; 0 in the padding.
+    covars : array (symbols, max states, dimensions)
+        Variances; 1 in the padding.
+    """
+
+    n_states: IntArray
+    self_loops: FloatArray
+    means: FloatArray
+    covars: FloatArray
+
+    @property
+    def n_symbols(self) -> int:
+        """Number of symbols."""
+        return len(self.n_states)
+
+    def to_hmmlearn(self, symbol: int, *, exit_state: bool = True) -> GaussianHMM:
+        """Translate a symbol to a ``hmmlearn.hmm.GaussianHMM`` of equal score.
+
+        Parameters
+        ----------
+        symbol : int
+            Number of the symbol.
+        exit_state : bool, optional
+            Whether the model gets a further state, absorbing and without frames, for a symbol that
+            was left. Then ``score`` is exactly that of ``motiondb.symbols.hmm``. A model without it
+            can be fitted and sampled by hmmlearn; see :mod:`motiondb.hmmlearn_models`.
+
+        Raises
+        ------
+        MotionDBError
+            If there is no such symbol.
+        """
+        hmmlearn_models.check_symbol(symbol, self.n_symbols)
+        n = int(self.n_states[symbol])
+        parts = (part[symbol, :n] for part in (self.self_loops, self.means, self.covars))
+        return hmmlearn_models.to_hmmlearn(*parts, exit_state=exit_state)
+
+    @classmethod
+    def from_hmmlearn(cls, models: Sequence[GaussianHMM]) -> MotionSymbols:
+        """Symbols from left-to-right models of hmmlearn, one a symbol.
+
+        Parameters
+        ----------
+        models : sequence of hmmlearn.hmm.GaussianHMM
+            Models with diagonal covariances, with or without exit states. Where there is none, the
+            last self-loop is 1.
+
+        Raises
+        ------
+        MotionDBError
+            If a model is not left-to-right, or has other covariances.
+        """
+        return cls(*hmmlearn_models.from_hmmlearn(models))
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentTable:
+    """All segments of all captures with their scores, one row per segment.
+
+    Rows are ordered by capture, then start; the segments of a capture tile it.
+
+    Attributes
+    ----------
+    capture_ids : array (segments,)
+        Capture numbers.
+    starts : array (segments,)
+        First frames of the canonical motion, 30 a second.
+    ends : array (segments,)
+        Last frames + 1.
+    symbols : array (segments,)
+        The most probable symbol (ties: lowest number).
+    log_likelihoods : array (segments,)
+        Of that symbol, nats per frame.
+    backgrounds : array (segments,)
+        Of the background model, nats per frame.
+    scores : array (segments, symbols), float32
+        Log-likelihood under every symbol, nats per frame.
+    movement : array (segments, columns), float32
+        See ``search.movement``; no columns where none was computed.
+    """
+
+    capture_ids: IntArray
+    starts: IntArray
+    ends: IntArray
+    symbols: IntArray
+    log_likelihoods: FloatArray
+    backgrounds: FloatArray
+    scores: Float32Array
+    movement: Float32Array = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
+
+    def __post_init__(self) -> None:
+        """Give segments without movement an array without columns."""
+        if self.movement.size == 0:
+            none = np.zeros((len(self.starts), 0), dtype=np.float32)
+            object.__setattr__(self, "movement", none)
+
+
+@dataclass(frozen=True, eq=False)
+class SymbolSpace:
+    """Distances between the symbols, their coordinates and clusters.
+
+    Attributes
+    ----------
+    distances : array (symbols, symbols)
+        Nats per frame, symmetric, zero diagonal.
+    variances : array (symbols, symbols)
+        Variance of each distance's Monte-Carlo estimate.
+    coordinates : array (symbols, dimensions)
+        From multidimensional scaling.
+    stress : array (tried dimensions,)
+        Normalised stress of 1, 2, ... dimensions.
+    clusters : array (symbols,)
+        Cluster of every symbol.
+    weights : array (clusters,)
+        Weights of the Gaussian mixture.
+    means : array (clusters, dimensions)
+        Means of the Gaussian mixture.
+    covars : array (clusters, dimensions, dimensions)
+        Covariances of the Gaussian mixture.
+    """
+
+    distances: FloatArray
+    variances: FloatArray
+    coordinates: FloatArray
+    stress: FloatArray
+    clusters: IntArray
+    weights: FloatArray
+    means: FloatArray
+    covars: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Association:
+    """IBM Model 2 from motion symbols (source) to words (target).
+
+    Attributes
+    ----------
+    words : tuple of str
+        The vocabulary (lemmas), sorted; column numbers of ``translation``.
+    counts : array (words,)
+        Number of captions that hold each word.
+    translation : array (symbols + 1, words)
+        t(word | symbol); row 0 is NULL, row s + 1 symbol s. Rows of symbols that were seen beside
+        words sum to 1.
+    alignment : dict
+        (l, m) -> array (m, l + 1), a(i | j, l, m), column 0 is NULL, rows sum to 1.
+    log_likelihoods : array (steps,)
+        Sum of log P(words | symbols) after every EM step of Model 1, then 2.
+    """
+
+    words: tuple[str, ...]
+    counts: IntArray
+    translation: FloatArray
+    alignment: dict[tuple[int, int], FloatArray]
+    log_likelihoods: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class StoredLearning:
+    """What ``learn`` derives, as the tables of the store hold it.
+
+    :mod:`motiondb.learning.parameter_arrays` turns it into typed records
+    (``motiondb.learning.learned.LearnedModel``) and back; nothing else reads ``parameters``.
+
+    Attributes
+    ----------
+    run_id : int
+        Run that made it.
+    symbols : MotionSymbols
+        Table ``symbol_state``.
+    segments : SegmentTable
+        Tables of segments.
+    space : SymbolSpace
+        Tables of the symbol space.
+    association : Association
+        Tables of words.
+    transition_counts : array (symbols + 1, symbols + 1)
+        Table ``transition_count``.
+    parameters : dict
+        Table ``parameter``: further arrays by name, float64.
+    """
+
+    run_id: int
+    symbols: MotionSymbols
+    segments: SegmentTable
+    space: SymbolSpace
+    association: Association
+    transition_counts: FloatArray
+    parameters: dict[str, FloatArray] = field(default_factory=dict)

@@ -1,0 +1,146 @@
+"""Take a word that no caption holds as words that captions hold.
+
+Notation: p_i the probability, from the table, that the word may be taken as the known word i. If
+the largest is TAKEN or more, the word is *taken*: as all known words with p_i of SUGGESTED or more,
+with shares p_i / sum p, and with the probability max p. If the largest is SUGGESTED or more, the
+known words are suggested. Otherwise the word is unknown; if it is no English word either, known
+words of like spelling are named.
+
+In the word map the log-odds of a word are linear in the motion (``words.word_map``), so a taken
+word is a virtual word, whose slope and constant are the means of those of its known words, weighted
+by their shares. Reasons add up for it as for any word.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.records import FloatArray
+from motiondb.words.lemmas import lemma
+from motiondb.words.nearby.table import NearbyTable
+from motiondb.words.vocabulary import nearest_words
+from motiondb.words.word_map import WordMap
+
+TAKEN = 0.5
+SUGGESTED = 0.3
+
+
+@dataclass(frozen=True)
+class Taking:
+    """What is made of a word that no caption holds.
+
+    Attributes
+    ----------
+    word : as it was asked.
+    words : known words, likeliest first, each with the probability that the word may be taken so;
+        only those of SUGGESTED or more.
+    spelling : known words of like spelling, where the word is not English and ``words`` is empty.
+    """
+
+    word: str
+    words: tuple[tuple[str, float], ...]
+    spelling: tuple[str, ...] = ()
+
+    @property
+    def probability(self) -> float:
+        """That the likeliest known word is right; 0 where there is none."""
+        return self.words[0][1] if self.words else 0.0
+
+    @property
+    def is_taken(self) -> bool:
+        """Whether the word is taken as its known words, rather than these being suggested."""
+        return self.probability >= TAKEN
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Weights of the known words in the virtual word; their sum is 1."""
+        total = sum(p for _, p in self.words)
+        return tuple(p / total for _, p in self.words)
+
+    def sentence(self) -> str:
+        """What a user is told.
+
+        >>> Taking("stroll", (("walk", 0.9),)).sentence()
+        "'stroll' is not in the captions; taken as walk (0.9)"
+        """
+        start = f"{self.word!r} is not in the captions"
+        said = " or ".join(f"{word} ({p:.1f})" for word, p in self.words)
+        if self.is_taken:
+            return f"{start}; taken as {said}"
+        if self.words:
+            return f"{start}; perhaps {said}"
+        if self.spelling:
+            return f"{start}; did you mean {' or '.join(self.spelling)}?"
+        return start
+
+
+def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
+    """What a word may be taken as among known words.
+
+    Parameters
+    ----------
+    word : not among the known words; as it was written, or its lemma.
+    known : lemmas of the captions.
+    table : what words may be taken as.
+    """
+    forms = list(dict.fromkeys((word.lower(), lemma(word))))
+    chances: dict[str, float] = {}
+    for form in forms:
+        for target, chance in table.entry(form):
+            if target in known and target not in forms:
+                chances[target] = max(chance, chances.get(target, 0.0))
+    ordered = sorted(chances.items(), key=lambda pair: (-pair[1], pair[0]))
+    likely = tuple((target, chance) for target, chance in ordered if chance >= SUGGESTED)
+    if likely or any(table.is_english(form) for form in forms):
+        return Taking(word, likely)
+    return Taking(word, (), nearest_words(word, known))
+
+
+def take_words(
+    words: Iterable[str], known: Collection[str], table: NearbyTable
+) -> dict[str, Taking]:
+    """What is made of every word that is not known, in order."""
+    return {word: take_word(word, known, table) for word in words if word not in known}
+
+
+def mixture(takings: Sequence[Taking], vocabulary: Sequence[str]) -> FloatArray:
+    """Shares of the known words in taken words: array (vocabulary, takings), columns sum to 1.
+
+    What is linear in the words, such as log-odds of motion or of captions, array (..., vocabulary),
+    gets columns of the taken words by ``x @ mixture``.
+
+    >>> mixture([Taking("stroll", (("walk", 0.75), ("go", 0.25)))], ["go", "run", "walk"]).tolist()
+    [[0.25], [0.0], [0.75]]
+    """
+    number = {word: n for n, word in enumerate(vocabulary)}
+    shares = np.zeros((len(vocabulary), len(takings)))
+    for column, taking in enumerate(takings):
+        for (word, _), share in zip(taking.words, taking.shares):
+            shares[number[word], column] = share
+    return shares
+
+
+def with_virtual_words(word_map: WordMap, shares: FloatArray) -> WordMap:
+    """A word map with a further column for every taken word.
+
+    The log-odds of a virtual word are exactly the means, weighted by its shares, of those of its
+    words: slopes over spreads, and the logits of the priors, are averaged, and its spread is 1.
+
+    Parameters
+    ----------
+    word_map : of the known words.
+    shares : array (words, taken words), columns sum to 1; see :func:`mixture`.
+    """
+    logits = np.log(word_map.priors) - np.log1p(-word_map.priors)
+    priors = 1.0 / (1.0 + np.exp(-(logits @ shares)))
+    return WordMap(
+        np.concatenate([word_map.weights, (word_map.weights / word_map.spreads) @ shares], axis=1),
+        np.concatenate([word_map.offsets, (word_map.offsets / word_map.spreads) @ shares]),
+        np.concatenate([word_map.priors, priors]),
+        np.concatenate([word_map.spreads, np.ones(shares.shape[1])]),
+        word_map.calibration,
+        ridge=word_map.ridge,
+    )

@@ -1,0 +1,50 @@
+"""No text, however odd, makes its reader raise anything but this project's errors.
+
+``benchmarks/robustness.py fuzz`` reads many more cases, and measures time and memory.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from motiondb.errors import MotionDBError
+from robustness_tasks.odd_texts import WHOLE, text_case, whole_text
+from robustness_tasks.reading import READS, Place, make_case
+
+ASKING = ("filter", "question", "terminals", "name")
+"""Kinds of text that are read with a database."""
+
+
+@pytest.mark.parametrize("kind", sorted(set(READS) - set(ASKING)))
+def test_odd_texts_are_read_or_refused_by_name(tmp_path: Path, kind: str) -> None:
+    for seed in range(30):
+        with suppress(MotionDBError):
+            READS[kind](text_case(seed, kind)[1], Place(tmp_path, tmp_path / "none"))
+
+
+@pytest.mark.parametrize("kind", ["filter", "question", "name"])
+def test_odd_questions_are_answered_or_refused(
+    tmp_path: Path, learned_file: Path, kind: str
+) -> None:
+    for seed in range(30):
+        with suppress(MotionDBError):
+            READS[kind](text_case(seed, kind)[1], Place(tmp_path, learned_file))
+
+
+def test_every_kind_of_text_has_a_reader() -> None:
+    assert set(READS) == set(WHOLE)
+
+
+@pytest.mark.parametrize("kind", ["synonyms", "joint map", "grammar", "motion grammar", "tactics"])
+def test_the_whole_texts_that_cases_damage_are_read(tmp_path: Path, kind: str) -> None:
+    for text in WHOLE[kind]:
+        READS[kind](whole_text(text).encode(), Place(tmp_path, tmp_path / "none"))
+
+
+def test_a_case_is_the_same_every_time() -> None:
+    assert [text_case(seed) for seed in range(40)] == [text_case(seed) for seed in range(40)]
+    kinds = {make_case(seed).kind for seed in range(400)}
+    assert {"capture .bvh", "capture .c3d", "words import", "tactics"} <= kinds
