@@ -76,8 +76,10 @@ def search(
     "slowly", parentheses, and "?" for any action. How it is understood is printed above the
     answers; what the search does not use is named.
 
-    Every answer has a probability that it shows the actions, estimated with performers held out. If
-    no answer is good enough, a line says so, and the nearest ones follow.
+    Every answer has two probabilities, estimated with performers held out: that the capture shows
+    the actions, and that the interval does. Where only a caption of the whole capture speaks for an
+    action, its place is told as unknown. If no answer is good enough, a line says so, and the
+    nearest ones follow.
     """
     from motiondb.cli import explaining, understanding
 
@@ -160,6 +162,8 @@ def _print_answer(
             }
             for m in matches
         ]  # fmt: skip
+        for row, match in zip(rows, matches):
+            row.update(_place_facts(match))
         for row, reason in zip(rows, why):
             row["explain"] = reason
         print_json(
@@ -178,19 +182,36 @@ def _print_answer(
         _print_matches(matches, reasons)
 
 
+def _place_facts(match: Match) -> dict[str, Any]:
+    """Where an answer to words is, and how sure, for JSON; nothing for other answers."""
+    if not match.parts:
+        return {}
+    return {
+        "interval_probability": match.interval_probability,
+        "place": match.place,
+        "parts": [asdict(part) for part in match.parts],
+    }
+
+
 def _print_matches(matches: Sequence[Match], reasons: bool) -> None:
     sure = any(m.probability is not None for m in matches)
+    placed = any(m.interval_probability is not None for m in matches)
     columns = ["rank", "capture", "start", "end", "score"] + ["probability"] * sure
+    columns += ["interval"] * placed
     print_table(
         "",
         [*columns, "words"] + (["found"] if reasons else []),
         [
             [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}"]
-            + ([f"{m.probability:.2f}"] if m.probability is not None else [""] * sure)
+            + [_two_digits(m.probability)] * sure + [_two_digits(m.interval_probability)] * placed
             + [" ".join(m.words)] + ([m.reason] if reasons else [])
             for m in matches
         ],
     )  # fmt: skip
+
+
+def _two_digits(probability: float | None) -> str:
+    return "" if probability is None else f"{probability:.2f}"
 
 
 def _draw(

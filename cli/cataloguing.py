@@ -136,6 +136,7 @@ def add(
             typer.echo(f"  {report.counted} of them searchable at once")
         if report.events:
             typer.echo(f"  {report.events} events kept with them")
+        _note_performers(report.without_performer)
         for relation in report.relations:
             typer.echo(f"  {_relation(relation)}")
         for name, known in report.known:
@@ -148,6 +149,16 @@ def add(
         typer.echo("\n".join(f"  {line}" for line in problem.splitlines()), err=True)
     if report.problems:
         raise typer.Exit(1)
+
+
+def _note_performers(count: int) -> None:
+    """Say how captures are grouped of which nobody said who performs."""
+    if count:
+        typer.echo(
+            f"  no performer column for {count} of them: captures of one folder count as one "
+            "performer, in a single folder those whose names are the same up to the last number; "
+            "a column `performer` in a sheet says otherwise (motiondb words import SHEET)"
+        )
 
 
 def _relation(relation: object) -> str:

@@ -294,7 +294,7 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
     table = Table(title=title or None, title_justify="left", box=None, pad_edge=False)
     for column in columns:
         right = column.lstrip("-") in (
-            "rank", "start", "end", "score", "probability", "seconds", "fps", "count",
+            "rank", "start", "end", "score", "probability", "interval", "seconds", "fps", "count",
         )  # fmt: skip
         table.add_column(column, justify="right" if right else "left", overflow="fold")
     for row in rows:

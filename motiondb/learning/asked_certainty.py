@@ -58,10 +58,14 @@ class Certainties:
         Of an answer to words.
     example : Certainty or None
         Of an answer to an example.
+    place : Certainty or None
+        Of the interval told for an action, where the capture shows the action
+        (:mod:`motiondb.learning.place_certainty`).
     """
 
     words: Certainty | None = None
     example: Certainty | None = None
+    place: Certainty | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from motiondb.learning import counting, drift
+from motiondb.learning.asked_certainty import Certainties
 from motiondb.learning.learned import LearnedModel
+from motiondb.learning.place_certainty import learn_certainty
+from motiondb.learning.place_fitting import Places, Written, find_places
 from motiondb.learning.symbol_fitting import (
     FeaturePool,
     LearnSettings,
@@ -15,7 +19,8 @@ from motiondb.learning.symbol_fitting import (
     acquire_symbols,
     segment_table,
 )
-from motiondb.learning.word_fitting import TaughtWords, fit_words
+from motiondb.learning.word_fitting import FittedWords, TaughtWords, fit_words
+from motiondb.records import SegmentTable
 from motiondb.search import extents
 from motiondb.symbols import feature_space
 from motiondb.symbols import space as symbol_spaces
@@ -65,6 +70,7 @@ def fit_model(
     tell("words", 0.0)
     n_symbols = acquired.symbols.n_symbols
     words = fit_words(table, taught, n_symbols)
+    places, certainties = _fit_places(table, taught, words, rng)
     return LearnedModel(
         run_id=0,
         symbols=acquired.symbols,
@@ -76,11 +82,27 @@ def fit_model(
         score_space=words.score_space,
         context_space=extents.fit_context_space(parts),
         fitted_word_map=words.word_map,
-        certainties=words.certainties,
+        certainties=certainties,
         lengths=dict(words.counted.counts.shapes),
         counted=words.counted,
         lemmas=words.counted.reference.lemmas,
         cutting=settings.acquisition,
         description_lengths=np.array(acquired.description_lengths),
         drift_baseline=drift.fit_baseline(table),
+        places=places,
     )
+
+
+def _fit_places(
+    table: SegmentTable, taught: TaughtWords, words: FittedWords, rng: np.random.Generator
+) -> tuple[Places | None, Certainties]:
+    """Where the actions of captions happen, and certainties with that of places."""
+    numbers = {word: number for number, word in enumerate(words.association.words)}
+    standardised = words.score_space.standardise(table.scores, table.movement)
+    lemmas = words.counted.reference.lemmas
+    written = Written(taught.captions, taught.synonyms, lemmas, numbers)
+    places = find_places(table, standardised, written)
+    if places is None:
+        return None, words.certainties
+    sure = learn_certainty(table, standardised, written, places, taught.performers, rng)
+    return places, replace(words.certainties, place=sure)

@@ -26,6 +26,7 @@ from motiondb.learning.counting import (
     publish_word_map,
 )
 from motiondb.learning.drift import DriftBaseline
+from motiondb.learning.place_fitting import Places, Written, label_intervals, place_evidence
 from motiondb.records import (
     Association,
     Caption,
@@ -42,6 +43,7 @@ from motiondb.search.score_vectors import ScoreSpace
 from motiondb.symbols.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words import explanation, transition
+from motiondb.words.place_map import LABELLED
 from motiondb.words.word_map import WordMap
 
 
@@ -102,6 +104,9 @@ class LearnedModel:
         Objective after every accepted update, bits; decreasing.
     drift_baseline : DriftBaseline or None
         What drift is measured against; None in databases of versions that did not keep it.
+    places : Places or None
+        Where in their takes the actions of captions happen, as ``learn`` found them; None where no
+        words were written, and in databases of versions that did not look for them.
     """
 
     run_id: int
@@ -121,6 +126,7 @@ class LearnedModel:
     cutting: AcquisitionSettings = field(default_factory=AcquisitionSettings)
     description_lengths: FloatArray = field(default_factory=lambda: np.zeros(0))
     drift_baseline: DriftBaseline | None = None
+    places: Places | None = None
 
 
 def with_counts(
@@ -140,6 +146,7 @@ def with_counts(
         The counts that hold now.
     """
     fit, counts = model.fitted_word_map, counted.counts
+    there = set(table.capture_ids.tolist())
     word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
     return replace(
         model,
@@ -150,6 +157,7 @@ def with_counts(
         fitted_word_map=word_map,
         lengths=dict(counts.shapes),
         counted=counted,
+        places=None if model.places is None else model.places.only(there),
     )
 
 
@@ -331,6 +339,47 @@ class Learned(LearnedModel):
                 self.segments.starts[rows], self.segments.ends[rows], odds[:-1], odds[-1]
             )
         return takes
+
+    @cached_property
+    def place_takes(self) -> dict[int, by_words.TakeScores]:
+        """Evidence for the place of all words in every capture, from the motion alone.
+
+        Empty where no places were learned. The evidence for a take that took part in learning is
+        that of all other takes.
+        """
+        if self.places is None or not self.places.only(self.rows).words:
+            return {}
+        evidence = place_evidence(
+            self.places, self.segments, self.standardised, len(self.association.words)
+        )
+        return {
+            capture: by_words.TakeScores(
+                self.segments.starts[rows], self.segments.ends[rows], of, of.max(axis=0)
+            )
+            for capture, rows in self.rows.items()
+            for of in [evidence[capture]]
+        }
+
+    @cached_property
+    def placed_words(self) -> frozenset[int]:
+        """Numbers of the words whose places were learned."""
+        listed = () if self.places is None else self.places.words.values()
+        return frozenset(word for words in listed for word in words)
+
+    @cached_property
+    def said_places(self) -> dict[int, FloatArray]:
+        """Nats for the place of words that captions of intervals say: arrays (segments, words).
+
+        Of the captures that have such captions now.
+        """
+        written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
+        found = {}
+        for capture, rows in self.rows.items():
+            parts = written.of_intervals(capture)
+            said = label_intervals(self.segments, rows, parts, False, len(self.word_numbers))
+            if said is not None:
+                found[capture] = LABELLED * np.nan_to_num(said)
+        return found
 
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""

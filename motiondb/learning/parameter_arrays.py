@@ -16,6 +16,7 @@ from motiondb.learning.asked_certainty import Certainties
 from motiondb.learning.counting import Counts, Reference
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.learned import Counted, LearnedModel
+from motiondb.learning.place_fitting import Places
 from motiondb.records import Association, FloatArray, StoredLearning
 from motiondb.search import certainty
 from motiondb.search.extents import ContextSpace
@@ -65,13 +66,14 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
         context_space=_context_space(arrays),
         fitted_word_map=_word_map(arrays),
         certainties=Certainties(
-            _certainty(arrays, "certainty_words"), _certainty(arrays, "certainty_example")
+            *(_certainty(arrays, f"certainty_{of}") for of in ("words", "example", "place"))
         ),
         lengths=dict(lengths),
         lemmas=lemmas_from(arrays),
         cutting=_cutting(arrays),
         description_lengths=arrays.get("description_lengths", np.zeros(0)),
         drift_baseline=drift_baseline_from(arrays),
+        places=_places(arrays),
     )
     if COUNTED_NAME not in arrays:
         return model
@@ -99,6 +101,8 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
             arrays[f"certainty_{name}"] = one.pack()
     if model.drift_baseline is not None:
         arrays |= _drift_arrays(model.drift_baseline)
+    if model.places is not None:
+        arrays |= _place_arrays(model.places)
     if model.counted is not None:
         arrays |= _counted_arrays(model.counted)
     return arrays
@@ -132,6 +136,31 @@ def _drift_arrays(baseline: DriftBaseline) -> dict[str, FloatArray]:
         "learned_from": baseline.captures.astype(np.float64),
         "drift_baseline": np.array([baseline.mean, baseline.worst, baseline.frames]),
     }
+
+
+def _place_arrays(places: Places) -> dict[str, FloatArray]:
+    captures = list(places.words)
+    sizes = [(c, *places.shown[c].shape) for c in captures]
+    flat = [np.zeros(0), *(places.shown[c].ravel() for c in captures)]
+    return {
+        "place_takes": np.array(sizes, dtype=float).reshape(-1, 3),
+        "place_words": np.array([w for c in captures for w in places.words[c]], dtype=float),
+        "place_shown": np.concatenate(flat),
+    }
+
+
+def _places(arrays: Arrays) -> Places | None:
+    if "place_takes" not in arrays:
+        return None
+    words, shown = {}, {}
+    word, number = 0, 0
+    for capture, n_segments, n_words in arrays["place_takes"].astype(np.int64).tolist():
+        listed = arrays["place_words"][word : word + n_words]
+        flat = arrays["place_shown"][number : number + n_segments * n_words]
+        words[capture] = tuple(listed.astype(np.int64).tolist())
+        shown[capture] = flat.reshape(n_segments, n_words)
+        word, number = word + n_words, number + n_segments * n_words
+    return Places(words, shown)
 
 
 def _context_space(arrays: Arrays) -> ContextSpace | None:

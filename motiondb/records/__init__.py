@@ -11,6 +11,7 @@ from motiondb.records.catalogue import (
     CaptureInfo,
     Event,
     Match,
+    MatchPart,
     Relation,
     Run,
 )
@@ -40,6 +41,7 @@ __all__ = [
     "FloatArray",
     "IntArray",
     "Match",
+    "MatchPart",
     "Motion",
     "MotionSymbols",
     "Relation",

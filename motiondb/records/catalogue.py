@@ -158,6 +158,32 @@ class Run:
 
 
 @dataclass(frozen=True)
+class MatchPart:
+    """One part of an answer to words: where a capture shows it, and how sure that is.
+
+    Attributes
+    ----------
+    words : str
+        What the question asks for in this part.
+    start, end : float
+        Seconds; those of the whole capture where the place is unknown.
+    probability : float or None
+        Probability that the capture shows it; None where it is not known.
+    interval_probability : float or None
+        Probability that the interval shows it; None where it is not known.
+    place : str
+        "known", or "unknown" where only a caption of the whole capture speaks for it.
+    """
+
+    words: str
+    start: float
+    end: float
+    probability: float | None = None
+    interval_probability: float | None = None
+    place: str = "known"
+
+
+@dataclass(frozen=True)
 class Match:
     """One answer to a search: an interval of a capture.
 
@@ -178,8 +204,15 @@ class Match:
     reason : str
         Why it was found.
     probability : float or None
-        Probability that the interval shows what was asked; None where too little was written about
-        the captures to learn it (:mod:`motiondb.search.certainty`).
+        Probability that the answer is right: of words, that the capture shows what was asked; of an
+        example, that the interval does. None where too little was written about the captures to
+        learn it (:mod:`motiondb.search.certainty`).
+    interval_probability : float or None
+        Of words: probability that the interval shows what was asked; None where it is not known.
+    place : str
+        "known", or "unknown" where a part's place is; then the interval is the whole capture.
+    parts : tuple of MatchPart
+        Parts of a question in words, in order.
     """
 
     rank: int
@@ -190,3 +223,6 @@ class Match:
     words: tuple[str, ...] = ()
     reason: str = ""
     probability: float | None = None
+    interval_probability: float | None = None
+    place: str = "known"
+    parts: tuple[MatchPart, ...] = ()

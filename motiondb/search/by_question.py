@@ -30,7 +30,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motiondb.records import FloatArray
+from motiondb.records import FloatArray, IntArray
 from motiondb.search.by_words import (
     TakeScores,
     joint_log_odds,
@@ -124,6 +124,58 @@ def search_take(
     return max(fitting, key=lambda hit: hit.log_odds, default=None)
 
 
+@dataclass(frozen=True, eq=False)
+class PlacedReading:
+    """Where a capture shows the parts of one reading.
+
+    Attributes
+    ----------
+    starts, ends : array (segments,)
+        Frames of the segments; divided where the capture has fewer than there are parts.
+    values : array (parts, segments)
+        Mean value of the actions of every part; 0 for a part without any.
+    spans : tuple of (int, int)
+        Segments [a, b) of every part, in order; they do not overlap.
+    """
+
+    starts: IntArray
+    ends: IntArray
+    values: FloatArray
+    spans: tuple[tuple[int, int], ...]
+
+
+def place_reading(
+    take: TakeScores, reading: Reading, number: Mapping[str, int]
+) -> PlacedReading | None:
+    """Where a capture shows the parts of a reading, as :func:`search_take` places them.
+
+    Parameters
+    ----------
+    take : TakeScores
+        Log-odds, or other evidence, for the words in the capture.
+    reading : Reading
+    number : mapping of str to int
+        Column of every word.
+
+    Returns
+    -------
+    placed : PlacedReading or None
+        None where the capture is too short, as in :func:`search_take`.
+    """
+    seen = _Seen(split_segments(take, len(reading.parts)), number)
+    laid = None if _is_too_short(take, reading) else _lay(seen, reading)
+    if laid is None:
+        return None
+    none = np.zeros(len(seen.take.starts))
+    values = np.stack(
+        [
+            np.mean([seen.action(a) for a in part.actions], axis=0) if part.actions else none
+            for part in reading.parts
+        ]
+    )
+    return PlacedReading(seen.take.starts, seen.take.ends, values, tuple(laid[2]))
+
+
 def joint_statements(asked: Sequence[float], excluded: Sequence[float]) -> float:
     """Log-odds that all that is asked holds and nothing that is excluded does.
 
@@ -139,11 +191,32 @@ def _search_reading(
     known: dict[int, _Seen], take: TakeScores, reading: Reading, number: Mapping[str, int]
 ) -> QuestionHit | None:
     """The best interval for one reading; ``known`` holds, per number of parts, what was seen."""
-    repeats = any(part.repeat_of != k for k, part in enumerate(reading.parts))
-    if repeats and len(take.starts) < len(reading.parts):
-        return None
     n_parts = len(reading.parts)
-    seen = known.setdefault(n_parts, _Seen(split_segments(take, n_parts), number))
+    seen = known.get(n_parts)
+    if seen is None:
+        seen = known[n_parts] = _Seen(split_segments(take, n_parts), number)
+    laid = None if _is_too_short(take, reading) else _lay(seen, reading)
+    if laid is None:
+        return None
+    values, runs, parts = laid
+    take = seen.take
+    statements = [*seen.asked(reading.parts, values, runs, parts),
+                  *seen.excluded(reading, parts)]  # fmt: skip
+    frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
+    log_odds = joint_statements(*split_statements(statements))
+    return QuestionHit(frames[0][0], frames[-1][1], log_odds, frames, tuple(statements))
+
+
+def _is_too_short(take: TakeScores, reading: Reading) -> bool:
+    """Whether a reading has repeats, and more parts than the capture has segments."""
+    repeats = any(part.repeat_of != k for k, part in enumerate(reading.parts))
+    return repeats and len(take.starts) < len(reading.parts)
+
+
+def _lay(
+    seen: _Seen, reading: Reading
+) -> tuple[FloatArray, list[tuple[int, int]], list[tuple[int, int]]] | None:
+    """Values (parts, segments), runs and segments [a, b) of every part; None: too short."""
     take = seen.take
     values = np.stack([seen.part(reading, k) for k in range(len(reading.parts))])
     least = np.array([part.seconds for part in reading.parts])
@@ -157,12 +230,7 @@ def _search_reading(
                                                         for e in reading.exclusions)
         for k, part in enumerate(reading.parts)
     ]  # fmt: skip
-    parts = place_parts(values, runs, worded)
-    statements = [*seen.asked(reading.parts, values, runs, parts),
-                  *seen.excluded(reading, parts)]  # fmt: skip
-    frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
-    log_odds = joint_statements(*split_statements(statements))
-    return QuestionHit(frames[0][0], frames[-1][1], log_odds, frames, tuple(statements))
+    return values, runs, place_parts(values, runs, worded)
 
 
 def split_statements(statements: Sequence[Statement]) -> tuple[list[float], list[float]]:

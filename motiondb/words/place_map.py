@@ -13,7 +13,8 @@ Each round fits the map and then lays the actions of every caption over the segm
 in the caption's order (:mod:`motiondb.words.ordered_alignment`), with log-likelihood ratios of
 ``SHARPNESS`` sqrt(seconds of the segment) times the mean z of the action's words; and without any
 order, by a softmax over the actions and none of them. y is the mixture of both, and moves half of
-the way in each round. Words that other captions of the same take say keep an even share.
+the way in each round. Words that other captions of the same take say keep an even share. Where a
+caption describes an interval, y of its words is given there (``ListedTakes.labelled``).
 
 The map says where. Whether a take shows the word at all is the word map's business
 (:mod:`motiondb.words.word_map`): there is one row a segment here, and most of them belong to a few
@@ -42,6 +43,9 @@ SHARPNESS = 6.0
 """Nats a unit of z in one second. 6, 10 and 20 are alike on joined real captures: .52, .51, .50."""
 ORDERED = 0.7
 """Share of the ordered alignment in the mixture, as in a first prototype; 1 was .01 below it."""
+LABELLED = 20.0
+"""Nats for an action where a person said that it is shown; more than any motion speaks against it.
+Chosen by hand; not tuned."""
 ROUNDS = 8
 DAMPING = 0.5
 """Rounds, and the share of the former y that each keeps; after eight rounds y hardly moves."""
@@ -67,6 +71,9 @@ class ListedTakes:
         Per take the words that its other captions say, without an order.
     n_words : int
         Size of the vocabulary.
+    labelled : array (rows, words), optional
+        y where people said it of an interval: 1 where a word is shown, 0 where it is not, NaN where
+        nobody said. None: nobody said anything of any interval.
     """
 
     vectors: FloatArray
@@ -75,6 +82,7 @@ class ListedTakes:
     actions: Sequence[Sequence[Sequence[int]]]
     further: Sequence[Sequence[int]]
     n_words: int
+    labelled: FloatArray | None = None
 
     def rows(self) -> list[slice]:
         """Rows of every take."""
@@ -130,10 +138,65 @@ def fit_place_map(takes: ListedTakes) -> PlacedWords:
     rows = takes.rows()
     weights = take_weights(takes)
     shown = _even_shares(takes, rows)
+    left_out = _prepare(takes.vectors, weights, rows)
     for _ in range(ROUNDS):
-        evidence = left_out_evidence(takes, shown)
+        evidence = left_out.evidence(shown)
         shown = DAMPING * shown + (1.0 - DAMPING) * _place(takes, rows, evidence)
     return PlacedWords(map_places(takes.vectors, shown, weights), shown)
+
+
+@dataclass(frozen=True, eq=False)
+class FittedPlaces:
+    """The regression of :func:`map_places` in the form from which rows are taken out.
+
+    Attributes
+    ----------
+    centred : array (rows, columns)
+        Vectors less their weighted mean, times the roots of the weights.
+    residuals : array (rows, words)
+        Of the regression with all rows, times the roots of the weights.
+    slopes : array (columns, words)
+    inverse : array (columns, columns)
+        Inverse of the ridged sum of products.
+    centre : array (columns,)
+        Weighted mean of the vectors.
+    spreads : array (words,)
+    """
+
+    centred: FloatArray
+    residuals: FloatArray
+    slopes: FloatArray
+    inverse: FloatArray
+    centre: FloatArray
+    spreads: FloatArray
+
+    def without(self, rows: IntArray) -> PlaceMap:
+        """The map of all other rows, means kept."""
+        taken = self.centred[rows]
+        if len(rows) > taken.shape[1]:  # the smaller system
+            gram = np.linalg.inv(self.inverse) - taken.T @ taken
+            slopes = self.slopes - np.linalg.solve(gram, taken.T @ self.residuals[rows])
+        else:
+            block = taken @ self.inverse @ taken.T
+            error = np.linalg.solve(np.eye(len(rows)) - block, self.residuals[rows])
+            slopes = self.slopes - self.inverse @ (taken.T @ error)
+        return PlaceMap(np.asarray(slopes), np.asarray(-self.centre @ slopes), self.spreads)
+
+
+def fit_places(takes: ListedTakes, shown: FloatArray) -> FittedPlaces:
+    """The regression, places given; :meth:`FittedPlaces.without` takes rows out of it.
+
+    Parameters
+    ----------
+    takes : ListedTakes
+    shown : array (rows, words)
+        Probability that each word is shown at each segment.
+    """
+    centre, mean, centred, target = _centred(takes.vectors, shown, take_weights(takes))
+    inverse = np.asarray(np.linalg.inv(_gram(centred)), dtype=np.float64)
+    slopes = inverse @ (centred.T @ target)
+    residuals = target - centred @ slopes
+    return FittedPlaces(centred, residuals, slopes, inverse, centre, spreads_of(mean))
 
 
 def map_places(vectors: FloatArray, shown: FloatArray, weights: FloatArray) -> PlaceMap:
@@ -165,10 +228,7 @@ def left_out_evidence(takes: ListedTakes, shown: FloatArray) -> FloatArray:
     shown : array (rows, words)
         Probability that each word is shown at each segment.
     """
-    weights = take_weights(takes)
-    mean = weights @ shown / weights.sum()
-    left_out = _predict_left_out(takes.vectors, shown, weights, takes.rows())
-    return np.asarray(SHARPNESS * (left_out - mean) / spreads_of(mean))
+    return _prepare(takes.vectors, take_weights(takes), takes.rows()).evidence(shown)
 
 
 def take_weights(takes: ListedTakes) -> FloatArray:
@@ -192,7 +252,13 @@ def _even_shares(takes: ListedTakes, rows: Sequence[slice]) -> FloatArray:
     for inside, actions, further in zip(rows, takes.actions, takes.further):
         words = sorted({word for action in actions for word in action} | set(further))
         shown[inside, words] = 1.0 / len(actions)
-    return shown
+    return _as_labelled(takes, shown)
+
+
+def _as_labelled(takes: ListedTakes, shown: FloatArray) -> FloatArray:
+    """y with what people said of intervals in place of what was computed."""
+    said = takes.labelled
+    return shown if said is None else np.where(np.isnan(said), shown, said)
 
 
 def _place(takes: ListedTakes, rows: Sequence[slice], evidence: FloatArray) -> FloatArray:
@@ -203,12 +269,20 @@ def _place(takes: ListedTakes, rows: Sequence[slice], evidence: FloatArray) -> F
         said = evidence[inside]
         ratios = np.stack([said[:, list(action)].mean(axis=1) for action in actions], axis=1)
         ratios *= np.sqrt(takes.seconds[inside])[:, None]
+        if takes.labelled is not None:
+            ratios += _labelled_ratios(takes.labelled[inside], actions)
         placed = _mixture(ratios)
         for k, action in enumerate(actions):
             for word in action:
                 column = shown[inside, word]
                 np.maximum(column, placed[:, k], out=column)
-    return shown
+    return _as_labelled(takes, shown)
+
+
+def _labelled_ratios(labelled: FloatArray, actions: Sequence[Sequence[int]]) -> FloatArray:
+    """Nats that labels of intervals add to the actions of the same take: (segments, actions)."""
+    said = np.nan_to_num(2.0 * labelled - 1.0)  # 1 shown, -1 not shown, 0 not said
+    return LABELLED * np.stack([said[:, list(action)].mean(axis=1) for action in actions], axis=1)
 
 
 def _mixture(ratios: FloatArray) -> FloatArray:
@@ -238,17 +312,47 @@ def _gram(centred: FloatArray) -> FloatArray:
 def _predict_left_out(
     vectors: FloatArray, shown: FloatArray, weights: FloatArray, rows: Sequence[slice]
 ) -> FloatArray:
-    """Predictions (rows, words) for each take by the regression without it, means kept.
+    """Predictions (rows, words) for each take by the regression without it, means kept."""
+    return _prepare(vectors, weights, rows).predict(shown)
+
+
+@dataclass(frozen=True, eq=False)
+class _LeftOut:
+    """What all rounds share: it depends on the vectors and the weights only.
 
     With H the block of the hat matrix of a take's rows, the residuals without the take are
     (I - H)^-1 times those with it.
     """
-    _, mean, centred, target = _centred(vectors, shown, weights)
-    inverse = np.linalg.inv(_gram(centred))
-    residuals = target - centred @ (inverse @ (centred.T @ target))
-    predicted = np.empty_like(target)
-    for inside in rows:
-        block = centred[inside] @ inverse @ centred[inside].T
-        error = np.linalg.solve(np.eye(len(block)) - block, residuals[inside])
-        predicted[inside] = target[inside] - error
-    return predicted / np.sqrt(weights)[:, None] + mean
+
+    weights: FloatArray
+    centred: FloatArray
+    inverse: FloatArray
+    rows: Sequence[slice]
+    without: Sequence[FloatArray]
+
+    def predict(self, shown: FloatArray) -> FloatArray:
+        """Predictions (rows, words) for each take without it."""
+        root = np.sqrt(self.weights)[:, None]
+        mean = self.weights @ shown / self.weights.sum()
+        target = (shown - mean) * root
+        residuals = target - self.centred @ (self.inverse @ (self.centred.T @ target))
+        predicted = np.empty_like(target)
+        for inside, without in zip(self.rows, self.without):
+            predicted[inside] = target[inside] - without @ residuals[inside]
+        return np.asarray(predicted / root + mean)
+
+    def evidence(self, shown: FloatArray) -> FloatArray:
+        """Evidence (rows, words) for each take without it."""
+        mean = self.weights @ shown / self.weights.sum()
+        return np.asarray(SHARPNESS * (self.predict(shown) - mean) / spreads_of(mean))
+
+
+def _prepare(vectors: FloatArray, weights: FloatArray, rows: Sequence[slice]) -> _LeftOut:
+    root = np.sqrt(weights)[:, None]
+    centred = (vectors - weights @ vectors / weights.sum()) * root
+    inverse = np.asarray(np.linalg.inv(_gram(centred)), dtype=np.float64)
+    without = [
+        np.linalg.inv(np.eye(len(block)) - block)
+        for block in (centred[inside] @ inverse @ centred[inside].T for inside in rows)
+    ]
+    return _LeftOut(weights, centred, inverse, rows, without)

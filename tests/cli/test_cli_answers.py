@@ -20,13 +20,14 @@ def test_search_and_like_answer_as_promised(command: Any, learned_file: Path) ->
         asked = (*words, "--where", "performer=ana", "--limit", 3, "--json", "--db", learned_file)
         told = answer(command(*asked))
         more = ["question"] if words[0] == "search" else []
+        places = ["interval_probability", "place", "parts"] if more else []
         assert list(told) == ["matches_anything", "strength", "threshold", "matches", *more]
         assert told["matches_anything"] is (told["strength"] >= told["threshold"])
         found = told["matches"]
         assert [m["rank"] for m in found] == [1, 2, 3]
         for match in found:
             assert list(match) == [
-                "rank", "capture", "start", "end", "score", "probability", "words",
+                "rank", "capture", "start", "end", "score", "probability", "words", *places,
             ]  # fmt: skip
             assert 0.0 <= match["probability"] <= 1.0
             assert match["capture"].startswith("ana/")
@@ -236,8 +237,8 @@ def test_nothing_matches_is_said_above_the_nearest(command: Any, learned_file: P
     understood, *told = ended.out.splitlines()
     assert understood == "understood: kick"
     assert told[0] == "nothing in this database matches; the nearest:"
-    assert told[1].split() == ["rank", "capture", "start", "end", "score", "probability", "words",
-                               "found"]  # fmt: skip
+    assert told[1].split() == ["rank", "capture", "start", "end", "score", "probability", "interval",
+                               "words", "found"]  # fmt: skip
     assert answer(command("search", "kick", "--json", *where))["matches_anything"] is False
     ended = command("like", "boris/kick_1", *where)
     assert ended.code == 0

@@ -106,3 +106,37 @@ def test_the_map_is_the_weighted_ridge() -> None:
     mean = weights @ shown / weights.sum()
     expected = place_map.SHARPNESS * (x @ slopes - mean) / place_map.spreads_of(mean)
     assert fit.evidence(takes.vectors) == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("n_taken", [5, 40])
+def test_a_map_without_rows_is_that_of_a_fit_without_them(n_taken: int) -> None:
+    takes, _ = made_up(7, 12, 3)
+    shown = np.random.default_rng(7).uniform(size=(len(takes.vectors), N_WORDS))
+    weights = take_weights(takes)
+    taken = np.arange(n_taken)
+    left = np.arange(n_taken, len(shown))
+    centre, mean = weights @ takes.vectors / weights.sum(), weights @ shown / weights.sum()
+    root = np.sqrt(weights[left])[:, None]
+    x, y = (takes.vectors[left] - centre) * root, (shown[left] - mean) * root
+    slopes = np.linalg.solve(x.T @ x + place_map.RIDGE * np.eye(N_COLUMNS), x.T @ y)
+    fit = place_map.fit_places(takes, shown).without(taken)
+    assert fit.weights == pytest.approx(slopes, abs=1e-8)
+    expected = place_map.SHARPNESS * (takes.vectors - centre) @ slopes / place_map.spreads_of(mean)
+    assert fit.evidence(takes.vectors) == pytest.approx(expected, abs=1e-8)
+
+
+def test_labels_hold_and_draw_the_action_to_their_place() -> None:
+    takes, _ = made_up(8, 8, 3)
+    labelled = np.full((len(takes.vectors), N_WORDS), np.nan)
+    inside = takes.rows()[0]
+    word = takes.actions[0][2][0]
+    labelled[inside.start, word] = 1.0  # the last of the actions, at the first segment
+    labelled[inside.start + 1, word] = 0.0
+    said = ListedTakes(
+        takes.vectors, takes.seconds, takes.owners, takes.actions, takes.further, N_WORDS, labelled
+    )
+    shown = fit_place_map(said).shown
+    assert shown[inside.start, word] == 1.0
+    assert shown[inside.start + 1, word] == 0.0
+    first = takes.actions[0][0][0]
+    assert shown[inside.start, first] < fit_place_map(takes).shown[inside.start, first]

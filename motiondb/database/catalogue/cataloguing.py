@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -51,6 +51,8 @@ class AddReport:
         Words of their captions that the vocabulary lacks; the next ``learn`` counts them.
     events : int
         Number of events saved with ``added``.
+    without_performer : int
+        How many of ``added`` nobody named the performer of.
     """
 
     added: tuple[str, ...]
@@ -62,6 +64,7 @@ class AddReport:
     counted: int = 0
     new_words: tuple[str, ...] = ()
     events: int = 0
+    without_performer: int = 0
 
 
 def add_captures(
@@ -179,6 +182,7 @@ def _save(
     return AddReport(
         added, chosen.known, tuple(faults), tuple(relations), tuple(notes), seconds,
         len(change.counted), change.new_words, n_events,
+        sum("performer" not in _tags(sheets.words, name) for name in added),
     )  # fmt: skip
 
 
@@ -290,6 +294,12 @@ def _below(path: Path, folder: Path) -> str:
 
 def _entry(sheet: Sheet | None, name: str) -> SheetEntry | None:
     return sheet.find(name) if sheet else None
+
+
+def _tags(sheet: Sheet | None, name: str) -> Mapping[str, str]:
+    """Tags that a sheet gives a capture."""
+    entry = _entry(sheet, name)
+    return entry.tags if entry else {}
 
 
 def _info(

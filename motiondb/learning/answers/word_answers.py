@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from motiondb.errors import QueryError
-from motiondb.learning.answers import question_search
+from motiondb.learning.answers import placing, question_search
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode, recognise, understand
 from motiondb.pose.features import FEATURE_STEP
-from motiondb.records import MOTION_FPS, Match, Motion
-from motiondb.search import alignment, by_question, by_words, reasons
+from motiondb.records import MOTION_FPS, Match, MatchPart, Motion
+from motiondb.search import alignment, by_words, reasons
 from motiondb.words import decoding
 from motiondb.words.nearby.taking import Taking
 from motiondb.words.question.known import KnownQuestion
@@ -128,18 +128,8 @@ def search_words(
     if by_symbols:
         return _search_decoded(learned, question, allowed, limit)
     found, read, left_out = question_search.find(learned, question, allowed, limit, written)
-    number = learned.word_numbers
-    takes = learned.takes if written else learned.seen_takes
     matches = tuple(
-        Match(
-            rank,
-            learned.captures[each.capture].name,
-            *to_seconds(learned, each.capture, each.hit.start, each.hit.end),
-            float(1.0 / (1.0 + np.exp(-reasons.total(each.why)))),
-            _matched(takes[each.capture], question, number),
-            _reason(each.hit, read) + mark_generated(learned, each.capture, "; "),
-            each.probability,
-        )
+        _match(learned, rank, each, read[each.hit.reading], question, written)
         for rank, each in enumerate(found, start=1)
     )
     sure = learned.word_certainty
@@ -151,6 +141,39 @@ def search_words(
                      default=None),
         threshold=threshold,
     )  # fmt: skip
+
+
+def _match(
+    learned: Learned,
+    rank: int,
+    found: question_search.Found,
+    reading: Reading,
+    question: KnownQuestion,
+    written: bool,
+) -> Match:
+    """One capture's answer: ranked by the word map, placed by the evidence of places."""
+    takes = learned.takes if written else learned.seen_takes
+    places = placing.place_answer(learned, found.capture, found.hit, reading, found.why, written)
+    parts = tuple(
+        MatchPart(
+            words, *to_seconds(learned, found.capture, place.start, place.end), place.probability,
+            place.interval_probability, "unknown" if place.unknown else "known",
+        )
+        for words, place in zip(_part_words(reading), places)
+    )  # fmt: skip
+    start, end = min(p.start for p in places), max(p.end for p in places)
+    return Match(
+        rank,
+        learned.captures[found.capture].name,
+        *to_seconds(learned, found.capture, start, end),
+        float(1.0 / (1.0 + np.exp(-reasons.total(found.why)))),
+        _matched(takes[found.capture], question, learned.word_numbers),
+        "; ".join(map(_say_part, parts)) + mark_generated(learned, found.capture, "; "),
+        found.probability,
+        placing.interval_probability(found.probability, places, reading),
+        "unknown" if any(place.unknown for place in places) else "known",
+        parts,
+    )
 
 
 def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswer:
@@ -169,7 +192,17 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     share = float(np.prod([taking.probability for taking in taken.values()]))
     matches = tuple(
         match if match.probability is None
-        else replace(match, probability=share * match.probability)
+        else replace(
+            match, probability=share * match.probability,
+            interval_probability=_times(match.interval_probability, share),
+            parts=tuple(
+                replace(
+                    part, probability=_times(part.probability, share),
+                    interval_probability=_times(part.interval_probability, share),
+                )
+                for part in match.parts
+            ),
+        )
         for match in answer.matches
     )  # fmt: skip
     suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
@@ -181,6 +214,10 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     }
     question = replace(answer.question, unknown=unknown)
     return replace(answer, matches=matches, question=question, taken=taken, suggested=suggested)
+
+
+def _times(probability: float | None, share: float) -> float | None:
+    return None if probability is None else share * probability
 
 
 def _search_decoded(
@@ -299,9 +336,8 @@ def mark_generated(learned: Learned, capture: int, before: str = "") -> str:
     return f"{before}generated" if learned.captures[capture].kind == "generated" else ""
 
 
-def _reason(hit: by_question.QuestionHit, read: Sequence[Reading]) -> str:
-    """Every part of an answer with its interval."""
-    reading = read[hit.reading]
+def _part_words(reading: Reading) -> list[str]:
+    """What every part of a reading asks for."""
     said = []
     for k, part in enumerate(reading.parts):
         asked = [" ".join(action) for action in part.actions]
@@ -312,7 +348,11 @@ def _reason(hit: by_question.QuestionHit, read: Sequence[Reading]) -> str:
             for n, text in enumerate(asked)
         )
         said.append(joined or ", ".join(excluded) or "?")
-    return "; ".join(
-        f"{words} {start / MOTION_FPS:.2f}-{end / MOTION_FPS:.2f} s"
-        for words, (start, end) in zip(said, hit.parts)
-    )
+    return said
+
+
+def _say_part(part: MatchPart) -> str:
+    """A part of an answer with its interval, or that its place is unknown."""
+    if part.place == "unknown":
+        return f"{part.words} somewhere in {part.start:g}-{part.end:.1f} s, by its caption"
+    return f"{part.words} {part.start:.2f}-{part.end:.2f} s"

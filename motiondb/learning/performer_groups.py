@@ -1,0 +1,54 @@
+"""Who performs in captures of which nobody said it.
+
+Where every capture counted as its own performer, near copies (repeats of one exercise, cuts of one
+take) would vouch for one another wherever performers are left out. So captures of which nobody said
+who performs count as one performer where they lie in one folder; where all of them lie in the same
+folder, where their names are the same up to the last number (``14_06`` and ``14_20``).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+_LAST_NUMBER = re.compile(r"[ _-]*\d+$")
+
+
+def group_performers(names: Mapping[int, str], performers: Mapping[int, str]) -> dict[int, str]:
+    """Performer of every capture, as people said or from its name.
+
+    Parameters
+    ----------
+    names : dict
+        Capture number -> name, with forward slashes between folders.
+    performers : dict
+        Capture number -> who performs, where people said it.
+
+    Returns
+    -------
+    dict
+        Capture number -> performer; the folder or the start of the name, with "#" in front, where
+        nobody said it.
+
+    >>> group_performers({1: "a/x_1", 2: "a/y_1", 3: "b/x_1", 4: "c/x"}, {4: "ana"})
+    {1: '#a/', 2: '#a/', 3: '#b/', 4: 'ana'}
+    >>> group_performers({1: "14_06", 2: "14_20", 3: "16_01"}, {})
+    {1: '#14', 2: '#14', 3: '#16'}
+    """
+    unsaid = {capture: name for capture, name in names.items() if capture not in performers}
+    folders = {capture: name.rpartition("/")[0] for capture, name in unsaid.items()}
+    if len(set(folders.values())) > 1:
+        groups = {capture: f"#{folder}/" for capture, folder in folders.items()}
+    else:
+        groups = {capture: f"#{family_of(name)}" for capture, name in unsaid.items()}
+    return {capture: performers.get(capture, groups.get(capture, "")) for capture in names}
+
+
+def family_of(name: str) -> str:
+    """A name up to its last number; a name that is a number alone stays as it is.
+
+    >>> family_of("cmu/14_06"), family_of("walk"), family_of("12")
+    ('cmu/14', 'walk', '12')
+    """
+    stem = _LAST_NUMBER.sub("", name)
+    return stem if stem and not stem.endswith("/") else name

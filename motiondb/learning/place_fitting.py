@@ -1,0 +1,284 @@
+"""Where in their takes the actions of captions happen: found at ``learn``, kept for questions.
+
+Captions of whole takes are laid over the segments (:mod:`motiondb.words.place_map`). Captions of
+intervals say the place: their words are shown at the segments that lie in the interval by half, and
+nowhere else in a take that no caption describes as a whole.
+
+What is kept is y, the probability that each listed word is shown at each segment of a take. The map
+follows from it by one ridge regression, and so does the evidence for every take without itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.learning.counting import capture_rows
+from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
+from motiondb.search.by_words import WINDOW_MARGIN
+from motiondb.search.score_vectors import interval_vectors
+from motiondb.symbols.hmm_jobs import one_blas_thread
+from motiondb.words import vocabulary
+from motiondb.words.place_map import (
+    ListedTakes,
+    fit_place_map,
+    left_out_evidence,
+    map_places,
+    take_weights,
+)
+
+Actions = list[list[int]]
+"""Word numbers of every action, in order."""
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Places of the listed words of every take that took part.
+
+    Attributes
+    ----------
+    words : dict
+        Capture number -> numbers of its listed words, rising.
+    shown : dict
+        Capture number -> array (segments, listed words), y of the module's docstring.
+    """
+
+    words: Mapping[int, tuple[int, ...]]
+    shown: Mapping[int, FloatArray]
+
+    def only(self, captures: Container[int]) -> Places:
+        """The places of some captures."""
+        kept = [c for c in self.words if c in captures]
+        return Places({c: self.words[c] for c in kept}, {c: self.shown[c] for c in kept})
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """What people wrote, and the words that were learned.
+
+    Attributes
+    ----------
+    captions : dict
+        Capture number -> captions.
+    synonyms : dict
+        Lemma -> canonical lemma.
+    lemmas : dict
+        Lemmas that the dictionary gave.
+    numbers : dict
+        Word -> its number in the vocabulary.
+    """
+
+    captions: Mapping[int, tuple[Caption, ...]]
+    synonyms: Mapping[str, str]
+    lemmas: Mapping[str, str]
+    numbers: Mapping[str, int]
+
+    def actions(self, caption: Caption) -> Actions:
+        """Actions of a caption in the vocabulary; those without a known word are left out."""
+        split = vocabulary.split_actions(caption.words, self.synonyms, self.lemmas)
+        known = ([self.numbers[w] for w in action if w in self.numbers] for action in split)
+        return [action for action in known if action]
+
+    def of_whole(self, capture: int) -> list[Actions]:
+        """Actions of every caption of the whole capture, those without any left out."""
+        rows = [c for c in self.captions.get(capture, ()) if not is_interval(c)]
+        return [actions for actions in map(self.actions, rows) if actions]
+
+    def of_intervals(self, capture: int) -> list[tuple[Caption, Actions]]:
+        """Captions of intervals with their actions, those without any left out."""
+        rows = [c for c in self.captions.get(capture, ()) if is_interval(c)]
+        return [(c, actions) for c, actions in zip(rows, map(self.actions, rows)) if actions]
+
+
+@dataclass(frozen=True, eq=False)
+class _Take:
+    """One take's part of :class:`~motiondb.words.place_map.ListedTakes`."""
+
+    actions: Actions
+    further: list[int]
+    labelled: FloatArray | None
+
+
+def is_interval(caption: Caption) -> bool:
+    """Whether a caption describes a part of its capture."""
+    return caption.start is not None or caption.end is not None
+
+
+def find_places(table: SegmentTable, standardised: FloatArray, written: Written) -> Places | None:
+    """Find where the actions of captions happen; None where no caption holds a known word.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Segments of all captures.
+    standardised : array (segments, columns)
+        Standardised scores and movement of all segments.
+    written : Written
+        Captions and the vocabulary.
+    """
+    listed = listed_takes(table, standardised, written)
+    if listed is None:
+        return None
+    captures, takes = listed
+    with one_blas_thread():  # many small systems
+        found = fit_place_map(takes)
+    words, shown = {}, {}
+    for capture, inside, actions, further in zip(
+        captures, takes.rows(), takes.actions, takes.further
+    ):
+        own = {word for action in actions for word in action} | set(further)
+        if takes.labelled is not None:
+            said = ~np.isnan(takes.labelled[inside]).all(axis=0)
+            own |= set(np.flatnonzero(said).tolist())
+        words[capture] = tuple(sorted(own))
+        shown[capture] = found.shown[inside][:, list(words[capture])]
+    return Places(words, shown)
+
+
+def listed_takes(
+    table: SegmentTable, standardised: FloatArray, written: Written
+) -> tuple[list[int], ListedTakes] | None:
+    """Capture numbers and takes that captions with known words describe; None without any."""
+    rows = capture_rows(table)
+    takes: dict[int, _Take] = {}
+    for capture, inside in rows.items():
+        take = _listed(table, inside, written, capture)
+        if take is not None:
+            takes[capture] = take
+    if not takes:
+        return None
+    n_words = len(written.numbers)
+    labelled = None
+    if any(take.labelled is not None for take in takes.values()):
+        labelled = np.concatenate([
+            np.full((rows[c].stop - rows[c].start, n_words), np.nan)
+            if take.labelled is None else take.labelled
+            for c, take in takes.items()
+        ])  # fmt: skip
+    vectors, seconds, owners = _stacked(table, standardised, list(takes))
+    actions = [take.actions for take in takes.values()]
+    further = [take.further for take in takes.values()]
+    return list(takes), ListedTakes(vectors, seconds, owners, actions, further, n_words, labelled)
+
+
+def place_evidence(
+    places: Places, table: SegmentTable, standardised: FloatArray, n_words: int
+) -> dict[int, FloatArray]:
+    """Evidence that each word is shown at each segment, per capture: arrays (segments, words).
+
+    That of a take that took part is of the map without it; all others have the map of all.
+
+    Parameters
+    ----------
+    places : Places
+        Of at least one capture of the table; of others they are ignored.
+    table : SegmentTable
+        Segments of all captures.
+    standardised : array (segments, columns)
+        Standardised scores and movement of all segments.
+    n_words : int
+        Size of the vocabulary.
+    """
+    rows = capture_rows(table)
+    captures, takes, shown = placed_takes(places, table, standardised, n_words)
+    with one_blas_thread():
+        evidence = left_out_evidence(takes, shown)
+    found = {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
+    others = [capture for capture in rows if capture not in found]
+    if others:
+        fit = map_places(takes.vectors, shown, take_weights(takes))
+        for capture in others:
+            found[capture] = fit.evidence(window_vectors(table, standardised, rows[capture]))
+    return found
+
+
+def placed_takes(
+    places: Places, table: SegmentTable, standardised: FloatArray, n_words: int
+) -> tuple[list[int], ListedTakes, FloatArray]:
+    """Captures, takes and y (rows, words) of the captures of a table that took part."""
+    rows = capture_rows(table)
+    captures = [c for c in rows if c in places.words]
+    vectors, seconds, owners = _stacked(table, standardised, captures)
+    shown = np.zeros((len(vectors), n_words))
+    actions = [[places.words[c]] for c in captures]
+    takes = ListedTakes(vectors, seconds, owners, actions, [()] * len(captures), n_words)
+    for capture, inside in zip(captures, takes.rows()):
+        shown[inside, list(places.words[capture])] = places.shown[capture]
+    return captures, takes, shown
+
+
+def window_vectors(table: SegmentTable, standardised: FloatArray, rows: slice) -> FloatArray:
+    """Vectors of the windows around the segments of one capture: array (segments, columns)."""
+    starts, ends = table.starts[rows], table.ends[rows]
+    return interval_vectors(
+        standardised[rows], starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
+    )
+
+
+def _stacked(
+    table: SegmentTable, standardised: FloatArray, captures: Sequence[int]
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Window vectors, seconds and take numbers of the segments of some captures."""
+    rows = capture_rows(table)
+    vectors = [window_vectors(table, standardised, rows[c]) for c in captures]
+    seconds = [(table.ends - table.starts)[rows[c]] / MOTION_FPS for c in captures]
+    owners = np.repeat(np.arange(len(captures), dtype=np.int64), [len(v) for v in vectors])
+    return np.concatenate(vectors), np.concatenate(seconds), owners
+
+
+def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) -> _Take | None:
+    """What captions say of one capture; None where they say nothing known."""
+    wholes, parts = written.of_whole(capture), written.of_intervals(capture)
+    if not wholes and not parts:
+        return None
+    said = sorted({word for _, actions in parts for action in actions for word in action})
+    labelled = label_intervals(table, rows, parts, not wholes, len(written.numbers))
+    if not wholes:
+        return _Take([said], [], labelled)
+    order = max(wholes, key=len)
+    listed = {word for action in order for word in action}
+    others = {word for actions in wholes for action in actions for word in action}
+    return _Take(order, sorted(others - listed), labelled)
+
+
+def label_intervals(
+    table: SegmentTable,
+    rows: slice,
+    parts: Sequence[tuple[Caption, Actions]],
+    nowhere_else: bool,
+    n_words: int,
+) -> FloatArray | None:
+    """y (segments, words) that captions of intervals give; None without any.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Segments of all captures.
+    rows : slice
+        Those of the capture.
+    parts : sequence of (Caption, actions)
+        Its captions of intervals.
+    nowhere_else : bool
+        Whether their words are not shown elsewhere; otherwise y is NaN there.
+    n_words : int
+        Size of the vocabulary.
+    """
+    if not parts:
+        return None
+    starts, ends = table.starts[rows], table.ends[rows]
+    labelled = np.full((len(starts), n_words), np.nan)
+    words = sorted({word for _, actions in parts for action in actions for word in action})
+    if nowhere_else:
+        labelled[:, words] = 0.0
+    for caption, actions in parts:
+        low = (caption.start or 0.0) * MOTION_FPS
+        high = float(ends[-1]) if caption.end is None else caption.end * MOTION_FPS
+        shared = np.minimum(ends, high) - np.maximum(starts, low)
+        inside = 2.0 * shared >= ends - starts
+        if not inside.any():  # shorter than half of every segment that it meets
+            inside = shared == shared.max()
+        for word in {word for action in actions for word in action}:
+            labelled[inside, word] = 1.0
+    return labelled
