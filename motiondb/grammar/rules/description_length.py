@@ -70,8 +70,8 @@ def sequence_length(right_lengths: Iterable[int]) -> int:
     Parameters
     ----------
     right_lengths : iterable of int
-        Length of each right side. A rule also has one left side and a separator after it; a
-        second separator stands between two rules.
+        Length of each right side. Each rule also has one left side, and one separator stands
+        between two rules.
 
     >>> sequence_length([5, 1, 1])
     12
