@@ -1,1 +1,1 @@
-"""Simpler grammars to compare with, and measures of languages."""
+"""Baseline grammars, and measures that compare languages."""

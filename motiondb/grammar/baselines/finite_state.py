@@ -1,12 +1,12 @@
-"""The finite state machine over observed transitions, written as a grammar.
+"""The finite state machine of observed transitions, as a grammar.
 
-Each terminal is a state; from it lead transitions to the terminals that were seen right after it,
-as likely as they were frequent, and to the end where a sentence ended with it. As rules,
-``S -> a after_a`` and ``after_a -> b after_b | empty``: so it parses, suggests and derives like any
-grammar. It knows which symbol follows which, and nothing longer.
+Each terminal is a state. A transition leads to each terminal that was observed right after it, and
+to the end if a sentence ended with it. The probability of a transition is its relative frequency.
+As rules these are ``S -> a after_a`` and ``after_a -> b after_b | empty``, so the machine parses,
+suggests and derives like any grammar. It models which symbol follows which, and nothing longer.
 
-Source: the baseline of J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human
-Motion Data", Computer Graphics Forum 30 (2011), section 7.
+Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
+Computer Graphics Forum 30 (2011), section 7, where it is the baseline.
 """
 
 from __future__ import annotations
@@ -22,7 +22,17 @@ Transition = tuple[str | None, str | None]
 
 
 def observed_transitions(sentences: Sentences) -> Counter[Transition]:
-    """How often each symbol was followed by each; None before the first and after the last.
+    """Count how often each symbol is followed by each other symbol.
+
+    Parameters
+    ----------
+    sentences : sequence of sequence of str
+        Names of terminals.
+
+    Returns
+    -------
+    Counter of (str or None, str or None)
+        Counts of neighbours. None stands before the first symbol and after the last.
 
     >>> observed_transitions(["ab", "b"])[None, "b"]
     1
@@ -36,9 +46,15 @@ def observed_transitions(sentences: Sentences) -> Counter[Transition]:
 def finite_state_grammar(sentences: Sentences) -> Grammar:
     """Return the right-linear grammar of the machine, its rules in order of first appearance.
 
+    Parameters
+    ----------
+    sentences : sequence of sequence of str
+        Names of terminals.
+
     Raises
     ------
-    GrammarError where there is no sentence.
+    GrammarError
+        There is no sentence.
 
     >>> from motiondb.grammar.cfg.context_free import format_grammar
     >>> print(format_grammar(finite_state_grammar(["ab", "abb"])))
@@ -55,6 +71,7 @@ def finite_state_grammar(sentences: Sentences) -> Grammar:
 
 
 def _rules(transitions: Counter[Transition], names: dict[str | None, str]) -> Iterator[Rule]:
+    """Yield the rule of each transition, with its relative frequency."""
     totals: Counter[str | None] = Counter()
     for (before, _), number in transitions.items():
         totals[before] += number

@@ -1,6 +1,7 @@
-"""The grammar that only remembers: one rule for each different sentence.
+"""The flat grammar: one rule for each different sentence.
 
-It derives what was seen and nothing else; the baseline for coverage and for description length.
+It derives the given sentences and nothing else. It is the baseline for coverage and for description
+length.
 """
 
 from __future__ import annotations
@@ -14,11 +15,19 @@ Sentences = Sequence[Sequence[str]]
 
 
 def flat_grammar(sentences: Sentences) -> Grammar:
-    """S -> each different sentence, as likely as it was frequent, in order of appearance.
+    """Return the grammar with one rule for each different sentence, in order of appearance.
+
+    The probability of a rule is the relative frequency of its sentence.
+
+    Parameters
+    ----------
+    sentences : sequence of sequence of str
+        Names of terminals.
 
     Raises
     ------
-    GrammarError where there is no sentence.
+    GrammarError
+        There is no sentence.
 
     >>> from motiondb.grammar.cfg.context_free import format_grammar
     >>> print(format_grammar(flat_grammar([("a", "b"), ("c",), ("a", "b"), ("c", "c")])))
@@ -31,11 +40,17 @@ def flat_grammar(sentences: Sentences) -> Grammar:
 
 
 def counted(sentences: Sentences) -> Counter[tuple[str, ...]]:
-    """Return the different sentences with their numbers, in order of appearance.
+    """Count the different sentences, in order of appearance.
+
+    Parameters
+    ----------
+    sentences : sequence of sequence of str
+        Names of terminals.
 
     Raises
     ------
-    GrammarError where there is none.
+    GrammarError
+        There is no sentence.
     """
     counts = Counter(tuple(sentence) for sentence in sentences)
     if not counts:
@@ -46,7 +61,15 @@ def counted(sentences: Sentences) -> Counter[tuple[str, ...]]:
 
 
 def unused_name(name: str, taken: Collection[str]) -> str:
-    """Return the name, with as many primes as set it apart from those taken."""
+    """Return a name that is not taken, by adding primes to the given one.
+
+    Parameters
+    ----------
+    name : str
+        The name to start from.
+    taken : collection of str
+        Names that are taken.
+    """
     while name in taken:
         name += "'"
     return name

@@ -1,9 +1,9 @@
-"""Two languages side by side: precision, recall, coverage, over-generation.
+"""Measures that compare two languages: precision, recall, coverage, over-generation.
 
-Precision is the share of the learned grammar's strings that the true grammar derives, recall the
-share of the true grammar's strings that the learned one derives. Of a finite language of moderate
-size all strings are asked, each once (exact); of any other, strings derived at random, as often as
-they come (sampled). Both figures are given with how they were found.
+Precision is the share of the learned grammar's strings that the true grammar derives. Recall is the
+share of the true grammar's strings that the learned grammar derives. A finite language of moderate
+size is tested whole, each string once (exact). Any other language is tested by strings that are
+derived at random, repetitions included (sampled). Each result states which of the two it is.
 """
 
 from __future__ import annotations
@@ -26,7 +26,23 @@ String = tuple[str, ...]
 
 @dataclass(frozen=True)
 class LanguageMatch:
-    """Precision and recall; whether all strings were asked, and how many were."""
+    """Precision and recall of a learned grammar.
+
+    Attributes
+    ----------
+    precision : float
+        Share of the learned grammar's strings that the true grammar derives.
+    recall : float
+        Share of the true grammar's strings that the learned grammar derives.
+    precision_is_exact : bool
+        Whether the learned language was tested whole; else it was sampled.
+    recall_is_exact : bool
+        Whether the true language was tested whole; else it was sampled.
+    n_learned : int
+        How many strings of the learned grammar were tested.
+    n_true : int
+        How many strings of the true grammar were tested.
+    """
 
     precision: float
     recall: float
@@ -44,9 +60,26 @@ def match_languages(
     n: int = 1000,
     limit: int = 10_000,
 ) -> LanguageMatch:
-    """Precision and recall of a learned grammar against the true one.
+    """Return precision and recall of a learned grammar against the true one.
 
-    A language of at most ``limit`` strings is asked whole, another by ``n`` derived strings.
+    Parameters
+    ----------
+    learned : Grammar or CompiledGrammar
+        The learned grammar.
+    truth : Grammar or CompiledGrammar
+        The true grammar.
+    rng : numpy.random.Generator
+        Source of randomness for sampled strings.
+    n : int, optional
+        How many strings to sample from a language that is not tested whole. Chosen by hand; not
+        tuned.
+    limit : int, optional
+        A language of at most this many strings is tested whole. Chosen by hand; not tuned.
+
+    Raises
+    ------
+    GrammarError
+        A grammar derives nothing.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> found = match_languages(read_grammar("S -> a | b | c | d"),
@@ -64,11 +97,19 @@ def match_languages(
 
 
 def coverage(grammar: AnyGrammar, sentences: Sentences) -> float:
-    """Share of the sentences that the grammar derives.
+    """Return the share of the sentences that the grammar derives.
+
+    Parameters
+    ----------
+    grammar : Grammar or CompiledGrammar
+        The grammar.
+    sentences : sequence of sequence of str
+        Names of terminals. Repeated sentences count each time.
 
     Raises
     ------
-    GrammarError where there is no sentence.
+    GrammarError
+        There is no sentence.
     """
     if not len(sentences):
         raise GrammarError("sentences: expected at least one to cover, found none. Give some.")
@@ -86,14 +127,27 @@ def held_out_coverage(
     *,
     folds: int = 5,
 ) -> float:
-    """Share of the sentences that a grammar learned from the other folds derives.
+    """Return the share of sentences that a grammar learned without them derives.
 
-    The sentences are dealt to the folds in random order; with as many folds as sentences, each is
-    left out once.
+    The sentences are divided into folds at random (cross-validation). Each sentence is tested with
+    the grammar learned from the other folds. With as many folds as sentences, each is left out
+    once.
+
+    Parameters
+    ----------
+    learn : callable
+        Function from a list of sentences to a grammar.
+    sentences : sequence of sequence of str
+        Names of terminals.
+    rng : numpy.random.Generator
+        Source of randomness for the division.
+    folds : int, optional
+        Number of folds. Chosen by hand; not tuned.
 
     Raises
     ------
-    GrammarError where there are fewer than 2 folds, or fewer sentences than folds.
+    GrammarError
+        There are fewer than 2 folds, or fewer sentences than folds.
     """
     if not 2 <= folds <= len(sentences):
         raise GrammarError(
@@ -112,17 +166,39 @@ def held_out_coverage(
 def derived_strings(
     grammar: AnyGrammar, rng: np.random.Generator, n: int, *, most: float = MEAN_LENGTH
 ) -> list[String]:
-    """Strings of ``n`` random derivations."""
+    """Return the strings of random derivations.
+
+    Parameters
+    ----------
+    grammar : Grammar or CompiledGrammar
+        The grammar to derive from.
+    rng : numpy.random.Generator
+        Source of randomness.
+    n : int
+        Number of strings.
+    most : float, optional
+        Greatest mean number of symbols of a string.
+    """
     compiled = compiled_form(grammar)
     return [derive(compiled, rng, most=most).leaves() for _ in range(n)]
 
 
 def share_with_unseen_pairs(strings: Sentences, observed: Sentences) -> float:
-    """Share of strings with two neighbours (or a first or last symbol) never seen so.
+    """Return the share of strings that hold an unobserved transition.
+
+    A transition is a pair of neighbouring symbols, or a first or a last symbol.
+
+    Parameters
+    ----------
+    strings : sequence of sequence of str
+        Strings to test.
+    observed : sequence of sequence of str
+        Sentences whose transitions count as observed.
 
     Raises
     ------
-    GrammarError where there is no string.
+    GrammarError
+        There is no string.
 
     >>> share_with_unseen_pairs(["abc", "ac"], ["abc"])
     0.5
@@ -134,7 +210,19 @@ def share_with_unseen_pairs(strings: Sentences, observed: Sentences) -> float:
 
 
 def finite_language(grammar: AnyGrammar, limit: int = 10_000) -> frozenset[String] | None:
-    r"""All strings of the grammar; None where they are infinitely many or more than ``limit``.
+    r"""Return all strings of a grammar.
+
+    Parameters
+    ----------
+    grammar : Grammar or CompiledGrammar
+        The grammar.
+    limit : int, optional
+        Greatest number of strings.
+
+    Returns
+    -------
+    frozenset of tuple of str, or None
+        None if the language is infinite or has more than `limit` strings.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> sorted("".join(s) for s in finite_language(read_grammar("S -> A A c\nA -> a | empty")))
@@ -161,7 +249,7 @@ def finite_language(grammar: AnyGrammar, limit: int = 10_000) -> frozenset[Strin
 
 
 def _grows(compiled: CompiledGrammar, group: set[int]) -> bool:
-    """Whether a way round the component adds symbols."""
+    """Whether a cycle among the symbols of a component adds terminals."""
     for tail in group:
         left, right = int(compiled.left[tail]), int(compiled.right[tail])
         if left in group and compiled.speaking[right]:
@@ -174,9 +262,9 @@ def _grows(compiled: CompiledGrammar, group: set[int]) -> bool:
 def _strings_of(
     compiled: CompiledGrammar, symbol: int, known: Sequence[frozenset[String]], limit: int
 ) -> frozenset[String] | None:
-    """Return the strings of a symbol from those of its parts.
+    """Return the strings of a symbol from those of its parts; None above `limit`.
 
-    No useful symbol has more than the start.
+    The limit applies to each symbol: no useful symbol has more strings than the start symbol.
     """
     found: set[String] = set()
     left, right = compiled.left[symbol], compiled.right[symbol]

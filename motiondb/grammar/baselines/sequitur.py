@@ -1,12 +1,15 @@
-"""Sequitur: a grammar that says a string again in fewer symbols, built from left to right.
+"""Sequitur: a grammar that represents a string by fewer symbols, built from left to right.
 
-Symbols are appended to the start rule one by one, and two constraints are restored each time:
-*digram uniqueness*, no pair of neighbouring symbols stands twice (without overlap) in the grammar:
-a repeated pair becomes a rule; *rule utility*, each rule is used at least twice: one that is used
-once is put back in its place. Time and space grow linearly with the string.
+Symbols are appended to the start rule one by one. Two constraints are restored after each:
 
-The grammar derives the given sentences and nothing else; it shows their hierarchy. Sentences are
-divided by marks that match nothing, and each becomes one alternative of the start symbol.
+* *digram uniqueness*: no pair of neighbouring symbols occurs twice (without overlap) in the
+  grammar. A repeated pair becomes a rule;
+* *rule utility*: each rule is used at least twice. A rule that is used once is expanded in place.
+
+Time and space are linear in the length of the string.
+
+The grammar derives the given sentences and nothing else, and shows their hierarchy. Marks that
+match nothing separate the sentences. Each sentence becomes one rule of the start symbol.
 
 Source: C. G. Nevill-Manning and I. H. Witten, "Identifying Hierarchical Structure in Sequences: A
 Linear-Time Algorithm", Journal of Artificial Intelligence Research 7 (1997).
@@ -21,11 +24,19 @@ _MARK = ""  # no terminal has this name
 
 
 def sequitur_grammar(sentences: Sentences) -> Grammar:
-    """Return the grammar of the different sentences, each as likely as it was frequent.
+    """Return the Sequitur grammar of the different sentences.
+
+    The probability of a sentence is its relative frequency.
+
+    Parameters
+    ----------
+    sentences : sequence of sequence of str
+        Names of terminals.
 
     Raises
     ------
-    GrammarError where there is no sentence.
+    GrammarError
+        There is no sentence.
 
     >>> from motiondb.grammar.cfg.context_free import format_grammar
     >>> print(format_grammar(sequitur_grammar(["abcdbcabcdbc"])))
@@ -45,6 +56,7 @@ Symbol = str | int  # a terminal, or the number of a rule
 
 
 def _as_grammar(bodies: dict[int, list[Symbol]], counts: list[int]) -> Grammar:
+    """Return rules as a grammar; `counts` holds how often each sentence occurs."""
     terminals = {s for body in bodies.values() for s in body if isinstance(s, str)}
     start = unused_name("S", terminals)
     order = _by_appearance(bodies)
@@ -67,7 +79,7 @@ def _as_grammar(bodies: dict[int, list[Symbol]], counts: list[int]) -> Grammar:
 
 
 def _by_appearance(bodies: dict[int, list[Symbol]]) -> list[int]:
-    """Rules in the order in which a reader from the start symbol down meets them."""
+    """Return the rules in breadth-first order from the start rule, without it."""
     found: dict[int, None] = {}
     level = [0]
     while level:
@@ -78,7 +90,7 @@ def _by_appearance(bodies: dict[int, list[Symbol]]) -> list[int]:
 
 
 class _Builder:
-    """Rules as rings of linked nodes around a guard; node numbers index the lists below."""
+    """Rules as rings of linked nodes around a guard; node numbers index the lists."""
 
     def __init__(self) -> None:
         self.value: list[Symbol] = []
@@ -88,12 +100,18 @@ class _Builder:
         self.guards: dict[int, int] = {}
         self.uses: dict[int, set[int]] = {}
         self.place: dict[tuple[Symbol, Symbol], int] = {}  # digram -> node of its first symbol
-        self.waiting: list[int] = []  # nodes whose digram is to be looked at
+        self.waiting: list[int] = []  # nodes whose digram must be checked
         self.n_rules = 0
         self._new_rule()
 
     def append(self, symbol: str) -> None:
-        """Append a terminal to the start rule and restore both constraints."""
+        """Append a symbol to the start rule and restore both constraints.
+
+        Parameters
+        ----------
+        symbol : str
+            A terminal, or the mark that ends a sentence.
+        """
         guard = self.guards[0]
         last = self.before[guard]
         node = self._new_node(symbol)
@@ -108,6 +126,7 @@ class _Builder:
         return {rule: [self.value[node] for node in self._nodes(rule)] for rule in self.guards}
 
     def _nodes(self, rule: int) -> list[int]:
+        """Return the nodes of a rule from left to right."""
         guard = self.guards[rule]
         nodes, node = [], self.after[guard]
         while node != guard:
@@ -116,6 +135,7 @@ class _Builder:
         return nodes
 
     def _new_node(self, value: Symbol) -> int:
+        """Create a node that is not linked yet."""
         self.value.append(value)
         self.before.append(-1)
         self.after.append(-1)
@@ -125,6 +145,7 @@ class _Builder:
         return node
 
     def _new_rule(self) -> int:
+        """Create a rule with an empty right side."""
         rule = self.n_rules
         self.n_rules += 1
         self.uses[rule] = set()
@@ -134,27 +155,31 @@ class _Builder:
         return rule
 
     def _link(self, left: int, right: int) -> None:
+        """Make two nodes neighbours."""
         self.after[left], self.before[right] = right, left
 
     def _digram(self, node: int) -> tuple[Symbol, Symbol] | None:
-        """Return the pair that begins at a node; none at a guard, a mark or a node that is gone."""
+        """Return the pair that begins at a node; None at a guard, a mark or a removed node."""
         if self.after[node] < 0:
             return None
         pair = self.value[node], self.value[self.after[node]]
         return None if _MARK in pair else pair
 
     def _forget(self, node: int) -> None:
+        """Remove the digram at a node from the index."""
         pair = self._digram(node)
         if pair is not None and self.place.get(pair) == node:
             del self.place[pair]
 
     def _remove(self, node: int) -> None:
+        """Mark a node as removed."""
         value = self.value[node]
         if isinstance(value, int):
             self.uses[value].discard(node)
         self.before[node] = self.after[node] = -1
 
     def _look_at(self, node: int) -> None:
+        """Restore both constraints for the digram at a node."""
         pair = self._digram(node)
         if pair is None:
             return
@@ -182,13 +207,13 @@ class _Builder:
                 self._put_back(symbol)
 
     def _whole_rule(self, node: int) -> int | None:
-        """Return the rule that the digram at a node is all of."""
+        """Return the rule whose right side is exactly the digram at a node, if any."""
         guard = self.rule_of_guard.get(self.before[node])
         end = self.after[self.after[node]]
         return guard if guard and self.rule_of_guard.get(end) == guard else None
 
     def _substitute(self, node: int, rule: int) -> None:
-        """Put a rule in the place of the two symbols at a node."""
+        """Replace the two symbols at a node by a rule."""
         second = self.after[node]
         left, right = self.before[node], self.after[second]
         for changed in (left, node, second):
@@ -198,11 +223,11 @@ class _Builder:
         new = self._new_node(rule)
         self._link(left, new)
         self._link(new, right)
-        # of three equal symbols in a row one pair is not noted: look at the neighbours' pairs too
+        # Of three equal symbols in a row, one pair is not indexed. Check the neighbours' pairs too.
         self.waiting += [right, new, left, self.before[left]]
 
     def _put_back(self, rule: int) -> None:
-        """Put the right side of a rule in the place of its only use."""
+        """Replace the only use of a rule by its right side, and delete the rule."""
         (use,) = self.uses.pop(rule)
         guard = self.guards.pop(rule)
         del self.rule_of_guard[guard]

@@ -1,1 +1,1 @@
-"""New and changed sentences of a grammar: drawn, listed, planned, edited."""
+"""Sentences derived from a grammar: at random, by editing a region, or towards a goal."""

@@ -1,13 +1,15 @@
-"""Random derivations that always end and never leave the language, of a length if one is wished.
+"""Random derivations of a grammar that always end, optionally with a given length.
 
-From the start symbol, every nonterminal is rewritten by a rule drawn by its probability. Of a
-grammar with cycles this may never end, or only after very long: then every rule is damped by the
-same factor theta < 1, which makes a tree of m rules theta^m times as likely and leaves the
-proportions of trees of equal size as they were. theta is the greatest factor with which the mean
-length of a string is at most the given one. A damped grammar ends with probability 1.
+Each nonterminal, from the start symbol down, is rewritten by a rule that is drawn by its
+probability. With a cyclic grammar this may never end, or only after very many steps. Then every
+rule probability is multiplied by the same factor theta < 1 (damping). A tree of m rules becomes
+theta^m times as likely, so the ratios between trees of equal size do not change. theta is the
+greatest factor for which the mean length of a string does not exceed a given mean. Derivations of
+the damped grammar end with probability 1.
 
-With a wished length, trees are drawn exactly from those of the grammar (undamped) whose strings
-have that length: downwards through the weights W(X, l) of all lengths; see lengths.py.
+For a given length, trees are drawn exactly from the undamped grammar, restricted to strings of this
+length. The draw goes from the root down, by the weights W(X, l) of symbol X at length l; see
+:mod:`motiondb.grammar.cfg.lengths`.
 """
 
 from __future__ import annotations
@@ -31,9 +33,9 @@ from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form
 from motiondb.records import FloatArray
 
 MEAN_LENGTH = 100.0
-"""Greatest mean length of a random derivation's string unless another is given."""
+"""Default bound on the mean number of symbols of a random string. Chosen by hand; not tuned."""
 
-_WEAKEST = -12.0  # logarithm of the strongest damping tried
+_WEAKEST = -12.0  # natural logarithm of the strongest damping; chosen by hand, not tuned
 
 
 def derive(
@@ -43,17 +45,24 @@ def derive(
     length: int | None = None,
     most: float = MEAN_LENGTH,
 ) -> Tree:
-    """Return a random tree of the grammar.
+    """Return a random tree of a grammar.
 
     Parameters
     ----------
-    length : wished length of the string; where no string has it, the nearest length that one has
-        (of two, the shorter). The leaves of the result tell.
-    most : greatest mean length without a wish.
+    grammar : Grammar or CompiledGrammar
+        The grammar to derive from.
+    rng : numpy.random.Generator
+        Source of randomness.
+    length : int, optional
+        Number of symbols of the string. If no string has this length, the nearest length that
+        some string has is used; of two, the shorter. The leaves of the tree show which.
+    most : float, optional
+        Greatest mean number of symbols. Used only without `length`.
 
     Raises
     ------
-    GrammarError where the grammar derives nothing, or the length is negative.
+    GrammarError
+        The grammar derives nothing, or the length is negative.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> toy = read_grammar("S -> a S b | c")
@@ -74,10 +83,17 @@ def derive(
 
 @lru_cache(maxsize=16)
 def damped(compiled: CompiledGrammar, most: float = MEAN_LENGTH) -> CompiledGrammar:
-    """Return the grammar whose derivations end and are ``most`` symbols long in the mean, or less.
+    """Return a grammar whose derivations end and have a bounded mean length.
 
-    Unchanged where that holds already. Where even the smallest trees are longer, ``most`` is twice
-    their mean length.
+    The grammar is not damped if this holds already. Otherwise the bound is `most`, or twice the
+    mean length at the strongest damping if that is greater.
+
+    Parameters
+    ----------
+    compiled : CompiledGrammar
+        The grammar to damp.
+    most : float, optional
+        Greatest mean number of symbols of a string.
     """
     finite = finite_part(compiled)
     if mean_length(finite, finite.probabilities) <= most:
@@ -94,11 +110,13 @@ def damped(compiled: CompiledGrammar, most: float = MEAN_LENGTH) -> CompiledGram
 
 
 def _damped_chances(compiled: CompiledGrammar, log_factor: float) -> FloatArray:
+    """Return the rule probabilities (R,) of a damped grammar, given that derivations end."""
     weaker = replace(compiled, probabilities=compiled.probabilities * exp(log_factor))
     return ending_chances(weaker)
 
 
 def _free_choices(compiled: CompiledGrammar, rng: np.random.Generator) -> Iterator[int]:
+    """Yield the rules of a random tree in preorder."""
     left, right, rule_of = compiled.left, compiled.right, compiled.rule_of
     sums = np.cumsum(compiled.probabilities)
     waiting = [compiled.start]
@@ -119,6 +137,7 @@ def _free_choices(compiled: CompiledGrammar, rng: np.random.Generator) -> Iterat
 def _choices_of_length(
     compiled: CompiledGrammar, length: int, rng: np.random.Generator
 ) -> Iterator[int]:
+    """Yield the rules of a random tree with `length` symbols in preorder."""
     weights, exponents = length_weights(compiled, length)
     waiting = [(compiled.start, length)]
     while waiting:
@@ -141,7 +160,7 @@ def _choices_of_length(
 
 
 def _draw(weights: FloatArray, rng: np.random.Generator) -> int:
-    """Return an index by weights that need not sum to 1; never one of weight 0."""
+    """Return a random index by weights, which need not sum to 1; never one of weight 0."""
     sums = np.cumsum(weights)
     drawn = int(np.searchsorted(sums, rng.random() * sums[-1], "right"))
     return min(drawn, int(np.flatnonzero(weights)[-1]))

@@ -1,13 +1,16 @@
-"""Plan from the beginning of a sentence to a goal: how best to go on.
+"""Plan from the beginning of a sentence to a goal: the best continuation.
 
-The string wanted is w x g y: w what has been done, x anything but the goal, g the goal's first
-occurrence after w, y whatever makes it a sentence. That is a path from state 0 to the last state
-of a small automaton: states 0..n along w, a loop at n over all terminals but the goal, the goal
-from n to n + 1, a loop at n + 1 over all terminals. The best tree over the automaton is found
-like a shortest path: an item (X, s, t) says that symbol X can lead from state s to state t, and
-the cheapest item is settled first (D. E. Knuth, "A Generalization of Dijkstra's Algorithm",
-Information Processing Letters 6, 1977). The cost of a tree is -log of its probability or the
-number of symbols it adds; the other decides between equals.
+The string has the form w x g y. Here w is the prefix, x holds no goal, g is the first goal after w,
+and y completes the sentence. Such strings are the paths of a small automaton from state 0 to its
+last state. States 0..n follow w. A loop at n reads any terminal but the goal. The goal leads from
+n to n + 1, where a loop reads any terminal.
+
+The best tree over the automaton is found like a shortest path. An item (X, s, t) states that symbol
+X can lead from state s to state t. The cheapest item is settled first. The cost of a tree is -log
+of its probability, or the number of symbols that it adds. The other of the two breaks ties.
+
+Source: D. E. Knuth, "A Generalization of Dijkstra's Algorithm", Information Processing Letters 6
+(1977).
 """
 
 from __future__ import annotations
@@ -31,9 +34,18 @@ Cost = tuple[float, float]
 
 @dataclass(frozen=True)
 class Plan:
-    """How to go on: ``to_goal`` ends with the goal, ``then`` makes it a sentence; the tree of all.
+    """A continuation of a prefix.
 
-    Without a goal ``to_goal`` is empty. ``log_probability`` is that of the tree.
+    Attributes
+    ----------
+    to_goal : tuple of str
+        Terminals after the prefix, up to and including the goal. Empty without a goal.
+    then : tuple of str
+        Terminals after the goal that complete the sentence.
+    tree : Tree
+        The tree of the whole sentence, with the prefix.
+    log_probability : float
+        Natural logarithm of the probability of the tree.
     """
 
     to_goal: tuple[str, ...]
@@ -45,15 +57,29 @@ class Plan:
 def plan(
     grammar: AnyGrammar, prefix: Sequence[str], goal: str | None = None, *, shortest: bool = False
 ) -> Plan:
-    r"""Return the most probable, or the shortest, way to a goal terminal and to a sentence.
+    r"""Return the most probable, or the shortest, continuation to a goal and to a full sentence.
 
-    A goal that the prefix holds already is to be reached once more. Most probable is the tree,
-    not the string; of shortest ways the most probable one.
+    The most probable tree is taken, not the most probable string. Of the shortest continuations the
+    one with the most probable tree is taken.
+
+    Parameters
+    ----------
+    grammar : Grammar or CompiledGrammar
+        The grammar of the sentence.
+    prefix : sequence of str
+        Terminals at the beginning of the sentence.
+    goal : str, optional
+        A terminal that must follow. If the prefix holds it already, it must occur again. Without a
+        goal the sentence is only completed.
+    shortest : bool, optional
+        Whether to minimize the number of symbols instead of -log of the probability.
 
     Raises
     ------
-    ParseError where no sentence begins with the prefix; GrammarError where the goal is no terminal
-    of the grammar, or cannot come after the prefix.
+    ParseError
+        No sentence begins with the prefix.
+    GrammarError
+        The goal is not a terminal of the grammar, or cannot follow the prefix.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> toy = read_grammar("S -> hold A\nA -> dribble A [0.6] | shoot [0.3] | pass S [0.1]")
@@ -85,7 +111,7 @@ def plan(
 
 
 class _Search:
-    """The agenda and what is settled."""
+    """The agenda of items to settle, and the items that are settled."""
 
     def __init__(
         self, compiled: CompiledGrammar, prefix: tuple[str, ...], goal: str | None, shortest: bool
@@ -109,7 +135,13 @@ class _Search:
         self.log_costs = (-np.log(compiled.probabilities)).tolist()
 
     def run(self) -> Item | None:
-        """Settle items, cheapest first, until the start symbol leads through all states."""
+        """Settle items, the cheapest first, until the start symbol spans all states.
+
+        Returns
+        -------
+        Item or None
+            The item of the start symbol; None if there is none.
+        """
         top = (self.compiled.start, 0, self.n_states - 1)
         for cost, item, rule in self._first_items():
             heappush(self.agenda, (cost, next(self.order), item, rule, ()))
@@ -124,6 +156,7 @@ class _Search:
         return None
 
     def _first_items(self) -> Iterator[tuple[Cost, Item, int]]:
+        """Yield the items of terminals and of empty rules: cost, item, rule (-1 if none)."""
         ids, n = self.compiled.ids, len(self.prefix)
         for place, name in enumerate(self.prefix):
             yield (0.0, 0.0), (ids[name], place, place + 1), -1
@@ -137,9 +170,11 @@ class _Search:
                 yield self._cost(self.log_costs[rule], 0.0), (left, state, state), rule
 
     def _cost(self, chance: float, length: float) -> Cost:
+        """Return the two costs, -log of a probability and a length, the main one first."""
         return (length, chance) if self.shortest else (chance, length)
 
     def _combine(self, item: Item, cost: Cost) -> None:
+        """Offer every item that a settled item completes, alone or with a neighbour."""
         symbol, first, last = item
         for rule in self.rules_to[symbol]:
             left = int(self.compiled.rule_left[rule])
@@ -161,12 +196,19 @@ class _Search:
     def _offer(
         self, item: Item, cost: Cost, more: Cost, rule: int, parts: tuple[Item, ...]
     ) -> None:
+        """Put an item on the agenda unless it is settled."""
         if item not in self.settled:
             total = (cost[0] + more[0], cost[1] + more[1])
             heappush(self.agenda, (total, next(self.order), item, rule, parts))
 
     def choices(self, top: Item) -> list[int]:
-        """Return the rules of an item's tree in preorder."""
+        """Return the rules of an item's tree in preorder.
+
+        Parameters
+        ----------
+        top : Item
+            A settled item.
+        """
         found, waiting = [], [top]
         while waiting:
             rule, parts = self.settled[waiting.pop()]

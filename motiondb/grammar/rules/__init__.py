@@ -1,1 +1,1 @@
-"""Rule sets and their description length; where sentences repeat and agree."""
+"""Rule sets and their description length; repeats and alignments of sentences."""

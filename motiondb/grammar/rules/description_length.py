@@ -1,10 +1,9 @@
-"""Description length: the bits that hold a grammar and, given it, the sentences.
+"""Description length: the bits of a grammar plus the bits of the sentences, given the grammar.
 
-The grammar: all rules as one sequence, left side then right side, a separator between rules, each
-symbol log2(n(V) + n(Sigma) + 1) bits for n(V) nonterminals and n(Sigma) terminals. The sentences:
-at every node of each parse, in preorder, the number of the rule among the h rules of that
-nonterminal, log2 h bits. The most economical parse counts, so that an ambiguous grammar is not
-charged for a tree that nobody would send.
+The rules are written as one sequence: left side, right side, and a separator between rules. Each
+symbol of it costs log2(n(V) + n(Sigma) + 1) bits, for n(V) nonterminals and n(Sigma) terminals. A
+sentence is sent as its parse: each node, in preorder, names one of the h rules of its nonterminal
+and costs log2 h bits. An ambiguous grammar allows several parses; the cheapest one counts.
 
 DL(Z) = B(G) + B(Z | G), for sentences Z and grammar G.
 
@@ -23,24 +22,39 @@ from motiondb.grammar.cfg.parse import parse
 
 Sentence = tuple[str, ...]
 Code = tuple[int, ...]
-"""A sentence sent: at each node in preorder, which of the nonterminal's rules, from 0."""
+"""The code of a sentence: for each node in preorder, which rule of its nonterminal, from 0."""
 
 
 @dataclass(frozen=True)
 class DescriptionLength:
-    """Bits of the rules and bits of the sentences given the rules."""
+    """The two parts of a description length.
+
+    Attributes
+    ----------
+    grammar : float
+        Bits of the rules, B(G).
+    sentences : float
+        Bits of the sentences given the rules, B(Z | G).
+    """
 
     grammar: float
     sentences: float
 
     @property
     def total(self) -> float:
-        """B(G) + B(Z | G)."""
+        """The sum B(G) + B(Z | G), in bits."""
         return self.grammar + self.sentences
 
 
 def grammar_bits(grammar: Grammar) -> float:
-    r"""B(G): symbols and separators of all rules, log2(n(V) + n(Sigma) + 1) bits each.
+    r"""Return B(G), the bits of all rules.
+
+    Each symbol and each separator costs log2(n(V) + n(Sigma) + 1) bits.
+
+    Parameters
+    ----------
+    grammar : Grammar
+        Its rule probabilities play no part.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> round(grammar_bits(read_grammar("S -> a b A c d\nA -> x | y")), 4)
@@ -51,7 +65,13 @@ def grammar_bits(grammar: Grammar) -> float:
 
 
 def sequence_length(right_lengths: Iterable[int]) -> int:
-    """Symbols of rules with right sides of these lengths, the separators between them counted.
+    """Return the number of symbols in rules that are written one after another.
+
+    Parameters
+    ----------
+    right_lengths : iterable of int
+        Length of each right side. Each rule also has one left side, and one separator stands
+        between two rules.
 
     >>> sequence_length([5, 1, 1])
     12
@@ -61,17 +81,37 @@ def sequence_length(right_lengths: Iterable[int]) -> int:
 
 
 def tree_bits(grammar: Grammar, tree: Tree) -> float:
-    """Bits that name the rules of a tree: log2 of the number of alternatives at each node."""
+    """Return the bits that name the rules of a tree.
+
+    Each node costs log2 of the number of rules of its nonterminal.
+
+    Parameters
+    ----------
+    grammar : Grammar
+        The grammar of the tree.
+    tree : Tree
+        A parse of one sentence.
+    """
     lefts = (grammar.rules[number].left for number in choices_of(tree))
     return sum(math.log2(len(grammar.rules_of[left])) for left in lefts)
 
 
 def most_economical_tree(grammar: Grammar, sentence: Sentence) -> Tree:
-    """Return the parse of the fewest bits: the most probable one if alternatives are equal.
+    """Return the parse of a sentence that costs the fewest bits.
+
+    It is the most probable parse when all rules of each nonterminal are equally probable.
+
+    Parameters
+    ----------
+    grammar : Grammar
+        Its rule probabilities play no part.
+    sentence : tuple of str
+        Names of terminals.
 
     Raises
     ------
-    GrammarError where the sentence is not in the language.
+    GrammarError
+        The sentence is not in the language.
     """
     return parse(grammar.with_probabilities([1.0] * len(grammar.rules)), sentence)
 
@@ -79,11 +119,21 @@ def most_economical_tree(grammar: Grammar, sentence: Sentence) -> Tree:
 def description_length(
     grammar: Grammar, sentences: Iterable[Sentence] = (), *, trees: Sequence[Tree] | None = None
 ) -> DescriptionLength:
-    """DL of sentences under a grammar; their most economical parses are found unless given.
+    """Return the description length of sentences under a grammar.
+
+    Parameters
+    ----------
+    grammar : Grammar
+        Its rule probabilities play no part.
+    sentences : iterable of tuple of str, optional
+        Sentences to parse; for each, the cheapest parse counts. Not read where `trees` is given.
+    trees : sequence of Tree, optional
+        Parses of the sentences, used instead of the cheapest ones.
 
     Raises
     ------
-    GrammarError where a sentence is not in the language.
+    GrammarError
+        A sentence is not in the language.
     """
     if trees is None:
         known: dict[Sentence, float] = {}
@@ -98,7 +148,20 @@ def description_length(
 
 
 def encode(grammar: Grammar, trees: Iterable[Tree]) -> tuple[Code, ...]:
-    """Return the codes that send sentences, given by their parses: S1 A2 is (0, 1)."""
+    """Return the code of each sentence, given its parse.
+
+    Parameters
+    ----------
+    grammar : Grammar
+        The grammar of the trees.
+    trees : iterable of Tree
+        One parse for each sentence.
+
+    Returns
+    -------
+    tuple of Code
+        A tree that uses the first rule of S and the second rule of A has the code (0, 1).
+    """
     rank = {
         number: place
         for numbers in grammar.rules_of.values()
@@ -108,11 +171,19 @@ def encode(grammar: Grammar, trees: Iterable[Tree]) -> tuple[Code, ...]:
 
 
 def decode(grammar: Grammar, codes: Iterable[Code]) -> tuple[Sentence, ...]:
-    """Return the sentences back from their codes, exactly.
+    """Return the sentences that the codes stand for.
+
+    Parameters
+    ----------
+    grammar : Grammar
+        The grammar that the sentences were encoded with.
+    codes : iterable of Code
+        Codes from :func:`encode`.
 
     Raises
     ------
-    GrammarError where a code is of another grammar.
+    GrammarError
+        A code names a rule that the grammar does not have.
     """
     return tuple(_decode(grammar, code).leaves() for code in codes)
 

@@ -1,19 +1,19 @@
-"""Hypotheses: which parts of sentences may be constituents, and which of them are believed.
+"""Hypotheses: spans of sentences that may be constituents, and the selection among them.
 
-Every slot of an alignment proposes two spans, one of each sentence, that can be exchanged: two
-*hypotheses* of one type. A span that was proposed more than once, by alignments with different
-sentences, has one type: the types are united (*clustering*). Hypotheses of a sentence may cross
-each other, which no tree allows; *selection* keeps some that do not cross:
+Each slot of an alignment pairs two spans, one in each sentence, that can replace each other. Both
+spans become *hypotheses* of the same type. A span may occur in several slots; then the types of
+all its partners are merged (*clustering*). Hypotheses of one sentence may cross, which no tree
+allows. *Selection* keeps hypotheses that do not cross. It prefers, by the method:
 
-* ``first``: what was proposed earlier is believed;
-* ``leaf``: the more probable words are believed, P(words) = how many hypotheses have these words
-  over all hypotheses;
-* ``branch``: the words more probable for their type, P(words | type) = how many hypotheses of
-  the type have these words over all of the type.
+* ``first``: the hypotheses that were proposed earlier;
+* ``leaf``: the hypotheses with the more probable words. P(words) is the number of hypotheses with
+  these words, divided by the number of all hypotheses;
+* ``branch``: the hypotheses with the more probable words for their type. P(words | type) is the
+  number of hypotheses of the type with these words, divided by all hypotheses of the type.
 
-Sentences are taken in one order (by their symbols), pairs in the order of their sentences, so
-that even ``first`` does not depend on the order in which sentences came. Of equally believable
-hypotheses the longer and then the earlier is kept.
+At equal preference the longer hypothesis comes first, then the earlier one in the sentence. The
+caller is expected to order the sentences by their symbols, and the pairs by their sentences. Then
+even ``first`` does not depend on the order in which the sentences were given.
 
 Source: M. van Zaanen, "ABL: Alignment-Based Learning", COLING 2000, sections 2 to 4.
 """
@@ -34,7 +34,17 @@ SELECTIONS: tuple[Selection, ...] = ("first", "leaf", "branch")
 
 @dataclass(frozen=True, order=True)
 class Place:
-    """A span of a sentence."""
+    """A span of a sentence.
+
+    Attributes
+    ----------
+    sentence : int
+        Number of the sentence, from 0.
+    start : int
+        First word of the span.
+    end : int
+        The word after the last one of the span.
+    """
 
     sentence: int
     start: int
@@ -43,23 +53,46 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """Places in the order they were proposed, each with its type; and the pairs that made them."""
+    """The hypotheses of a set of sentences.
+
+    Attributes
+    ----------
+    sentences : tuple of Words
+        Words of each sentence, as numbers.
+    types : dict of Place to int
+        Type of each hypothesis, in the order in which the hypotheses were proposed.
+    pairs : Counter of (Place, Place)
+        How many slots proposed each pair of hypotheses.
+    """
 
     sentences: tuple[Words, ...]
     types: dict[Place, int]
     pairs: Counter[tuple[Place, Place]]
 
     def words(self, place: Place) -> Words:
-        """Return the words of a place."""
+        """Return the words of a place.
+
+        Parameters
+        ----------
+        place : Place
+            A span of one of the sentences.
+        """
         return self.sentences[place.sentence][place.start : place.end]
 
 
 def propose(
     sentences: Sequence[Words], slots: Iterable[tuple[int, int, Sequence[Slot]]]
 ) -> Hypotheses:
-    """Hypotheses from the slots of pairs of sentences, clustered.
+    """Return the hypotheses that slots propose, with merged types.
 
-    Whole sentences are no hypotheses: they are of the start symbol's type already.
+    A whole sentence is not a hypothesis, because it already has the type of the start symbol.
+
+    Parameters
+    ----------
+    sentences : sequence of Words
+        Words of each sentence, as numbers.
+    slots : iterable of (int, int, sequence of Slot)
+        Numbers of two sentences, and the slots of their alignment.
     """
     group = _Groups()
     pairs: Counter[tuple[Place, Place]] = Counter()
@@ -78,16 +111,18 @@ def propose(
 
 
 def _is_whole(sentence: Words, span: Span) -> bool:
+    """Whether a span covers its sentence."""
     return span == (0, len(sentence))
 
 
 class _Groups:
-    """Disjoint sets of places, in the order in which places were met."""
+    """Disjoint sets of places (union-find), in the order in which the places were added."""
 
     def __init__(self) -> None:
         self.parents: dict[Place, Place] = {}
 
     def root(self, place: Place) -> Place:
+        """Return the representative of the set of a place; a new place is its own set."""
         self.parents.setdefault(place, place)
         while self.parents[place] != place:
             self.parents[place] = self.parents[self.parents[place]]
@@ -95,16 +130,30 @@ class _Groups:
         return place
 
     def unite(self, one: Place, other: Place) -> None:
+        """Merge the sets of two places; the smaller representative stays."""
         low, high = sorted((self.root(one), self.root(other)))
         self.parents[high] = low
 
 
 def select(hypotheses: Hypotheses, selection: Selection) -> tuple[tuple[Place, ...], ...]:
-    """For each sentence the places that are believed, none crossing another, in text order.
+    """Select hypotheses that do not cross.
+
+    Parameters
+    ----------
+    hypotheses : Hypotheses
+        The candidates.
+    selection : {"first", "leaf", "branch"}
+        Which hypotheses are preferred; see the module.
+
+    Returns
+    -------
+    tuple of tuple of Place
+        For each sentence the selected places, by start; at the same start the longest comes first.
 
     Raises
     ------
-    KeyError for an unknown selection.
+    KeyError
+        The selection is not one of these.
     """
     belief = _BELIEFS[selection](hypotheses)
     of_sentence: list[list[Place]] = [[] for _ in hypotheses.sentences]
@@ -122,21 +171,25 @@ def select(hypotheses: Hypotheses, selection: Selection) -> tuple[tuple[Place, .
 
 
 def _cross(one: Place, other: Place) -> bool:
+    """Whether two spans overlap and neither contains the other."""
     low, high = (one, other) if one.start <= other.start else (other, one)
     return low.start < high.start < low.end < high.end
 
 
 def _earlier(hypotheses: Hypotheses) -> dict[Place, float]:
+    """Return the preference of each place by the order of proposal."""
     return {place: -float(number) for number, place in enumerate(hypotheses.types)}
 
 
 def _by_leaf(hypotheses: Hypotheses) -> dict[Place, float]:
+    """Return P(words) of each place."""
     counts = Counter(map(hypotheses.words, hypotheses.types))
     total = len(hypotheses.types)
     return {place: counts[hypotheses.words(place)] / total for place in hypotheses.types}
 
 
 def _by_branch(hypotheses: Hypotheses) -> dict[Place, float]:
+    """Return P(words | type) of each place."""
     kinds = Counter(hypotheses.types.values())
     counts = Counter((kind, hypotheses.words(place)) for place, kind in hypotheses.types.items())
     return {

@@ -1,19 +1,20 @@
-"""Repeated substrings of a string, all in time linear in its length.
+"""Repeated substrings of a string, from its suffix array.
 
-The *suffix array* lists the starts of all suffixes in their sorted order, ``lcp[r]`` is the length
-that the suffixes of rank r - 1 and r have in common. The array is built by induced sorting: the
-suffixes that begin a rise (leftmost S-type, LMS) are sorted first, by recursion on a string of at
-most half the length where their names are not yet all different; all others follow from them in
-two scans. The common lengths follow from a scan in text order.
+The *suffix array* lists the starts of all suffixes in sorted order. ``lcp[r]`` is the length of the
+prefix that the suffixes of rank r - 1 and r share. The array is built by induced sorting. First
+the leftmost S-type (LMS) suffixes are sorted; an S-type suffix is smaller than the next one. This
+takes a recursion, on a string of at most half the length, while names of LMS blocks are equal. Two
+scans then sort all other suffixes. A scan in text order gives the shared lengths. Every step takes
+time linear in the length of the string.
 
-A *maximal repeat* occurs twice or more and cannot be widened on either side without losing an
-occurrence: an interval of the suffix array whose left neighbours differ. The *cover* chooses
-occurrences of repeats, the longest first and none overlapping another; where it is used, sentences
-are never cut inside one. In a run such as ``ababab`` an occurrence would overlap its own
-repetition: it is cut down to the period, so that a long run does not become one piece that nothing
-may divide.
+A *maximal repeat* occurs at least twice and cannot be extended on either side without losing an
+occurrence. It is an interval of the suffix array with different symbols on the left. The *cover*
+selects occurrences of repeats, the longest first, none of which overlaps another. The users of a
+cover never cut a sentence inside an occurrence. In a run such as ``ababab`` an occurrence would
+overlap its own repetition. It is shortened to the period, so that a long run stays divisible.
 
-Notation: N symbols, SA suffix array, LCP common lengths.
+Notation: N symbols, SA suffix array, LCP lengths of shared prefixes.
+
 Sources: G. Nong, S. Zhang and W. H. Chan, "Linear suffix array construction by almost pure
 induced-sorting", Data Compression Conference 2009; T. Kasai et al., "Linear-time longest-common-
 prefix computation in suffix arrays and its applications", CPM 2001; M. I. Abouelhoda, S. Kurtz
@@ -34,12 +35,22 @@ from numba import njit
 IntArray = npt.NDArray[np.int64]
 
 SHORTEST_REPEAT = 2
-"""One symbol that occurs twice is no structure yet."""
+"""Least length of a repeat. A single symbol that occurs twice shows no structure."""
 
 
 @dataclass(frozen=True, eq=False)
 class Repeats:
-    """Maximal repeats as the start of one occurrence, length, and how often each occurs."""
+    """Maximal repeats of a string.
+
+    Attributes
+    ----------
+    starts : array (repeats,)
+        Start of one occurrence of each repeat.
+    lengths : array (repeats,)
+        Number of symbols of each repeat.
+    counts : array (repeats,)
+        Number of occurrences of each repeat.
+    """
 
     starts: IntArray
     lengths: IntArray
@@ -47,14 +58,22 @@ class Repeats:
 
 
 def join_strings(strings: Sequence[Sequence[Hashable]]) -> tuple[IntArray, IntArray]:
-    """Strings as one array of numbers, a separator of its own after each.
+    """Join strings into one array of numbers, with a different separator after each.
 
-    Symbols become 0..K-1 in the order of their names, the separators K, K+1, ...: no repeat can
-    hold one, so none reaches across the end of a string.
+    The K symbols become 0..K-1 in the order of their names; the separators are K, K+1, ... A repeat
+    cannot hold a separator, because each occurs once. So no repeat crosses the end of a string.
+
+    Parameters
+    ----------
+    strings : sequence of sequence of hashable
+        The symbols of each string.
 
     Returns
     -------
-    symbols : array (N + strings,); bounds : array (strings + 1,), where each string begins.
+    symbols : array (N + strings,)
+        Symbols and separators.
+    bounds : array (strings + 1,)
+        Start of each string, and the length of `symbols`.
 
     >>> join_strings(["ab", "ba"])
     (array([0, 1, 2, 1, 0, 3]), array([0, 3, 6]))
@@ -71,9 +90,17 @@ def join_strings(strings: Sequence[Sequence[Hashable]]) -> tuple[IntArray, IntAr
 
 
 def suffix_array(symbols: npt.ArrayLike) -> IntArray:
-    """Return starts of the suffixes in sorted order, by induced sorting in linear time.
+    """Return the starts of the suffixes in sorted order.
 
-    ``symbols`` : array (N,) of numbers 0..K-1; the time also grows with K.
+    Parameters
+    ----------
+    symbols : array (N,)
+        Numbers 0..K-1. The time is linear in N + K.
+
+    Returns
+    -------
+    array (N,)
+        The suffix array.
 
     >>> suffix_array([1, 0, 2, 0, 2, 0])  # banana
     array([5, 3, 1, 0, 4, 2])
@@ -86,7 +113,19 @@ def suffix_array(symbols: npt.ArrayLike) -> IntArray:
 
 
 def common_prefixes(symbols: npt.ArrayLike, suffixes: IntArray) -> IntArray:
-    """LCP: entry r is what the suffixes of rank r - 1 and r share; entry 0 is 0.
+    """Return the lengths of the prefixes that neighbouring suffixes share (LCP).
+
+    Parameters
+    ----------
+    symbols : array (N,)
+        Numbers 0..K-1.
+    suffixes : array (N,)
+        The suffix array of the symbols.
+
+    Returns
+    -------
+    array (N,)
+        Entry r belongs to the suffixes of rank r - 1 and r; entry 0 is 0.
 
     >>> common_prefixes([1, 0, 2, 0, 2, 0], suffix_array([1, 0, 2, 0, 2, 0]))
     array([0, 1, 3, 0, 0, 2])
@@ -95,7 +134,15 @@ def common_prefixes(symbols: npt.ArrayLike, suffixes: IntArray) -> IntArray:
 
 
 def maximal_repeats(symbols: npt.ArrayLike, shortest: int = SHORTEST_REPEAT) -> Repeats:
-    """All repeats of ``shortest`` symbols or more that cannot be widened: at most N of them."""
+    """Return the maximal repeats of a string; there are at most N.
+
+    Parameters
+    ----------
+    symbols : array (N,)
+        Numbers 0..K-1.
+    shortest : int, optional
+        Least number of symbols of a repeat.
+    """
     text = np.asarray(symbols, dtype=np.int64)
     suffixes = suffix_array(text)
     lcp = common_prefixes(text, suffixes)
@@ -105,10 +152,24 @@ def maximal_repeats(symbols: npt.ArrayLike, shortest: int = SHORTEST_REPEAT) -> 
 def cover_repeats(
     symbols: npt.ArrayLike, shortest: int = SHORTEST_REPEAT
 ) -> tuple[IntArray, IntArray]:
-    """Return starts and lengths of chosen occurrences of repeats, longest first, in text order.
+    """Select occurrences of repeats, the longest first, that do not overlap.
 
-    None overlaps another, each has an equal elsewhere that it does not overlap, and no symbol
-    outside could begin another one of ``shortest`` symbols or more.
+    Each selected occurrence equals another substring that it does not overlap. No symbol outside
+    the cover can begin a further occurrence of `shortest` symbols or more.
+
+    Parameters
+    ----------
+    symbols : array (N,)
+        Numbers 0..K-1.
+    shortest : int, optional
+        Least number of symbols of an occurrence.
+
+    Returns
+    -------
+    starts : array (occurrences,)
+        First symbol of each occurrence, ascending.
+    lengths : array (occurrences,)
+        Number of symbols of each occurrence.
 
     >>> cover_repeats([0, 1, 4, 2, 3, 0, 1, 5, 2, 3, 0, 1, 4, 2, 3])  # abxcdabycdabxcd
     (array([ 0,  5,  8, 10]), array([5, 2, 2, 5]))
@@ -120,7 +181,7 @@ def cover_repeats(
 
 
 def _sorted_suffixes(text: IntArray, n_symbols: int) -> IntArray:
-    """Suffix array of a text that ends in its only 0."""
+    """Return the suffix array of a text whose last symbol is its only 0."""
     rising = _rising(text)
     starts = _leftmost_rising(rising)
     suffixes = _induce(text, n_symbols, rising, starts)
@@ -137,7 +198,7 @@ def _sorted_suffixes(text: IntArray, n_symbols: int) -> IntArray:
 
 @njit(cache=True)
 def _rising(text: IntArray) -> npt.NDArray[np.bool_]:
-    """Whether each suffix is smaller than the next one (S-type)."""
+    """Whether each suffix is smaller than the next one (S-type), array (N,)."""
     rising = np.ones(text.size, dtype=np.bool_)
     for i in range(text.size - 2, -1, -1):
         rising[i] = text[i] < text[i + 1] or (text[i] == text[i + 1] and rising[i + 1])
@@ -146,6 +207,7 @@ def _rising(text: IntArray) -> npt.NDArray[np.bool_]:
 
 @njit(cache=True)
 def _leftmost_rising(rising: npt.NDArray[np.bool_]) -> IntArray:
+    """Return the starts of the LMS suffixes: S-type suffixes after one that is not."""
     found = np.empty(rising.size // 2 + 1, dtype=np.int64)
     n = 0
     for i in range(1, rising.size):
@@ -159,7 +221,10 @@ def _leftmost_rising(rising: npt.NDArray[np.bool_]) -> IntArray:
 def _induce(
     text: IntArray, n_symbols: int, rising: npt.NDArray[np.bool_], starts: IntArray
 ) -> IntArray:
-    """All suffixes sorted, given the LMS starts in their order (in any order: LMS blocks)."""
+    """Sort all suffixes from the sorted starts of the LMS suffixes.
+
+    If the starts are in any other order, only the LMS blocks come out sorted.
+    """
     counts = np.zeros(n_symbols + 1, dtype=np.int64)
     for symbol in text:
         counts[symbol + 1] += 1
@@ -189,9 +254,9 @@ def _induce(
 def _name_blocks(
     text: IntArray, suffixes: IntArray, rising: npt.NDArray[np.bool_]
 ) -> tuple[IntArray, int]:
-    """Assign numbers to the blocks from one LMS start to the next by their order.
+    """Number the LMS blocks, each from one LMS start to the next, in sorted order.
 
-    Equal blocks share one.
+    Equal blocks have the same number. The second value is how many numbers there are.
     """
     names = np.full(text.size, -1, dtype=np.int64)
     last, name = -1, -1
@@ -216,6 +281,7 @@ def _name_blocks(
 
 @njit(cache=True)
 def _common_prefixes(text: IntArray, suffixes: IntArray) -> IntArray:
+    """Return the LCP array by the algorithm of Kasai et al."""
     n = text.size
     rank = np.empty(n, dtype=np.int64)
     for r in range(n):
@@ -238,19 +304,20 @@ def _common_prefixes(text: IntArray, suffixes: IntArray) -> IntArray:
 def _maximal_repeats(
     text: IntArray, suffixes: IntArray, lcp: IntArray, shortest: int
 ) -> tuple[IntArray, IntArray, IntArray]:
+    """Return starts, lengths and counts of the maximal repeats, by a stack of intervals."""
     n = text.size
     starts = np.empty(n, dtype=np.int64)
     lengths = np.empty(n, dtype=np.int64)
     counts = np.empty(n, dtype=np.int64)
     found = 0
-    changes = np.zeros(n, dtype=np.int64)  # how often the symbol on the left changed up to rank r
+    changes = np.zeros(n, dtype=np.int64)  # changes of the symbol on the left, up to rank r
     for r in range(1, n):
         i, j = suffixes[r - 1], suffixes[r]
         differ = i == 0 or j == 0 or text[i - 1] != text[j - 1]
         changes[r] = changes[r - 1] + differ
     open_lengths = np.zeros(n + 1, dtype=np.int64)
     open_firsts = np.zeros(n + 1, dtype=np.int64)
-    top = 0  # the bottom of the stack is the interval of everything, length 0
+    top = 0  # the bottom of the stack is the interval of all suffixes
     for r in range(1, n + 1):
         length = lcp[r] if r < n else 0
         first = r - 1
@@ -271,8 +338,9 @@ def _maximal_repeats(
 
 @njit(cache=True)
 def _cover(suffixes: IntArray, lcp: IntArray, shortest: int) -> tuple[IntArray, IntArray]:
+    """Return starts and lengths of the cover, by buckets of positions for each length."""
     n = suffixes.size
-    first_of = np.full(n + 1, -1, dtype=np.int64)  # length -> a position waiting with it
+    first_of = np.full(n + 1, -1, dtype=np.int64)  # length -> first position in its bucket
     next_of = np.full(n, -1, dtype=np.int64)
     reach = np.zeros(n, dtype=np.int64)
     for r in range(1, n):
@@ -290,7 +358,7 @@ def _cover(suffixes: IntArray, lcp: IntArray, shortest: int) -> tuple[IntArray, 
         while i >= 0:
             following = next_of[i]
             if owner[i] < 0:
-                # what is chosen is at least as long: if it reaches in, it covers the last symbol
+                # Chosen occurrences are at least as long. One that overlaps covers the last symbol.
                 blocker = owner[i + length - 1]
                 if blocker < 0:
                     owner[i : i + length] = i

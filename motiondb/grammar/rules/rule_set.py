@@ -1,25 +1,25 @@
-"""Rules that count how often they are used: what induction works on, and what it may never break.
+"""Rule sets: rules with counts of their use, as induction changes them, and laws they must keep.
 
-A rule set holds, for each nonterminal, its right sides with the number of nodes that use each in
-the trees of the sentences. Everything that the description length asks for can be read from it: a
-node of a nonterminal with h rules costs log2 h bits, so the sentences cost the sum over
-nonterminals of nodes times log2 h. Trees themselves need not be kept.
+A rule set holds the right sides of each nonterminal. With each right side it holds the number of
+nodes that use it in the trees of the sentences. This is enough for the description length: a node
+of a nonterminal with h rules costs log2 h bits, so the sentences cost the sum over nonterminals of
+nodes times log2 h. The trees themselves are not kept.
 
-Four laws keep the language sensible where there are few examples:
+Four laws limit generalization where there are few examples:
 
-* no nonterminal derives itself (*acyclic*), so that no part is repeated without end;
-* a terminal that stands equally often in every sentence keeps that number (*constant*): one shot
-  in each basketball sentence means one shot in each derived one;
-* a terminal of ten sentences or more that never stands twice in one stays at that (*single*);
-* a nonterminal that may be empty does not stand beside itself, for one sentence would then be
-  derived in several ways, and bits spent on saying in which. A search may also go without empty
-  right sides altogether.
+* *acyclic*: no nonterminal derives itself, so nothing repeats without end;
+* *constant*: a terminal that occurs equally often in every sentence keeps this number. One shot
+  in each basketball sentence means one shot in each derived sentence;
+* *single*: a terminal that at least ten sentences hold, and none twice, occurs at most once;
+* a nonterminal that may be empty does not stand beside itself. Otherwise one sentence has several
+  derivations, and bits are spent on the choice between them. A search may also forbid all empty
+  right sides.
 
-Symbols are numbers: terminals 0..T-1, the start symbol T, further nonterminals above.
+Symbols are numbers: terminals are 0..T-1, the start symbol is T, other nonterminals are above T.
 
-Source: description length from J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures
-from Human Motion Data", Computer Graphics Forum 30 (2011), section 5.1; the laws are ours, against
-the cyclic references that section 7 reports.
+Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
+Computer Graphics Forum 30 (2011), section 5.1, for the description length. The laws are specific to
+motiondb; they prevent the cyclic references that section 7 reports.
 """
 
 from __future__ import annotations
@@ -33,7 +33,10 @@ from dataclasses import dataclass, field
 from motiondb.grammar.cfg.context_free import Grammar, Rule
 
 ENOUGH = 10
-"""Sentences that must hold a terminal, none of them twice, before it counts as single."""
+"""Sentences that must hold a terminal, none of them twice, before it counts as single.
+
+At 10 the bound of :func:`single_terminals` is 3 / 10. Chosen by hand; not tuned.
+"""
 
 Right = tuple[int, ...]
 Rules = dict[int, dict[Right, int]]
@@ -41,10 +44,20 @@ Rules = dict[int, dict[Right, int]]
 
 @dataclass
 class RuleSet:
-    """``rules[left][right]`` is the number of nodes; ``constants`` terminal -> its fixed number.
+    """Rules with counts, and the laws that they must keep.
 
-    ``empties`` : whether right sides may be empty; ``singles`` : the terminals that no string may
-    hold twice.
+    Attributes
+    ----------
+    n_terminals : int
+        Number of terminals, T; this is also the number of the start symbol.
+    rules : dict of int to dict of Right to int
+        ``rules[left][right]`` is the number of nodes that use the rule.
+    constants : mapping of int to int
+        Terminals that occur equally often in every string, each with this number.
+    empties : bool
+        Whether right sides may be empty.
+    singles : frozenset of int
+        Terminals that no string may hold twice.
     """
 
     n_terminals: int
@@ -55,16 +68,16 @@ class RuleSet:
 
     @property
     def start(self) -> int:
-        """The start symbol."""
+        """The number of the start symbol."""
         return self.n_terminals
 
     def copy(self) -> RuleSet:
-        """Return a rule set of its own, the laws shared."""
+        """Return a copy with rules of its own; the laws are shared."""
         rules = {left: dict(rights) for left, rights in self.rules.items()}
         return RuleSet(self.n_terminals, rules, self.constants, self.empties, self.singles)
 
     def bits(self) -> float:
-        """Return the description length of grammar and sentences."""
+        """Return the description length of rules and sentences, in bits."""
         n_rules = symbols = 0
         sentences = 0.0
         for rights in self.rules.values():
@@ -77,22 +90,41 @@ class RuleSet:
         return (symbols + 2 * n_rules - 1) * math.log2(alphabet) + sentences
 
     def add(self, left: int, right: Right, count: int) -> None:
-        """Count more nodes of a rule, a new one perhaps."""
+        """Add nodes to a rule; create the rule if it is new.
+
+        Parameters
+        ----------
+        left : int
+            The nonterminal.
+        right : tuple of int
+            Right side of the rule.
+        count : int
+            Number of nodes to add.
+        """
         rights = self.rules.setdefault(left, {})
         rights[right] = rights.get(right, 0) + count
 
     def uses(self) -> Iterator[tuple[int, Right]]:
-        """All rules."""
+        """Yield the left and the right side of each rule."""
         for left, rights in self.rules.items():
             for right in rights:
                 yield left, right
 
     def references(self) -> Counter[int]:
-        """How often each symbol stands in right sides."""
+        """Return how often each symbol occurs in right sides."""
         return Counter(symbol for _, right in self.uses() for symbol in right)
 
     def rename(self, names: Mapping[int, int]) -> None:
-        """Replace symbols everywhere; rules that become equal are one, their nodes added."""
+        """Replace symbols in all rules.
+
+        Rules that become equal are merged and their counts added. A rule that becomes X -> X is
+        removed.
+
+        Parameters
+        ----------
+        names : mapping of int to int
+            The new symbol for each symbol that changes.
+        """
         old, self.rules = self.rules, {}
         for left, rights in old.items():
             for right, count in rights.items():
@@ -102,7 +134,7 @@ class RuleSet:
                     self.add(new_left, renamed, count)
 
     def drop_unused(self) -> None:
-        """Take away the nonterminals that no rule uses."""
+        """Remove the nonterminals that no right side holds, until none is left."""
         while True:
             references = self.references()
             idle = [left for left in self.rules if left != self.start and not references[left]]
@@ -112,7 +144,13 @@ class RuleSet:
                 del self.rules[left]
 
     def order(self) -> list[int] | None:
-        """Nonterminals, each before those in its rules; None where one derives itself."""
+        """Sort the nonterminals topologically, each before those in its rules.
+
+        Returns
+        -------
+        list of int or None
+            None if a nonterminal derives itself.
+        """
         waiting = dict.fromkeys(self.rules, 0)
         for _, right in self.uses():
             for symbol in right:
@@ -142,6 +180,7 @@ class RuleSet:
         return self._keeps_singles(order)
 
     def _empty_beside_itself(self, order: list[int]) -> bool:
+        """Whether a symbol that may be empty stands beside itself; `order` is bottom-up."""
         nullable: set[int] = set()
         for left in order:
             if any(nullable.issuperset(right) for right in self.rules[left]):
@@ -153,6 +192,7 @@ class RuleSet:
         )
 
     def _keeps_constants(self, order: list[int]) -> bool:
+        """Whether every string has each constant terminal the required number of times."""
         if not self.constants:
             return True
         numbers: dict[int, Right] = {
@@ -171,6 +211,7 @@ class RuleSet:
         return numbers[self.start] == tuple(self.constants.values())
 
     def _keeps_singles(self, order: list[int]) -> bool:
+        """Whether no string can hold a single terminal twice."""
         held = {symbol: {symbol} & self.singles for symbol in range(self.n_terminals)}
         for left in order:
             held[left] = set()
@@ -183,7 +224,17 @@ class RuleSet:
 
 
 def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:
-    """Return the terminals that stand equally often, at least once, in two or more sentences.
+    """Return the terminals that occur equally often, at least once, in every sentence.
+
+    Parameters
+    ----------
+    sentences : mapping of Right to int
+        Different sentences as terminal numbers, each with how often it occurs.
+
+    Returns
+    -------
+    dict of int to int
+        Each such terminal with its number. Empty for fewer than two different sentences.
 
     >>> constant_terminals({(0, 1, 2): 1, (0, 1, 1): 3})
     {0: 1}
@@ -201,9 +252,16 @@ def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:
 def single_terminals(sentences: Mapping[Right, int]) -> frozenset[int]:
     """Return the terminals that at least ten sentences hold, and none twice.
 
-    Where n sentences hold a terminal and none twice, at most some 3 / n of all such sentences do
-    (19 times in 20), so fewer say little. A compiled search keeps singles as bits of one number,
-    so there are at most 62, the commonest. Sentences that are told again count again.
+    If n sentences hold a terminal and none of them twice, then at most about 3 / n of all such
+    sentences hold it twice, at 95 % confidence. A small n therefore says little. A compiled search
+    stores these terminals as the bits of one integer, so only the 62 most frequent ones are
+    returned.
+
+    Parameters
+    ----------
+    sentences : mapping of Right to int
+        Different sentences as terminal numbers, each with how often it occurs. Repeated sentences
+        count each time.
 
     >>> sorted(single_terminals({(0, 1, 2): 4, (0, 1, 1): 6, (0, 2): 5}))
     [0]
@@ -221,16 +279,40 @@ def single_terminals(sentences: Mapping[Right, int]) -> frozenset[int]:
 def flat_rules(
     sentences: Mapping[Right, int], n_terminals: int, *, empties: bool = True
 ) -> RuleSet:
-    """One rule for each different sentence, in their order."""
+    """Return a rule set with one rule for each different sentence.
+
+    Parameters
+    ----------
+    sentences : mapping of Right to int
+        Different sentences as terminal numbers, each with how often it occurs. The laws are taken
+        from them.
+    n_terminals : int
+        Number of terminals.
+    empties : bool, optional
+        Whether right sides may be empty.
+
+    Returns
+    -------
+    RuleSet
+        Its rules are in ascending order of the sentences.
+    """
     rights = {sentence: sentences[sentence] for sentence in sorted(sentences)}
     constants, singles = constant_terminals(sentences), single_terminals(sentences)
     return RuleSet(n_terminals, {n_terminals: rights}, constants, empties, singles)
 
 
 def as_grammar(rule_set: RuleSet, names: Sequence[str]) -> Grammar:
-    """Nonterminals S, A, B, ... in the order in which the rules, from the start symbol, name them.
+    """Return a rule set as a grammar with named symbols.
 
-    Alternatives stand in the order of how often they are used, then of their symbols' names.
+    Nonterminals are S, A, B, ... in breadth-first order from the start symbol. The rules of a
+    nonterminal are ordered by decreasing use, then by their symbols.
+
+    Parameters
+    ----------
+    rule_set : RuleSet
+        The rules; their counts decide the order only.
+    names : sequence of str
+        Names of the terminals.
     """
     labels = nonterminal_names(names)
     called: dict[int, str] = {rule_set.start: next(labels)}
@@ -258,7 +340,14 @@ def as_grammar(rule_set: RuleSet, names: Sequence[str]) -> Grammar:
 
 
 def nonterminal_names(terminals: Sequence[str]) -> Iterator[str]:
-    """S, then A to Z without S, then A1, B1, ...: none the name of a terminal.
+    """Yield S, then A to Z without S, then A1, B1, ...; names of terminals are skipped.
+
+    Where S itself is the name of a terminal, primes are added to it.
+
+    Parameters
+    ----------
+    terminals : sequence of str
+        Names that are taken.
 
     >>> names = nonterminal_names(["a", "B"])
     >>> [next(names) for _ in range(4)]

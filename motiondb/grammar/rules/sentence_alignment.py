@@ -1,18 +1,19 @@
-"""Alignment of two sentences by edit distance: what is equal is linked, the rest is exchangeable.
+"""Alignment of two sentences by edit distance: links between equal symbols, and slots between.
 
-Alignment-based learning holds that parts of sentences which can be exchanged for each other are
-constituents of one type. Two sentences are aligned; between neighbouring links stand pairs of
-unequal parts, one of each sentence, of which one may be empty: the *slots*.
+Alignment-based learning assumes that parts of sentences which can replace each other are
+constituents of one type. An alignment links equal symbols of two sentences. Between neighbouring
+links lie pairs of unequal parts, one part in each sentence; one of the two may be empty. These
+pairs are the *slots*.
 
-Two costs of an alignment, from which the two families of edit distance come:
+There are two costs of an alignment:
 
-* ``edit``: insertions and deletions cost 1, so as many symbols as possible are linked (the longest
-  common subsequence);
-* ``biased``: a link between places that lie apart in the two sentences, relative to their lengths,
-  costs their relative distance too, so that a symbol is rather linked to the one at the same place.
+* ``edit``: insertions and deletions cost 1 each. This links as many symbols as possible (the
+  longest common subsequence);
+* ``biased``: a link also costs the distance between its two places, each relative to the length of
+  its sentence. This prefers links between symbols at similar places.
 
-Among alignments of equal cost the one whose links stand furthest to the left is taken, in the
-sentence that comes first in the order of symbols: the slots do not depend on who comes first.
+Of alignments with equal cost, the links that stand furthest to the left are taken. The sentence
+that is smaller in the order of symbols decides, so the order of the arguments does not matter.
 
 Source: M. van Zaanen, "ABL: Alignment-Based Learning", COLING 2000, section 2.
 """
@@ -28,11 +29,25 @@ Span = tuple[int, int]
 Slot = tuple[Span, Span]
 
 _BIAS = 0.999
-"""Relative distance times this: never so much that two links are worth less than none."""
+"""Weight of the relative distance. It is just below 1, so that every link has a positive worth."""
 
 
 def align(one: tuple[int, ...], other: tuple[int, ...], biased: bool = False) -> tuple[Slot, ...]:
-    """Return the slots of two sentences, as half-open spans of both, left to right.
+    """Return the slots of two sentences.
+
+    Parameters
+    ----------
+    one : tuple of int
+        Symbol numbers of a sentence.
+    other : tuple of int
+        Symbol numbers of the other sentence.
+    biased : bool, optional
+        Whether links also cost the relative distance of their places.
+
+    Returns
+    -------
+    tuple of Slot
+        From left to right; each slot is a half-open span of `one` and a half-open span of `other`.
 
     >>> align((0, 1, 2, 3), (0, 4, 5, 3))
     (((1, 3), (1, 3)),)
@@ -46,7 +61,17 @@ def align(one: tuple[int, ...], other: tuple[int, ...], biased: bool = False) ->
 
 
 def slots_between(links: IntArray, length: int, other_length: int) -> tuple[Slot, ...]:
-    """Return the unequal parts that links, array (n, 2) in rising order, leave of two sentences."""
+    """Return the unequal parts between the links of two sentences.
+
+    Parameters
+    ----------
+    links : array (links, 2)
+        Places of the linked symbols in both sentences; both columns ascend.
+    length : int
+        Number of symbols of the first sentence.
+    other_length : int
+        Number of symbols of the second sentence.
+    """
     slots = []
     i = j = 0
     for next_i, next_j in [*links.tolist(), (length, other_length)]:
@@ -58,8 +83,10 @@ def slots_between(links: IntArray, length: int, other_length: int) -> tuple[Slot
 
 @njit(cache=True)
 def _links(one: IntArray, other: IntArray, biased: bool) -> IntArray:
+    """Return the links of the best alignment, array (links, 2), from left to right."""
     n, m = one.size, other.size
-    # gain[i, j]: the best sum over links of one[i:] with other[j:]; a link saves two edits
+    # gain[i, j] is the greatest sum of worths over links of one[i:] with other[j:].
+    # A link saves two edits.
     gain = np.zeros((n + 1, m + 1))
     for i in range(n - 1, -1, -1):
         for j in range(m - 1, -1, -1):
@@ -87,4 +114,5 @@ def _links(one: IntArray, other: IntArray, biased: bool) -> IntArray:
 
 @njit(cache=True)
 def _worth(i: int, j: int, n: int, m: int, biased: bool) -> float:
+    """Return what the link of places i and j is worth, in (0, 1]; n and m are the lengths."""
     return 1.0 - _BIAS * abs(i / n - j / m) if biased else 1.0

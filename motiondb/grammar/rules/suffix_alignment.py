@@ -1,16 +1,18 @@
-"""Alignment of many sentences at once by the suffixes and prefixes that they share.
+"""Alignment of many sentences at once, by the prefixes and suffixes that they share.
 
-Where edit distance compares sentences two by two, a suffix structure over all of them shows at
-once which begin or end alike. Two sentences that begin alike differ in what follows; two that end
-alike differ in what stands before; and what stands between a common beginning and a common end
-can be exchanged. Each of the three gives a slot, unless nothing is common or nothing differs.
+Edit distance compares sentences in pairs. Suffix arrays over all sentences show at once which of
+them begin or end alike. For two sentences there are up to three slots:
 
-The suffix array of all sentences, joined with separators, gives the common beginnings as the
-smallest LCP between the ranks of two sentences; the same array over the reversed sentences gives
-the common ends. Sentences in these orders need one running minimum per pair.
+* what follows a common beginning;
+* what comes before a common end;
+* what lies between a common beginning and a common end.
+
+The common beginning of two sentences is the smallest LCP between their ranks in the suffix array
+of all sentences, joined with separators. The common end is the same in the array of the reversed
+sentences. In the order of ranks, one running minimum for each first sentence gives all pairs.
 
 Sources: J. Geertzen and M. van Zaanen, "Grammatical Inference Using Suffix Trees", ICGI 2004, for
-the idea of reading alignments off a suffix structure; the three kinds of slots are ours.
+reading alignments from a suffix structure. The three kinds of slots are specific to motiondb.
 """
 
 from __future__ import annotations
@@ -28,7 +30,17 @@ IntArray = npt.NDArray[np.int64]
 
 
 def align_all(sentences: Sequence[tuple[int, ...]]) -> dict[tuple[int, int], tuple[Slot, ...]]:
-    """Slots of every pair i < j of sentences that begin or end alike.
+    """Return the slots of every pair of sentences that begin or end alike.
+
+    Parameters
+    ----------
+    sentences : sequence of tuple of int
+        Symbol numbers of each sentence.
+
+    Returns
+    -------
+    dict of (int, int) to tuple of Slot
+        For sentences i < j, their slots in ascending order.
 
     >>> align_all([(0, 1, 3), (0, 2, 3)])
     {(0, 1): (((0, 2), (0, 2)), ((1, 2), (1, 2)), ((1, 3), (1, 3)))}
@@ -53,7 +65,10 @@ def align_all(sentences: Sequence[tuple[int, ...]]) -> dict[tuple[int, int], tup
 
 
 def _common_beginnings(sentences: Sequence[tuple[int, ...]]) -> IntArray:
-    """Array (n, n): the length of the beginning that each two sentences share."""
+    """Return the length of the prefix that each two sentences share, array (n, n).
+
+    The diagonal is 0.
+    """
     joined, bounds = join_strings(sentences)
     suffixes = suffix_array(joined)
     lcp = common_prefixes(joined, suffixes)
