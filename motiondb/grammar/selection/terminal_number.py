@@ -44,7 +44,7 @@ _STEPS, _FIRST = (4, 2, 1), 2
 """Steps of the search in ``CANDIDATES``, coarse to fine, and the place of the first number that is
 tried. Chosen by hand; not tuned."""
 _TRIES = 2
-"""How often the best number and the next smaller one are tried. A try takes long, so no more."""
+"""How often the best number and the next smaller one are tried. Chosen by hand; not tuned."""
 _TRIED = 12
 """Usual number of tries, for the progress bar only."""
 
