@@ -149,7 +149,10 @@ def _vectors(path: tuple[FloatArray, FloatArray], means: FloatArray) -> FloatArr
 
 
 def _edges(vectors: FloatArray, scale: FloatArray) -> FloatArray:
-    """Return pose and velocity at every frame, scaled by 1 / sqrt(number of values of a pose)."""
+    """Return pose and velocity at every frame (frames, values), for join costs.
+
+    They are scaled so that a squared distance of poses is a mean over the values of a pose.
+    """
     pose = vectors / scale
     speed = np.diff(vectors[:, HELD], axis=0, prepend=vectors[:1, HELD]) / scale[HELD]
     return np.concatenate([pose, VELOCITY_WEIGHT * speed], axis=1) / np.sqrt(pose.shape[1])
