@@ -3,22 +3,18 @@
 The description length of a partition is the bits of the rules learned from its sentences, and of
 the sentences given the rules. Learning rules in full takes seconds, so partitions compete:
 
-1. *Candidates.* As in the paper, partitions are drawn and improved such that no cut divides a
-   chosen repeat (``cutting``). But in a long string some repeat covers nearly every true border by
-   chance: in strings of ten and more sentences of known grammars, the cover leaves at most about
-   one true border in ten free. So other candidates are cut without regard to repeats, and further
-   ones wherever one symbol follows another, or before or after each occurrence of a symbol
-   (``borders``).
+1. *Candidates.* The paper's candidates do not divide a chosen repeat (``cutting``). But in strings
+   of ten and more sentences, repeats cover about nine true borders in ten by chance. So others are
+   cut without regard to repeats, or at all borders of one kind (``borders``).
 2. *Race.* Rules are annealed for each candidate. The third with the fewest bits is annealed three
    times as often, and so on, until a few finalists are left.
-3. *Improvement.* Each finalist is changed many times. Rules are annealed for the result, starting
-   from the rules before and from plain sentences. Changes cut the strings anew by the present rules
-   (``reparsing``), or make, remove or move all cuts of a kind (``borders``). A change that costs
-   bits is accepted with a probability that decreases with its cost and with time.
+3. *Improvement.* Each finalist is changed many times: its strings are cut anew by the present rules
+   (``reparsing``), or cuts of one kind are changed (``borders``). Then rules are annealed again.
+   A change that costs bits is accepted with a probability that decreases with cost and time.
 4. *Result.* The grammar of the best partition is learned in full.
 
-No sentence is shorter than the shortest, and longer than the longest only where no other cut is
-allowed. A whole string can be shorter. The ends of strings are always cuts.
+Ends of strings are always cuts. A sentence is shorter than the shortest only if it is a whole
+string, and longer than the longest only where no other cut is allowed.
 
 Sources: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 5.2, for the description length of partitions and the
@@ -62,40 +58,26 @@ from motiondb.grammar.sentences.cutting import (
 from motiondb.grammar.sentences.reparsing import cut_by_rules
 
 EVALUATIONS = 4000
-"""Evaluations of a search, unless given. Chosen by hand on strings of known grammars
-(docs/grammar.md), as are the other numbers of evaluations, annealings and changes here."""
-
+"""Evaluations, unless given. The numbers of evaluations, annealings and changes in this module were
+chosen by hand on strings of known grammars (docs/grammar.md)."""
 _SEARCHES = 3
 """Searches for candidates: one that respects repeats, and two that do not."""
-
 _FULLY_SEARCHED = 200
-"""Length of all strings, in symbols, up to which all evaluations are spent. Beyond it their number
-decreases with the square of the length, to limit the time."""
-
+"""Symbols of all strings up to which all evaluations are spent, then fewer, to limit the time."""
 _FINALISTS, _STEPS = 4, 6
-"""Number of partitions that are improved (then half of them, then the best), and number of steps
-of progress."""
-
+"""Partitions that are improved (then half of them, then the best), and steps of progress."""
 _TRIES_A_SYMBOL, _MOST_TRIES = 25, 5000
 """Tries of an annealing for each symbol of the right sides, and at most."""
-
 _CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 20
-"""Most changes of a round for each symbol of the strings, and evaluations that a change counts as.
-The finalists of a round share its changes."""
-
+"""Most changes of a round per symbol of the strings, and evaluations that a change counts as."""
 _FIRST_ANNEALINGS = 6
 """Annealings of each candidate in the first round of the race; three times as many in the next."""
-
 _FRESH, _WARM, _AGAIN = 1, 1, 4
-"""Annealings for a change: from plain sentences, from perturbed rules, and from perturbed rules if
-the cuts stay."""
-
+"""Annealings for a change: from sentences, from perturbed rules, and the same if the cuts stay."""
 _WARMTH = 0.01
 """First temperature of the changes, as a share of the bits. Chosen by hand; not tuned."""
-
 _BY_RULES, _BY_KINDS = 0.4, 0.4
-"""Shares of changes that cut anew by the rules, and that change cuts of one kind. The other
-changes keep the cuts and only anneal the rules again. Chosen by hand; not tuned."""
+"""Shares of changes by the rules and by kinds; others keep the cuts. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
@@ -129,17 +111,7 @@ class Sentences:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A partition with the best rules that were annealed for it so far.
-
-    Attributes
-    ----------
-    cuts : Cuts
-        Places of the inner cuts of each string.
-    rules : RuleSet
-        The best rules.
-    bits : float
-        Description length of rules and sentences.
-    """
+    """A partition, the best rules annealed for it so far, and their description length in bits."""
 
     cuts: Cuts
     rules: RuleSet
@@ -164,7 +136,7 @@ def find_sentences(
     rng : numpy.random.Generator
         Draws candidates, changes and annealings.
     shortest : int, optional
-        Shortest sentence, in symbols. A string that is shorter is one sentence.
+        Shortest sentence, in symbols.
     longest : int, optional
         Longest sentence, in symbols.
     evaluations : int, optional
@@ -172,16 +144,10 @@ def find_sentences(
     progress : callable, optional
         Called with the number of steps done and the number of all steps.
 
-    Returns
-    -------
-    Sentences
-        The best partition, and the grammar learned from it.
-
     Raises
     ------
     GrammarError
-        There is no string, a string is empty, the lengths are not 1 <= shortest <= longest, or the
-        strings have fewer than two different symbols.
+        See :func:`motiondb.grammar.sentences.cutting.cutting_room`.
     """
     lengths = shortest, longest
     total = sum(map(len, strings))
@@ -243,8 +209,7 @@ def race(
     Returns
     -------
     list of Judged
-        A few finalists, where possible with different numbers of sentences; those first, and by
-        ascending bits.
+        Finalists, best first; those with different numbers of sentences before others.
     """
     number = _numbers(strings)
     live = [
@@ -343,6 +308,7 @@ def _cut_anew(
     lengths: tuple[int, int],
     rng: np.random.Generator,
 ) -> Cuts:
+    """Cut by the rules with random prices, whose ranges were chosen by hand and are not tuned."""
     symbols, bounds = join_strings(strings)
     shaken = 4.0 * rng.random() * rng.exponential(size=symbols.size)
     novelty = rng.uniform(0.3, 1.2)
@@ -361,20 +327,8 @@ def _judged(
 ) -> Judged:
     """Return a partition with the best rules that are known or annealed for it.
 
-    Parameters
-    ----------
-    cuts : Cuts
-        The partition.
-    flat : RuleSet
-        One rule for each sentence.
-    rng : numpy.random.Generator
-        Draws the changes.
-    times : tuple of int
-        Annealings from plain sentences, and then from perturbed rules.
-    known : sequence of RuleSet
-        Other rules for these sentences.
-    annealed : bool
-        Whether the other rules were annealed before; else they are annealed here.
+    ``flat`` has one rule for each sentence; ``times`` are the annealings from it, and then from
+    perturbed rules; ``annealed`` says whether the ``known`` rules were annealed before.
     """
     fresh, repeated = times
     candidates = [_annealed(flat, rng) for _ in range(fresh)]
@@ -418,13 +372,7 @@ def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]
     strings : sequence of sequences of str
         Strings of terminals.
     cuts : sequence of sequences of int
-        Inner cuts of each string; none for strings that are sentences already. A cut is the number
-        of the symbol, counted from 0, that begins a sentence.
-
-    Returns
-    -------
-    Sentences
-        The partition, and the grammar learned from it.
+        Inner cuts of each string: the place of the symbol that begins a sentence, from 0 on.
 
     Raises
     ------
