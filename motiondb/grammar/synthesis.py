@@ -1,18 +1,20 @@
-"""A string of terminals as motion: which segment plays each terminal, and how they are joined.
+"""Motion from a string of terminals: choose a segment for each terminal and join the segments.
 
-Notation: position k of the string z_1 ... z_n may be played by any segment i of terminal z_k. A
+Notation: position k of the string z_1 ... z_n has as candidates all segments i of terminal z_k. A
 choice i_1 ... i_n costs
 
     J = sum over k of j(i_k, i_{k+1}),    j(i, i') = |continuation of i - entry of i'|^2
 
-where the entry of a segment is the pose and velocity it begins with, and its continuation is what
-its own take does after it, both in spreads of the takes; a segment and its true successor join at
-no cost. The greedy choice of the paper starts from any segment and always takes the next that joins
-best; the optimal one is found exactly by dynamic programming (:mod:`motiondb.generate.stitching`).
-Positions may be pinned to a segment, so that an edited string keeps its clips elsewhere.
+where the entry of a segment is its first pose and velocity, and its continuation is the pose and
+velocity that follow it in its own take. Both are in units of the standard deviations over the
+takes. A segment and its true successor join at no cost. The greedy choice of the paper starts with
+any segment and always takes the next that joins best. The optimal choice is found exactly by
+dynamic programming (:mod:`motiondb.generate.stitching`). Positions can be pinned to a segment, so
+that an edited string keeps its other segments.
 
-Segments are laid one after the other with blended seams; place on the ground and heading are
-carried on, feet are held while they stand. Every frame knows the take and frame it comes from.
+Segments are placed one after the other with blended seams. The position on the ground and the
+heading continue across seams, and feet are fixed while they are in contact with the ground. Every
+frame has the take and the frame that it comes from.
 
 Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 6.
@@ -36,21 +38,26 @@ if TYPE_CHECKING:
     from motiondb.grammar.terminals.terminals import Terminals
 
 VELOCITY_WEIGHT = 5.0
-"""How much a difference between frames counts against one of poses, both in spreads."""
+"""Weight of velocities (differences between frames) relative to poses, both in units of standard
+deviations. Chosen by hand; not tuned."""
 HELD = np.array([0, *range(4, pose_vectors.N_VALUES)])
-"""Values of a pose vector that have a velocity of their own: height and joints."""
+"""Values of a pose vector whose velocity counts, the height and the joints: the others are
+velocities already."""
 
 
 @dataclass(frozen=True, eq=False)
 class ClipSource:
-    """The takes as synthesis needs them.
+    """The takes in the form that synthesis uses. A take whose capture was removed is missing.
 
     Attributes
     ----------
-    paths : take -> path values (frames, 4) and heading-relative rotations (frames, 21, 4); takes
-        whose capture is gone are missing.
-    edges : take -> pose and velocity at every frame, in spreads: array (frames, values).
-    leg_lengths : take -> metres.
+    paths : mapping of int to pair of arrays
+        For each take the path values (frames, 4) and the heading-relative rotations
+        (frames, 21, 4).
+    edges : mapping of int to array (frames, values)
+        For each take the pose and velocity at every frame, in units of standard deviations.
+    leg_lengths : mapping of int to float
+        Leg length of the actor of each take, metres.
     """
 
     paths: Mapping[int, tuple[FloatArray, FloatArray]]
@@ -60,7 +67,15 @@ class ClipSource:
 
 @dataclass(frozen=True)
 class Choice:
-    """A segment per position, and J, the sum of its join costs."""
+    """A segment for each position, with the cost of the choice.
+
+    Attributes
+    ----------
+    clips : tuple of int
+        Numbers of the segments.
+    cost : float
+        J, the sum of the join costs; no unit.
+    """
 
     clips: tuple[int, ...]
     cost: float
@@ -68,14 +83,24 @@ class Choice:
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
-    """A motion and where its frames come from.
+    """A motion and the source of its frames.
 
     Attributes
     ----------
-    motion : on the canonical body. spans : per position its frames [start, end) in the motion.
-    takes, frames : arrays (frames,), the source that weighs most. edits : per frame what was done.
-    slip : mean ground speed of feet in contact, metres a second; source_slip : that of the
-        segments that were used, as they are in their takes.
+    motion : Motion
+        The motion on the canonical body.
+    spans : tuple of pairs of int
+        Frames [start, end) of each position of the string.
+    takes : array (frames,)
+        Take that each frame comes from; at a seam, the take of greater weight.
+    frames : array (frames,)
+        Frame in that take.
+    edits : tuple of str
+        For each frame, how it was edited.
+    slip : float
+        Mean ground speed of feet in contact, metres a second.
+    source_slip : float
+        The same for the segments as they are in their takes, metres a second.
     """
 
     motion: Motion
@@ -88,11 +113,22 @@ class Synthesis:
 
 
 def clip_source(motions: Mapping[int, Motion]) -> ClipSource:
-    """Return what synthesis needs of the takes, by number.
+    """Prepare takes for synthesis.
+
+    Parameters
+    ----------
+    motions : mapping of int to Motion
+        Take number to motion, for the takes that are available.
+
+    Returns
+    -------
+    ClipSource
+        Paths, rotations and edges of the takes.
 
     Raises
     ------
-    QueryError : there is no take.
+    QueryError
+        There is no take.
     """
     if not motions:
         raise QueryError(
@@ -113,7 +149,10 @@ def _vectors(path: tuple[FloatArray, FloatArray], means: FloatArray) -> FloatArr
 
 
 def _edges(vectors: FloatArray, scale: FloatArray) -> FloatArray:
-    """Pose and velocity at every frame, so that squared differences are means over values."""
+    """Return pose and velocity at every frame (frames, values), for join costs.
+
+    They are scaled so that a squared distance of poses is a mean over the values of a pose.
+    """
     pose = vectors / scale
     speed = np.diff(vectors[:, HELD], axis=0, prepend=vectors[:1, HELD]) / scale[HELD]
     return np.concatenate([pose, VELOCITY_WEIGHT * speed], axis=1) / np.sqrt(pose.shape[1])
@@ -125,15 +164,31 @@ def clip_candidates(
     source: ClipSource,
     pinned: Mapping[int, int] | None = None,
 ) -> tuple[list[stitching.Candidates], list[IntArray]]:
-    """Segments that may play each position, and their numbers in ``terminals``.
+    """Return the candidate segments of each position of a string.
 
     Parameters
     ----------
-    pinned : position -> the segment that plays it.
+    terminals : Terminals
+        Segments and groups.
+    string : sequence of str
+        Names of terminals.
+    source : ClipSource
+        The takes that are available.
+    pinned : mapping of int to int, optional
+        Position to the segment that it must have. A segment that is no candidate is ignored.
+
+    Returns
+    -------
+    candidates : list of Candidates
+        Candidates of each position.
+    numbers : list of arrays (candidates,)
+        Their segment numbers in ``terminals``.
 
     Raises
     ------
-    QueryError : an empty string, a terminal that is none, or one whose clips are all gone.
+    QueryError
+        The string is empty, a name is no terminal of the grammar, or the takes of a terminal are
+        all missing.
     """
     if not string:
         raise QueryError("string: expected at least one terminal, found none. Name some.")
@@ -172,7 +227,20 @@ def _candidates(terminals: Terminals, rows: IntArray, source: ClipSource) -> sti
 
 
 def choose_clips(candidates: Sequence[stitching.Candidates], numbers: Sequence[IntArray]) -> Choice:
-    """Return the segments of least J, exactly (ties: the first in the takes)."""
+    """Return the choice of least J, found exactly; of equal choices the first in the takes.
+
+    Parameters
+    ----------
+    candidates : sequence of Candidates
+        Candidates of each position.
+    numbers : sequence of arrays (candidates,)
+        Their segment numbers.
+
+    Returns
+    -------
+    Choice
+        A segment for each position, and J.
+    """
     picks = stitching.choose(candidates)
     return _choice(candidates, numbers, picks)
 
@@ -182,7 +250,22 @@ def choose_greedily(
     numbers: Sequence[IntArray],
     rng: np.random.Generator,
 ) -> Choice:
-    """As the paper prints it: an arbitrary first segment, then always the one that joins best."""
+    """Return the greedy choice of the paper: a random first segment, then always the best next.
+
+    Parameters
+    ----------
+    candidates : sequence of Candidates
+        Candidates of each position.
+    numbers : sequence of arrays (candidates,)
+        Their segment numbers.
+    rng : numpy.random.Generator
+        Draws the first segment.
+
+    Returns
+    -------
+    Choice
+        A segment for each position, and J.
+    """
     picks = [int(rng.integers(len(numbers[0])))]
     for before, after in pairwise(candidates):
         costs = stitching.join_costs(_only(before, picks[-1]), after)
@@ -209,10 +292,28 @@ def synthesise(
     start: tuple[float, float] = (0.0, 0.0),
     heading: float = 0.0,
 ) -> Synthesis:
-    """Return the motion of segments one after the other, from a place (x, z; metres) and heading.
+    """Join segments to one motion.
 
-    It has as many frames as the segments together; away from seams poses are those of the takes,
-    but for feet that are held.
+    The motion has as many frames as the segments together. Outside the seams, poses are those of
+    the takes, except where feet in contact with the ground are fixed.
+
+    Parameters
+    ----------
+    terminals : Terminals
+        Segments and groups.
+    clips : sequence of int
+        Numbers of the segments, in order.
+    source : ClipSource
+        The takes of these segments.
+    start : tuple of float, optional
+        Position (x, z) of the first frame on the ground, metres.
+    heading : float, optional
+        Heading of the first frame, radians.
+
+    Returns
+    -------
+    Synthesis
+        The motion and the source of its frames.
     """
     rows = np.asarray(clips, dtype=np.int64)
     takes, starts, ends = (a[rows] for a in (terminals.takes, terminals.starts, terminals.ends))
@@ -235,7 +336,10 @@ def synthesise(
 
 
 def _source_slip(pieces: Sequence[stitching.Piece], source: ClipSource) -> float:
-    """Foot slip of the takes within the pieces, every frame as often as it is used."""
+    """Return the mean foot slip within the pieces, as in their takes; metres a second.
+
+    A frame counts as often as it is used.
+    """
     total, count = 0.0, 0
     speeds = {
         take: contact.contact_speeds(pose_vectors.from_path(*source.paths[take]))

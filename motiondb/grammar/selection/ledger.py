@@ -1,37 +1,39 @@
-"""One ledger of bits for terminals, sentences and rules.
+"""Description length of terminals, sentences and rules together, in bits.
 
-More terminals show the motion more exactly, and make the string harder to describe. Both are
-counted in bits: *motion*, to send every frame once its terminal is known; *string*, the sentences
-given the rules; *grammar*, the rules.
+More terminals describe the motion more exactly, but give longer strings and more rules. The ledger
+counts both in bits and has three parts: *motion*, the frames given the terminals; *string*, the
+sentences given the rules; *grammar*, the rules.
 
-The motion is sent as exactly as it is worth telling: to delta metres, root mean square, in the
-distance of poses. Delta is measured in the motion itself (``performance_noise``): half of all half
-seconds have a like one elsewhere that is no farther off. What tells two performances of one action
-apart is below delta and costs next to nothing; what tells two actions apart is above.
+The motion is encoded with a root mean square error of delta metres in the distance of poses. Delta
+is measured in the motion itself (``performance_noise``): it is the median distance from half a
+second of motion to the most similar half second elsewhere. Differences between two performances of
+one action are mostly below delta and cost few bits. Differences between actions are above it.
 
-Poses x_t lie on principal axes. Gaussian axes of variances v_a are sent at mean square error
-delta^2 in
+Poses x_t are given on principal axes. Gaussian axes of variances v_a are encoded with mean square
+error delta^2 in
 
     R(v) = sum_a max(0, 1/2 log2(v_a / theta)),    theta such that sum_a min(theta, v_a) = delta^2
 
-bits a sample, and nothing where sum_a v_a <= delta^2. It is a code in two parts:
+bits a sample, and in 0 bits where sum_a v_a <= delta^2. The code has two parts:
 
-* the frames of the K medoids are sent as poses, v being the variances of poses;
-* the frames of a terminal's other segments are sent as what is left when its medoid, uniformly
-  warped, is taken from them. The left-overs of all terminals share the shares of their axes; each
-  terminal has its own, most likely, size c_k. A size takes 1/2 log2 of the samples it is told from.
+* The frames of the K medoids are encoded as poses; v is the variance of poses.
+* The frames of the other segments of a terminal are encoded as residuals: the difference from the
+  medoid, uniformly warped to the length of the segment. All terminals share one distribution of the
+  residual variance over the axes. Each terminal has its own total variance c_k, the maximum
+  likelihood estimate. This parameter costs 1/2 log2 of the number of samples that it is estimated
+  from.
 
-Motion is smooth, and a frame nearly told by the one before: with correlation rho from frame to
+Motion is smooth, so neighbouring frames are not independent. With correlation rho from frame to
 frame there are (1 - rho) / (1 + rho) independent samples a frame. Each segment also costs log2 of
-the longest length, for its own.
+the greatest length of a segment, for its own length.
 
-A terminal more pays where the segments that it takes over are then better told by more bits than
-its medoid, its name and the longer rules cost. So there is a smallest sum between K = 1 and a
-terminal for every segment; ``terminal_number`` looks for it.
+One more terminal lowers the total if it saves more bits of residuals than its medoid, its symbol
+and the longer rules cost. So the total has a minimum between K = 1 and one terminal a segment;
+``terminal_number`` searches for it.
 
-Sources: J. Rissanen, "Modeling by shortest data description", Automatica 14 (1978), for one ledger
-of all parts and the price of a parameter; T. M. Cover and J. A. Thomas, "Elements of Information
-Theory" (2006), theorem 10.3.3, for the bits of Gaussian axes.
+Sources: J. Rissanen, "Modeling by shortest data description", Automatica 14 (1978), for one total
+of all parts and the cost of a parameter; T. M. Cover and J. A. Thomas, "Elements of Information
+Theory" (2006), theorem 10.3.3, for the rate of Gaussian axes.
 """
 
 from __future__ import annotations
@@ -49,19 +51,32 @@ from motiondb.grammar.terminals.terminals import Terminals
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 
 COARSEST, FINEST = 0.2, 0.02
-"""Bounds of delta, as shares of the root mean square distance of poses from the mean pose: above,
-unlike actions would seem alike; below is the noise of capture itself."""
+"""Bounds of delta, as shares of the root mean square distance of poses from the mean pose. Above
+the upper bound, different actions would be taken as equal; below the lower bound is the noise of
+capture. Chosen by hand; not tuned."""
 
 _WINDOW, _COMPARED = 15, 3
-"""Frames of the half seconds that are compared, and from one to the next that is looked at."""
+"""Frames of a window (half a second at 30 frames a second), and the step in frames: from window to
+window, and between the frames of a window that are compared. Chosen by hand; not tuned."""
 
 _MOST_WINDOWS = 1500
-"""Windows whose like is looked for, evenly spaced."""
+"""Windows whose nearest neighbour is searched for, evenly spaced: about this many, and always fewer
+than twice as many. It limits the time. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
 class Ledger:
-    """Bits of the motion given the terminals, the sentences given the rules, and the rules."""
+    """Description length in its three parts, in bits.
+
+    Attributes
+    ----------
+    motion : float
+        Bits of the frames given the terminals.
+    string : float
+        Bits of the sentences given the rules.
+    grammar : float
+        Bits of the rules.
+    """
 
     motion: float
     string: float
@@ -69,7 +84,7 @@ class Ledger:
 
     @property
     def total(self) -> float:
-        """All bits."""
+        """Sum of the three parts, in bits."""
         return self.motion + self.string + self.grammar
 
 
@@ -81,18 +96,32 @@ def motion_bits(
     medoids: IntArray,
     precision: float,
 ) -> float:
-    """Bits of all frames given the string.
+    """Return the bits of all frames given the string of terminals.
 
     Parameters
     ----------
-    values : array (frames of all takes, axes), poses on axes of their own.
-    starts, ends : array (segments,), rows of ``values``, half-open.
-    labels : array (segments,), terminals. medoids : array (K,), segments.
-    precision : delta, in the unit of ``values``.
+    values : array (frames of all takes, axes)
+        Poses on principal axes, in metres.
+    starts : array (segments,)
+        First row of ``values`` of each segment.
+    ends : array (segments,)
+        Row after the last of each segment.
+    labels : array (segments,)
+        Terminal of each segment.
+    medoids : array (K,)
+        Segment that is the medoid of each terminal.
+    precision : float
+        Delta, in the unit of ``values``.
+
+    Returns
+    -------
+    float
+        Bits; only those of the lengths of segments if nothing moves.
 
     Raises
     ------
-    GrammarError where the precision is not positive.
+    GrammarError
+        The precision is not positive.
     """
     if not precision > 0.0:
         raise GrammarError(
@@ -121,14 +150,27 @@ def motion_bits(
 
 
 def rate(variances: FloatArray, precision: float) -> float:
-    """R(v): bits of a sample of Gaussian axes at a root mean square error of ``precision``.
+    """Return R(v), the bits of a sample of Gaussian axes at a given root mean square error.
+
+    Parameters
+    ----------
+    variances : array (axes,)
+        Variance of each axis, in the unit of ``precision``, squared.
+    precision : float
+        Delta, the root mean square error over all axes together.
+
+    Returns
+    -------
+    float
+        Bits a sample.
 
     >>> rate(np.array([16.0, 0.0]), 1.0), rate(np.array([0.5, 0.25]), 1.0)
     (2.0, 0.0)
     """
     falling = np.sort(variances)[::-1]
     left = precision**2 - (falling.sum() - np.cumsum(falling))
-    # told axes 0..m: theta is what the untold leave of delta^2, shared; the right m tells v > theta
+    # If axes 0..m are encoded, each gets an equal share theta of the part of delta^2 that the other
+    # axes do not use. The right m is the one where exactly the encoded axes have v > theta.
     levels = left / np.arange(1, len(falling) + 1)
     told = np.flatnonzero((levels > 0.0) & (levels < falling))
     if not len(told):
@@ -138,14 +180,23 @@ def rate(variances: FloatArray, precision: float) -> float:
 
 
 def performance_noise(values: Float32Array | FloatArray, bounds: IntArray) -> float:
-    """Delta in metres: how far the likes of half seconds are from them, root mean square; median.
+    """Return delta, the median distance of half seconds of motion to their nearest neighbours.
+
+    The nearest neighbour of a window is searched among the windows that begin at least a second
+    away or in another take. The distance is the root mean square over the compared frames.
 
     Parameters
     ----------
-    values : array (frames of all takes, axes). bounds : array (takes + 1,), as in ``Poses``.
+    values : array (frames of all takes, axes)
+        Poses on principal axes, in metres.
+    bounds : array (takes + 1,)
+        First row of each take, as in ``Poses``; the last entry is the number of rows.
 
-    A like one begins a second or more away, or in another take. Delta is kept within ``FINEST`` and
-    ``COARSEST``; 0 where nothing moves, and ``COARSEST`` where the takes are too short to tell.
+    Returns
+    -------
+    float
+        Metres, limited by ``FINEST`` and ``COARSEST``; 0 if nothing moves; the upper limit if the
+        takes are too short for any comparison.
     """
     poses = np.asarray(values, dtype=np.float64)
     spread = float(np.sqrt(poses.var(axis=0).sum()))
@@ -166,7 +217,17 @@ def performance_noise(values: Float32Array | FloatArray, bounds: IntArray) -> fl
 
 
 def samples_a_frame(poses: FloatArray) -> float:
-    """(1 - rho) / (1 + rho), rho the correlation of poses one frame apart.
+    """Return the number of independent samples a frame, (1 - rho) / (1 + rho).
+
+    Parameters
+    ----------
+    poses : array (frames, axes)
+        Poses. Rho is the correlation of poses one frame apart, at least 0.
+
+    Returns
+    -------
+    float
+        From 0 to 1; 0 if nothing moves or there is only one frame.
 
     >>> samples_a_frame(np.array([[0.0], [1.0]] * 8))
     1.0
@@ -182,7 +243,7 @@ def samples_a_frame(poses: FloatArray) -> float:
 def _residuals(
     poses: FloatArray, starts: IntArray, ends: IntArray, labels: IntArray, medoids: IntArray
 ) -> FloatArray:
-    """Return what the warped medoids leave of the frames: 0 in the medoids themselves."""
+    """Return the frames less their warped medoids (frames, axes); 0 in the medoids themselves."""
     found = np.zeros_like(poses)
     for start, end, label in zip(starts, ends, labels, strict=True):
         first, last = starts[medoids[label]], ends[medoids[label]]
@@ -197,9 +258,28 @@ def make_ledger(
     sentences: Sentences,
     precision: float | None = None,
 ) -> Ledger:
-    """Return the ledger of terminals of takes and of what was learned from their strings.
+    """Return the ledger of the terminals of takes and of the grammar of their strings.
 
-    precision : delta in metres; measured unless given.
+    Parameters
+    ----------
+    takes : sequence of Motion
+        The takes that the terminals were found in, in the same order.
+    terminals : Terminals
+        Segments and groups.
+    sentences : Sentences
+        Sentences and grammar learned from the strings of the terminals.
+    precision : float, optional
+        Delta, metres; by default it is measured by :func:`performance_noise`.
+
+    Returns
+    -------
+    Ledger
+        Bits of the three parts.
+
+    Raises
+    ------
+    GrammarError
+        The precision is negative or not a number.
     """
     poses = make_poses(takes)
     if precision is None:
@@ -208,9 +288,28 @@ def make_ledger(
 
 
 def ledger_of(poses: Poses, terminals: Terminals, sentences: Sentences, precision: float) -> Ledger:
-    """Return the ledger of terminals of poses.
+    """Return the ledger of terminals whose poses are already on principal axes.
 
-    Precision : delta in metres, 0 where nothing moves.
+    Parameters
+    ----------
+    poses : Poses
+        Poses of the takes that the terminals were found in.
+    terminals : Terminals
+        Segments and groups.
+    sentences : Sentences
+        Sentences and grammar learned from the strings of the terminals.
+    precision : float
+        Delta, metres; 0 if nothing moves, and then the motion costs no bits.
+
+    Returns
+    -------
+    Ledger
+        Bits of the three parts.
+
+    Raises
+    ------
+    GrammarError
+        The precision is negative or not a number.
     """
     if precision == 0.0:
         return Ledger(0.0, sentences.bits.sentences, sentences.bits.grammar)

@@ -1,18 +1,19 @@
-"""How many terminals there should be: the fewest whose description is the shortest, but for chance.
+"""The number of terminals: the fewest with which the description length is nearly the shortest.
 
-Every number K that is tried gives a sum of bits (``ledger``), least where terminals are neither too
-coarse for the motion nor too many for what recurs. But terminals are searched for at random: with
-another seed the sum comes out otherwise, by more than neighbouring numbers differ, and the least
-sum is often a lucky one. So the sums are taken for drawn around
+Every number K of terminals that is tried gives a total of bits (``ledger``). The total is least
+where terminals are neither too coarse for the motion nor too many for what recurs. But the search
+for terminals is random: with another seed the total differs by more than the totals of neighbouring
+numbers do, and the least total is often a lucky one. So the totals are modelled as the curve
 
     b_0 + b_1 log K + b_2 K
 
-(left-overs shrink with K; medoids and rules grow), with the standard deviation s about that curve.
-The best number and the next smaller one are tried once more, the better try counts; and of the
-numbers whose sum is above the least by no more than one standard error of two tries, s / sqrt(2),
-the smallest is chosen: a terminal more must earn more than chance gives.
+with random deviations of standard deviation s. (Residuals decrease with K; medoids and rules
+increase.) The best number and the next smaller one are tried once more, and the better try of each
+counts. The choice is the smallest number whose total exceeds the least by at most one standard
+error of the mean of two tries, s / sqrt(2). So further terminals must save more bits than chance
+explains.
 
-Source of the rule of one standard error: L. Breiman, J. H. Friedman, R. A. Olshen and C. J. Stone,
+Source of the one-standard-error rule: L. Breiman, J. H. Friedman, R. A. Olshen and C. J. Stone,
 "Classification and Regression Trees" (1984), section 3.4.3.
 """
 
@@ -36,25 +37,41 @@ from motiondb.grammar.terminals.terminals import (
 from motiondb.records import Motion
 
 CANDIDATES = (4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 30, 36, 44, 52, 60)
-"""Numbers of terminals, about a fifth apart: every fourth is tried, then those between around the
-best."""
+"""Numbers of terminals, each about a fifth above the one before. Every fourth is tried, then those
+near the best. Chosen by hand; not tuned."""
 
 _STEPS, _FIRST = (4, 2, 1), 2
+"""Steps of the search in ``CANDIDATES``, coarse to fine, and the place of the first number that is
+tried. Chosen by hand; not tuned."""
 _TRIES = 2
-"""How often the best number and the next smaller are tried."""
+"""How often the best number and the next smaller one are tried. Chosen by hand; not tuned."""
 _TRIED = 12
-"""How many tries there are, about, for the progress bar."""
+"""Usual number of tries, for the progress bar only."""
 
 _FEWEST_FITTED = 5
-"""Numbers that tell the noise of their sums: three are spent on the curve."""
+"""Fewest numbers to which the curve is fitted. It has three parameters, so that two degrees of
+freedom remain for the deviations."""
 
 Learn = Callable[[Terminals, np.random.Generator], Sentences]
+"""Learns sentences and grammar from the strings of terminals."""
+
 Progress = Callable[[int, int, str], None]
+"""Called with the number of tries that are done, their expected number, and what comes next."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """What was learned with a number of terminals, and its bits."""
+    """The result of one try with a number of terminals.
+
+    Attributes
+    ----------
+    terminals : Terminals
+        The terminals.
+    sentences : Sentences
+        Sentences and grammar learned from their strings.
+    ledger : Ledger
+        Description length of all, in bits.
+    """
 
     terminals: Terminals
     sentences: Sentences
@@ -63,9 +80,16 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """The number of terminals, and the better try of every number that was tried.
+    """The chosen number of terminals, and the better try of every number that was tried.
 
-    noise : s, bits, by which sums differ by chance.
+    Attributes
+    ----------
+    number : int
+        The chosen number.
+    trials : dict of int to Trial
+        The better try of each number, by ascending number.
+    noise : float
+        s, the standard deviation of the totals by chance, in bits; 0 if too few numbers were tried.
     """
 
     number: int
@@ -74,24 +98,32 @@ class Choice:
 
     @property
     def terminals(self) -> Terminals:
-        """Those of the chosen number."""
+        """Terminals of the chosen number."""
         return self.trials[self.number].terminals
 
     @property
     def sentences(self) -> Sentences:
-        """What was learned from them."""
+        """Sentences and grammar learned with the chosen number."""
         return self.trials[self.number].sentences
 
     @property
     def ledgers(self) -> dict[int, Ledger]:
-        """Of each number."""
+        """The ledger of each number that was tried."""
         return {number: trial.ledger for number, trial in self.trials.items()}
 
 
 def search_noise(bits: Mapping[int, float]) -> float:
     """Return the standard deviation of bits about b_0 + b_1 log K + b_2 K, fitted by least squares.
 
-    bits : number of terminals -> the sum that was found for it. 0 for fewer than five numbers.
+    Parameters
+    ----------
+    bits : mapping of int to float
+        Total of bits for each number of terminals.
+
+    Returns
+    -------
+    float
+        s, in bits; 0 for fewer than five numbers.
 
     >>> curve = {k: 900.0 - 200.0 * float(np.log(k)) + 30.0 * k for k in (4, 6, 8, 12, 24)}
     >>> round(search_noise(curve), 6)
@@ -106,14 +138,35 @@ def search_noise(bits: Mapping[int, float]) -> float:
 
 
 def standard_error(noise: float) -> float:
-    """Of the mean of two tries, bits; noise : s, of a single try."""
+    """Return the standard error of the mean of two tries.
+
+    Parameters
+    ----------
+    noise : float
+        s, the standard deviation of one try, in bits.
+
+    Returns
+    -------
+    float
+        Bits.
+    """
     return noise / _TRIES**0.5
 
 
 def choose_number(bits: Mapping[int, float], noise: float) -> int:
     """Return the smallest number within one standard error of the fewest bits.
 
-    bits : number of terminals -> the least sum of its tries. noise : s, of a single try.
+    Parameters
+    ----------
+    bits : mapping of int to float
+        Least total of the tries of each number of terminals, in bits.
+    noise : float
+        s, the standard deviation of one try, in bits.
+
+    Returns
+    -------
+    int
+        Number of terminals.
 
     >>> choose_number({6: 520.0, 8: 503.0, 12: 500.0}, 10.0)
     8
@@ -131,18 +184,34 @@ def choose_terminals(
     learn: Learn | None = None,
     progress: Progress | None = None,
 ) -> Choice:
-    """Terminals, sentences and rules for the number of terminals that bits ask for.
+    """Choose the number of terminals by description length, and learn with it.
 
     Parameters
     ----------
-    candidates : numbers that are all tried. Unless given, some of ``CANDIDATES`` are, from coarse
-        to fine: about ten. Numbers for which the takes are too short are left out.
-    learn : makes the sentences of terminals; :func:`partition.find_sentences` unless given.
-    progress : told how many tries there were, of how many at most.
+    takes : sequence of Motion
+        The takes, at 30 frames a second.
+    rng : numpy.random.Generator
+        Draws the searches for terminals and sentences.
+    candidates : sequence of int, optional
+        Numbers of terminals, all of which are tried. By default about ten of ``CANDIDATES`` are
+        tried, coarse to fine. Numbers for which the takes are too short are left out.
+    settings : TerminalSettings, optional
+        Settings of the search for terminals.
+    learn : callable, optional
+        Learns the sentences of terminals; by default
+        :func:`motiondb.grammar.sentences.partition.find_sentences`.
+    progress : callable, optional
+        Called before each try with the number of tries done, their expected number, and a text.
+
+    Returns
+    -------
+    Choice
+        The chosen number, and the better try of every number that was tried.
 
     Raises
     ------
-    GrammarError where no candidate is given, or the takes are too short for each.
+    GrammarError
+        No candidate is given, or the takes are too short for every candidate.
     """
     learn = learn or _learn
     poses = make_poses(takes)
@@ -178,9 +247,9 @@ def _bits(trials: Mapping[int, Trial]) -> dict[int, float]:
 def _numbers(
     grid: Sequence[int], trials: Mapping[int, Trial], coarse_to_fine: bool
 ) -> Iterator[int]:
-    """Return what is tried, one after another, while ``trials`` fill.
+    """Yield the numbers to try, one by one; read the results so far from ``trials``.
 
-    Then the best two once more.
+    At the end the best number and the next smaller one are yielded once more.
     """
     tried: set[int] = set()
     while waiting := _next_numbers(grid, tried, _bits(trials), coarse_to_fine):
@@ -196,15 +265,16 @@ def _numbers(
 def _next_numbers(
     grid: Sequence[int], tried: Set[int], bits: Mapping[int, float], coarse_to_fine: bool
 ) -> list[int]:
-    """Return what is to be tried next.
+    """Return the numbers to try next; none at the end of the search.
 
-    All, or every fourth, then what is two and one from the best.
+    These are all of the grid. If ``coarse_to_fine``, they are first every fourth number of the
+    grid, then those four, two and one places from the best.
     """
     if not coarse_to_fine:
         return [number for number in grid if number not in tried]
     if not tried:
         return list(grid[_FIRST :: _STEPS[0]])
-    if not bits:  # too many for these takes: fewer, if there are
+    if not bits:  # the takes are too short for all tried: try a smaller number
         return [number for number in reversed(grid) if number < min(tried)][:1]
     place = grid.index(min(bits, key=lambda number: bits[number]))
     for step in _STEPS:

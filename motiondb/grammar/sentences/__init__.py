@@ -1,1 +1,1 @@
-"""From strings of long takes to sentences: repeats, cuts, and their description length."""
+"""Sentences cut from the strings of long takes: cuts, their search, and description length."""

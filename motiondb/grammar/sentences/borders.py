@@ -1,12 +1,13 @@
-"""Cuts of one kind, made or taken or moved together wherever they stand.
+"""Changes of many cuts at once: cuts at borders of one kind are made, removed or moved together.
 
-A border between two symbols is of three kinds at once: *before* the one, *after* the other, and
-*between* both. Where sentences begin or end alike, their borders are all of one kind, and a cut at
-every place of a kind divides no repeat in one occurrence only. So whole partitions are made from
-one kind, and a partition is changed by kinds: single cuts hardly change the bits, for a sentence
-that is cut unlike all others shares nothing with them.
+A border between two symbols is of three kinds at once: *before* the second symbol, *after* the
+first, and *between* the two. Where sentences begin or end in the same way, their borders are of one
+kind. Cuts at all places of a kind treat all occurrences of a repeat alike. So candidate partitions
+are made from one kind each, and a partition is changed kind by kind. A change of a single cut
+hardly changes the bits, because a sentence that is cut unlike all others shares nothing with them.
 
-A partition is given, string by string, by the places of its inner cuts, in rising order.
+A partition is given as the places of the inner cuts of each string, in ascending order. A cut at
+place i is before symbol i of its string.
 """
 
 from __future__ import annotations
@@ -19,22 +20,50 @@ import numpy as np
 from motiondb.grammar.rules.description_length import Sentence
 
 Cuts = tuple[tuple[int, ...], ...]
+"""A partition: the places of the inner cuts of each string, ascending."""
+
 Kind = tuple[str, ...]
+"""Kind of a border: ("before", symbol), ("after", symbol) or ("between", symbol, symbol)."""
+
 Places = dict[Kind, list[tuple[int, int]]]
-"""Where borders of each kind stand: number of the string, place in it."""
+"""Borders of each kind, as number of the string and place in it."""
 
 _FARTHEST = 3
-"""Symbols by which cuts are moved at most."""
+"""Most symbols by which cuts are moved. Chosen by hand; not tuned."""
 
 
 def kinds_at(string: Sentence, place: int) -> tuple[Kind, Kind, Kind]:
-    """Return the kinds of the border before the symbol at a place."""
+    """Return the three kinds of a border.
+
+    Parameters
+    ----------
+    string : sequence of str
+        Symbols.
+    place : int
+        The border is before the symbol at this place, which is not the first.
+
+    Returns
+    -------
+    tuple of Kind
+        The kinds before, after and between.
+    """
     before, after = string[place - 1], string[place]
     return ("before", after), ("after", before), ("between", before, after)
 
 
 def border_places(strings: Sequence[Sentence]) -> Places:
-    """All borders of strings by their kinds, the kinds in order."""
+    """Return all borders between symbols of strings, grouped by kind.
+
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of symbols.
+
+    Returns
+    -------
+    dict of Kind to list of pairs
+        Number of the string and place of each border; the kinds are sorted.
+    """
     found: Places = {}
     for k, string in enumerate(strings):
         for i in range(1, len(string)):
@@ -44,10 +73,24 @@ def border_places(strings: Sequence[Sentence]) -> Places:
 
 
 def recurring_splits(strings: Sequence[Sentence], shortest: int, longest: int) -> list[Cuts]:
-    """Cuts at every place where one symbol follows another, or before or after every symbol.
+    """Return the partitions that cut at all borders of one kind, for each kind.
 
-    Only such partitions are given whose sentences are, in the mean, no shorter than the shortest
-    and no longer than the longest; those that would be too short stay with the one before.
+    A cut that would make a sentence too short is left out. Partitions are kept only if the mean
+    length of their sentences is within the limits.
+
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of symbols.
+    shortest : int
+        Shortest sentence, in symbols.
+    longest : int
+        Limit of the mean length of the sentences, in symbols. Single sentences can be longer.
+
+    Returns
+    -------
+    list of Cuts
+        Different partitions, each with at least one inner cut.
     """
     total = sum(map(len, strings))
     splits: dict[Cuts, None] = {}
@@ -63,7 +106,21 @@ def recurring_splits(strings: Sequence[Sentence], shortest: int, longest: int) -
 
 
 def spaced(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]], shortest: int) -> Cuts:
-    """Return the cuts without those that would make a sentence too short.
+    """Remove cuts that would make a sentence too short, from left to right.
+
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of symbols.
+    cuts : sequence of sequences of int
+        Places of cuts for each string, in any order.
+    shortest : int
+        Shortest sentence, in symbols.
+
+    Returns
+    -------
+    Cuts
+        The cuts that remain.
 
     >>> spaced(["abcdefgh"], [[1, 3, 5, 7]], 3)
     ((3,),)
@@ -79,9 +136,21 @@ def spaced(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]], shortest:
 
 
 def too_long(strings: Sequence[Sentence], cuts: Cuts, lengths: tuple[int, int]) -> bool:
-    """Whether a sentence is longer than the longest, in a string that allows shorter ones.
+    """Return whether a sentence is too long in a string that can be cut into allowed lengths.
 
-    lengths : the shortest and the longest. Five symbols cannot be cut into sentences of 3 or 4:
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of symbols.
+    cuts : Cuts
+        Inner cuts of each string.
+    lengths : tuple of int
+        Shortest and longest sentence, in symbols.
+
+    Returns
+    -------
+    bool
+        Whether there is such a sentence. Five symbols cannot be cut into sentences of 3 or 4:
 
     >>> too_long(["abcde"], ((),), (3, 4)), too_long(["abcdef"], ((),), (3, 4))
     (False, True)
@@ -102,9 +171,27 @@ def change_alike(
     shortest: int,
     rng: np.random.Generator,
 ) -> Cuts:
-    """Return the cuts of a kind, drawn at random, taken away, or moved, or made.
+    """Make, remove or move cuts of one random kind, or move all cuts.
 
-    Or all cuts moved.
+    The probabilities of the changes were chosen by hand; they are not tuned.
+
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of symbols.
+    places : Places
+        Borders of the strings by kind, from :func:`border_places`.
+    cuts : Cuts
+        The present cuts.
+    shortest : int
+        Shortest sentence, in symbols; cuts that would make a shorter one are left out.
+    rng : numpy.random.Generator
+        Draws the change.
+
+    Returns
+    -------
+    Cuts
+        The changed cuts; they can equal the present ones.
     """
     made = [set(inner) for inner in cuts]
     present = [(k, i) for k, inner in enumerate(cuts) for i in inner]

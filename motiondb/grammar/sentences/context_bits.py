@@ -1,22 +1,24 @@
-"""Description length of a partition in a fraction of a millisecond, for the search of cuts.
+"""A fast description length of a partition, for the search of cuts.
 
-A partition is judged by the grammar that contexts give, a family simple enough to be induced
-thousands of times a second:
+A partition is judged by a grammar that is induced from shared contexts. This family of grammars is
+simple enough to be induced thousands of times a second:
 
-1. equal sentences are one rule of S;
-2. of the repeats that the cover has chosen, those that save symbols are nonterminals with one rule;
-3. right sides of one nonterminal that share a beginning and an end become one rule, and what stands
-   between becomes the alternatives of a new nonterminal. The group that saves most bits is taken,
-   until none saves any. Alternatives are grouped further in the same way.
+1. Equal sentences are one rule of S.
+2. Of the repeats that the cover has chosen, those that save symbols become nonterminals with one
+   rule each.
+3. Right sides of one nonterminal that share a beginning and an end become one rule, and their
+   middle parts become the alternatives of a new nonterminal. The group that saves most bits is
+   taken first, until none saves any. Alternatives are grouped further in the same way.
 
-The bits are those of :mod:`motiondb.grammar.rules.description_length` for that grammar: an upper
-bound of what induction finds for the same sentences. :func:`context_rules` returns the grammar.
+The bits are those of :mod:`motiondb.grammar.rules.description_length` for that grammar. They are an
+upper bound of the least description length of the same sentences. :func:`context_rules` returns the
+grammar.
 
-Notation: rights are rows (left, offset, length, count) over one array of symbols. Terminals are 0
-to T - 1, the start symbol T, repeats T + 1 and so on by their number, further nonterminals above.
+Notation: right sides are rows (left, offset, length, count) over one array of symbols. Terminals
+are 0 to T - 1, the start symbol is T, repeat r is T + 1 + r, and further nonterminals follow.
 
-Source: description length from J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from
-Human Motion Data", Computer Graphics Forum 30 (2011), section 5.1.
+Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
+Computer Graphics Forum 30 (2011), section 5.1, for the description length.
 """
 
 from __future__ import annotations
@@ -34,11 +36,12 @@ from motiondb.grammar.sentences.grouping import Size, group_by_contexts
 
 IntArray = npt.NDArray[np.int64]
 _HASH = np.uint64(0x9E3779B97F4A7C15)
-"""Multiplier of the polynomial hash: odd, its bits without pattern (golden ratio of 2^64)."""
+"""Multiplier of the polynomial hash: 2^64 divided by the golden ratio, which is odd and has no
+regular bit pattern."""
 
 
 class _Cover(NamedTuple):
-    """The arrays of a :class:`CoveredString`."""
+    """The arrays of a :class:`CoveredString`, for compiled functions."""
 
     symbols: IntArray
     n_terminals: int
@@ -51,22 +54,26 @@ class _Cover(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CoveredString:
-    """Joined strings with the cover of their repeats, used for many partitions.
+    """Joined strings with the cover of their repeats; made once and used for many partitions.
 
     Attributes
     ----------
     symbols : array (N,)
-        Symbols, with separators at the ends of strings.
+        Symbols, with a separator at the end of each string.
     n_terminals : int
         Number of terminals.
     repeat_at : array (N,)
-        Number of the repeat that begins there, or -1.
-    repeat_starts, repeat_lengths : arrays (R,)
-        Where each repeat first stands, and its length.
+        Number of the repeat of which a chosen occurrence begins here, or -1.
+    repeat_starts : array (R,)
+        Place of one chosen occurrence of each repeat.
+    repeat_lengths : array (R,)
+        Length of each repeat, in symbols.
     inside : array (N,)
         Whether a cut before this symbol would divide a chosen occurrence.
-    hashes, powers : arrays (N + 1,)
-        Hashes of prefixes, with which equal substrings are found without reading them.
+    hashes : array (N + 1,)
+        Hashes of all prefixes. They give the hash of any substring in constant time.
+    powers : array (N + 1,)
+        Powers of the multiplier of the hash.
     """
 
     symbols: IntArray
@@ -80,7 +87,20 @@ class CoveredString:
 
 
 def cover_string(symbols: IntArray, n_terminals: int) -> CoveredString:
-    """Find the cover of a joined string (:func:`motiondb.grammar.rules.repeats.join_strings`)."""
+    """Find the cover of joined strings by repeats.
+
+    Parameters
+    ----------
+    symbols : array (N,)
+        Joined strings, from :func:`motiondb.grammar.rules.repeats.join_strings`.
+    n_terminals : int
+        Number of terminals; greater numbers are separators.
+
+    Returns
+    -------
+    CoveredString
+        The strings with their cover.
+    """
     starts, lengths = cover_repeats(symbols)
     inside = np.zeros(symbols.size, dtype=np.bool_)
     for start, length in zip(starts, lengths, strict=True):
@@ -102,9 +122,21 @@ def cover_string(symbols: IntArray, n_terminals: int) -> CoveredString:
 
 
 def context_bits(covered: CoveredString, starts: IntArray, ends: IntArray) -> float:
-    """Return the description length of the sentences symbols[starts[i]:ends[i]].
+    """Return the description length of sentences by the grammar of their contexts.
 
-    None of them may divide a chosen occurrence.
+    Parameters
+    ----------
+    covered : CoveredString
+        The strings with their cover.
+    starts : array (sentences,)
+        First symbol of each sentence; it is never inside a chosen occurrence.
+    ends : array (sentences,)
+        One past the last symbol of each sentence, separators left out.
+
+    Returns
+    -------
+    float
+        Bits of the rules and of the sentences given the rules.
     """
     n = _rights_at_most(starts)
     table = np.empty((n, 4), dtype=np.int64)
@@ -114,7 +146,22 @@ def context_bits(covered: CoveredString, starts: IntArray, ends: IntArray) -> fl
 
 
 def context_rules(covered: CoveredString, starts: IntArray, ends: IntArray) -> RuleSet:
-    """Return the grammar whose bits :func:`context_bits` counts."""
+    """Return the grammar whose bits :func:`context_bits` counts.
+
+    Parameters
+    ----------
+    covered : CoveredString
+        The strings with their cover.
+    starts : array (sentences,)
+        First symbol of each sentence.
+    ends : array (sentences,)
+        One past the last symbol of each sentence, separators left out.
+
+    Returns
+    -------
+    RuleSet
+        Rules with the number of times that each is used.
+    """
     n = _rights_at_most(starts)
     table = np.empty((n, 4), dtype=np.int64)
     text = np.empty(_text_at_most(starts, ends, covered), dtype=np.int64)
@@ -173,7 +220,10 @@ def _hashes(
 def _context_grammar(
     cover: _Cover, starts: IntArray, ends: IntArray, table: IntArray, text: IntArray
 ) -> tuple[float, int, npt.NDArray[np.bool_]]:
-    """Return bits, the number of rights in ``table``, and which repeats are nonterminals."""
+    """Return bits, the number of right sides in ``table``, and which repeats are nonterminals.
+
+    ``table`` (right sides, 4) and ``text`` are work arrays that are filled.
+    """
     _, n_terminals, _, _, repeat_lengths, hashes, powers = cover
     firsts, counts = _distinct(hashes, powers, starts, ends)
     used = _paying_repeats(cover, starts, ends, firsts)
@@ -204,7 +254,10 @@ def _context_grammar(
 def _write_sentence(
     cover: _Cover, used: npt.NDArray[np.bool_], i: int, stop: int, text: IntArray, end: int
 ) -> int:
-    """Write symbols[i:stop] at ``end``, with the nonterminals of used repeats; where it ends."""
+    """Write symbols[i:stop] to ``text`` from ``end`` on; return the new end.
+
+    Each used repeat is written as its nonterminal.
+    """
     while i < stop:
         number = cover.repeat_at[i]
         if number >= 0 and used[number]:
@@ -224,7 +277,7 @@ def _distinct(
     starts: IntArray,
     ends: IntArray,
 ) -> tuple[IntArray, IntArray]:
-    """Return the first of each group of equal sentences, and how many are in it."""
+    """Return the first sentence of each group of equal sentences, and the size of each group."""
     n = starts.size
     keys = np.empty(n, dtype=np.uint64)
     for s in range(n):
@@ -251,7 +304,7 @@ def _distinct(
 def _paying_repeats(
     cover: _Cover, starts: IntArray, ends: IntArray, firsts: IntArray
 ) -> npt.NDArray[np.bool_]:
-    """Return which repeats stand in different sentences often enough to be worth a rule."""
+    """Return which repeats occur often enough in different sentences for a rule to save symbols."""
     repeat_at, repeat_lengths = cover.repeat_at, cover.repeat_lengths
     counts = np.zeros(repeat_lengths.size, dtype=np.int64)
     for s in firsts:

@@ -1,18 +1,18 @@
-"""Cuts of strings drawn at random, and improved one by one: many partitions judged quickly.
+"""Random search of cuts: many partitions are drawn, changed and judged quickly.
 
-The ends of strings are cuts that always stand. Further cuts may stand anywhere but inside a chosen
-occurrence of a repeat (``repeats.cover_repeats``) and no nearer to each other than the shortest
-sentence; sentences longer than the longest are made only where nothing else is allowed. A
-candidate is judged by the grammar that ``context_bits`` induces for it. In a *free* room no repeat
-is chosen, and cuts may stand anywhere: in a long string some repeat lies over almost every true
-border by chance alone.
+The ends of strings are always cuts. Further cuts are allowed anywhere except inside a chosen
+occurrence of a repeat (``repeats.cover_repeats``), and no nearer to each other than the shortest
+sentence. Sentences longer than the longest are made only where no other cut is allowed. A candidate
+is judged by the grammar that ``context_bits`` induces for it. In a *free* room no repeats are
+chosen, so that cuts are allowed anywhere: in a long string, nearly every true border lies inside
+some repeat by chance.
 
-The paper draws candidates at random and keeps the best. Here a fourth of the evaluations is spent
-in that way, with the same draws. The rest goes on from the best: single cuts are moved, added and
-taken out, and stretches of the strings, or all, are cut anew where the grammar of the present
-sentences would gain most, its gains shaken at random (``recutting``). A change that costs bits is
-still accepted with a probability that falls with the cost and with time (simulated annealing), for
-the bits change by leaps. The best of all is returned: it is never worse than the fourth drawn.
+The paper draws candidates at random and keeps the best. Here a quarter of the evaluations does the
+same. The others change the best candidate: single cuts are moved, added and removed, or a part of
+the strings, or all, is cut anew by the symbols that sentences share, with random changes of these
+gains (``recutting``). A change that costs bits is accepted with a probability that decreases with
+its cost and with time (simulated annealing), because the bits have many local minima. The best
+candidate of all is returned, so the result is never worse than the best one drawn.
 
 Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 5.2.
@@ -37,21 +37,39 @@ from motiondb.grammar.sentences.recutting import recut
 
 IntArray = npt.NDArray[np.int64]
 Progress = Callable[[int, int], None]
-"""Told how much is done, of how much."""
+"""Called with the number of steps that are done, and the number of all steps."""
 
 SHORTEST = 3
+"""Shortest sentence, in symbols, unless given. Chosen by hand; not tuned."""
 LONGEST = 20
+"""Longest sentence, in symbols, unless given. Chosen by hand; not tuned."""
 _DRAWN = 0.25
+"""Share of the evaluations that are spent on random candidates. Chosen by hand; not tuned."""
 _SINGLE = 0.3
-"""Share of changes that are of one cut."""
+"""Share of the changes that change one cut. Chosen by hand; not tuned."""
 
 _WARMTH = 0.004
-"""First temperature, as a share of the bits of the best candidate drawn."""
+"""First temperature of the annealing, as a share of the bits of the best candidate. Chosen by hand;
+not tuned."""
 
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Where cuts may stand: the covered strings, their bounds, and what lengths are wished."""
+    """Strings with the places where cuts are allowed, and the limits of sentence lengths.
+
+    Attributes
+    ----------
+    covered : CoveredString
+        The joined strings with their cover.
+    bounds : tuple of int
+        Where each string begins, and the length of the joined strings.
+    allowed : tuple of int
+        Places in the joined strings where inner cuts are allowed, ascending.
+    shortest : int
+        Shortest sentence, in symbols.
+    longest : int
+        Longest sentence, in symbols.
+    """
 
     covered: CoveredString
     bounds: tuple[int, ...]
@@ -60,16 +78,37 @@ class Room:
     longest: int
 
     def spans(self, cuts: Sequence[int]) -> tuple[IntArray, IntArray]:
-        """Return starts and ends of sentences.
+        """Return the spans of the sentences between cuts.
 
-        The separators at the ends of strings are left out.
+        Parameters
+        ----------
+        cuts : sequence of int
+            Inner cuts, as places in the joined strings.
+
+        Returns
+        -------
+        starts : array (sentences,)
+            First symbol of each sentence.
+        ends : array (sentences,)
+            One past the last symbol, the separators at the ends of strings left out.
         """
         starts = np.union1d(np.array(cuts, dtype=np.int64), np.array(self.bounds[:-1]))
         ends = np.append(starts[1:], self.bounds[-1])
         return starts, ends - np.isin(ends, self.bounds)
 
     def bits(self, cuts: Sequence[int]) -> float:
-        """Return description length of the partition."""
+        """Return the description length of a partition.
+
+        Parameters
+        ----------
+        cuts : sequence of int
+            Inner cuts, as places in the joined strings.
+
+        Returns
+        -------
+        float
+            Bits, as :func:`.context_bits.context_bits` counts them.
+        """
         return context_bits(self.covered, *self.spans(cuts))
 
 
@@ -80,12 +119,29 @@ def cutting_room(
     *,
     free: bool = False,
 ) -> Room:
-    """Return the cuts that strings allow; in a free room, repeats forbid none.
+    """Find where cuts are allowed in strings.
+
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of symbols.
+    shortest : int, optional
+        Shortest sentence, in symbols.
+    longest : int, optional
+        Longest sentence, in symbols.
+    free : bool, optional
+        Whether cuts are allowed inside repeats.
+
+    Returns
+    -------
+    Room
+        The strings with the allowed places.
 
     Raises
     ------
-    GrammarError where there is no string, one is empty, lengths make no sense, or all strings hold
-    one and the same symbol only.
+    GrammarError
+        There is no string, a string is empty, the lengths are not 1 <= shortest <= longest, or the
+        strings have fewer than two different symbols.
     """
     if not 1 <= shortest <= longest:
         raise GrammarError(
@@ -130,7 +186,26 @@ def _uncovered(covered: CoveredString) -> CoveredString:
 def search_cuts(
     room: Room, rng: np.random.Generator, evaluations: int, progress: Progress | None = None
 ) -> tuple[tuple[int, ...], float]:
-    """Return the cuts of fewest bits that so many evaluations find, and their bits."""
+    """Search for the cuts of fewest bits: first at random, then by simulated annealing.
+
+    Parameters
+    ----------
+    room : Room
+        Strings with the allowed places.
+    rng : numpy.random.Generator
+        Draws candidates and changes.
+    evaluations : int
+        Number of partitions that are judged.
+    progress : callable, optional
+        Called after each evaluation.
+
+    Returns
+    -------
+    cuts : tuple of int
+        The best cuts, as places in the joined strings.
+    bits : float
+        Their description length.
+    """
     drawn = max(1, round(_DRAWN * evaluations))
     best, best_bits = draw_best(room, rng, drawn, progress, evaluations)
     current, bits = best, best_bits
@@ -155,7 +230,28 @@ def draw_best(
     progress: Progress | None = None,
     of: int = 0,
 ) -> tuple[tuple[int, ...], float]:
-    """Return the best of so many random candidates: the paper's search."""
+    """Return the best of many random candidates: the search of the paper.
+
+    Parameters
+    ----------
+    room : Room
+        Strings with the allowed places.
+    rng : numpy.random.Generator
+        Draws the candidates.
+    evaluations : int
+        Number of candidates.
+    progress : callable, optional
+        Called after each evaluation.
+    of : int, optional
+        Number of all steps that ``progress`` is called with; ``evaluations`` if 0.
+
+    Returns
+    -------
+    cuts : tuple of int
+        The best cuts, as places in the joined strings.
+    bits : float
+        Their description length.
+    """
     best: tuple[int, ...] = ()
     best_bits = math.inf
     for number in range(evaluations):
@@ -169,9 +265,22 @@ def draw_best(
 
 
 def draw_cuts(room: Room, rng: np.random.Generator) -> tuple[int, ...]:
-    """Return a random candidate.
+    """Draw a random candidate, from left to right.
 
-    From each cut to the next, a wished length, as near as is allowed.
+    A typical length is drawn for the candidate, and for each sentence a length of 0.5 to 1.5 times
+    that. The next cut is at the allowed place that is nearest to this length.
+
+    Parameters
+    ----------
+    room : Room
+        Strings with the allowed places.
+    rng : numpy.random.Generator
+        Draws the lengths.
+
+    Returns
+    -------
+    tuple of int
+        Inner cuts, as places in the joined strings.
     """
     cuts: list[int] = []
     typical = int(rng.integers(room.shortest, room.longest + 1))
@@ -190,7 +299,7 @@ def draw_cuts(room: Room, rng: np.random.Generator) -> tuple[int, ...]:
 
 
 def _changed(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tuple[int, ...]:
-    """One cut moved, added or taken out at random; the same cuts where that is not allowed."""
+    """Return the cuts with one moved, added or removed; unchanged where that is not allowed."""
     kind = rng.random()
     edges = sorted({*cuts, *room.bounds})
     if kind < 0.6 and cuts:
@@ -217,7 +326,10 @@ def _recut(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tuple
 def _placed(
     room: Room, cuts: tuple[int, ...], low: int, high: int, rng: np.random.Generator
 ) -> tuple[int, ...]:
-    """Add a random cut between two neighbouring edges; neither sentence becomes too long."""
+    """Add a random cut between two neighbouring edges.
+
+    Neither sentence becomes too long if an allowed place permits it.
+    """
     places = _between(room.allowed, low + room.shortest, high - room.shortest + 1)
     fitting = [
         place for place in places if max(place - low, high - place) <= room.longest
@@ -228,5 +340,5 @@ def _placed(
 
 
 def _between(places: Sequence[int], low: int, high: int) -> Sequence[int]:
-    """Return the rising places from low up to, not including, high."""
+    """Return those of ascending places that are at least ``low`` and less than ``high``."""
     return places[bisect_left(places, low) : bisect_right(places, high - 1)]

@@ -1,10 +1,11 @@
 """Group right sides by the beginnings and ends that they share, as long as that saves bits.
 
-The compiled part of :mod:`.context_bits`. Rights are rows (left, offset, length, count) of
-``table`` over the symbols in ``text``. A group of g rights of one nonterminal with h, that share p
-symbols at the beginning and q at the end, becomes one right with a new nonterminal between; what is
-left of each is an alternative of it. That saves (p + q)(g - 1) - 3 symbols, and nodes cost log2(h -
-g + 1) in place of log2 h, those inside the group log2 g more.
+This is the compiled part of :mod:`.context_bits`. Right sides are rows (left, offset, length,
+count) of ``table`` over the symbols in ``text``. Let a nonterminal have h right sides, of which g
+share p symbols at the beginning and q at the end. Grouping replaces these g by one right side with
+a new nonterminal between beginning and end, and their middle parts become its alternatives. That
+saves (p + q)(g - 1) - 3 symbols. Each tree node of the old nonterminal then costs log2(h - g + 1)
+bits in place of log2 h, and each node of the new one costs log2 g bits more.
 """
 
 from __future__ import annotations
@@ -18,14 +19,27 @@ from motiondb.grammar.induction.rule_arrays import compiled
 from motiondb.records import FloatArray, IntArray
 
 _SHARED = 16
-"""Lengths of beginnings and ends below which it is noted which pairs were counted already."""
+"""Pairs of lengths (p, q) below this are counted once for each right side; longer ones may be
+counted again. It affects only the time. Chosen by hand; not tuned."""
 
 _LEAST_SAVED = 1e-9
-"""Bits that a group must save; below is rounding."""
+"""Bits that a group must save. Smaller savings can be rounding errors."""
 
 
 class Size(NamedTuple):
-    """Size of a grammar: right sides, symbols of the text, symbols of all rules, nonterminals."""
+    """Size of a grammar.
+
+    Attributes
+    ----------
+    n_rights : int
+        Number of right sides.
+    n_text : int
+        Number of symbols in the text.
+    length : int
+        Number of symbols of all rules written one after the other, with left sides and separators.
+    n_nonterminals : int
+        Number of nonterminals.
+    """
 
     n_rights: int
     n_text: int
@@ -34,7 +48,7 @@ class Size(NamedTuple):
 
 
 class _Rights(NamedTuple):
-    """Right sides, with what they share.
+    """Right sides, and the lengths of the beginnings and ends that they share.
 
     Attributes
     ----------
@@ -42,8 +56,10 @@ class _Rights(NamedTuple):
         Rows (left, offset, length, count).
     text : array (symbols,)
         The right sides.
-    begins, closes : arrays (rights, rights)
-        Lengths of the common beginning and end of two right sides i < j of one left side.
+    begins : array (rights, rights)
+        Length of the common beginning of two right sides i < j of one left side.
+    closes : array (rights, rights)
+        Length of their common end.
     slot : array (rights,)
         Number of the left side among the arrays of :class:`_Lefts`.
     """
@@ -56,7 +72,7 @@ class _Rights(NamedTuple):
 
 
 class _Lefts(NamedTuple):
-    """Tree nodes and alternatives of each left side."""
+    """Number of tree nodes and number of alternatives of each left side."""
 
     nodes: FloatArray
     alternatives: IntArray
@@ -74,25 +90,31 @@ class _Group(NamedTuple):
 def group_by_contexts(
     table: IntArray, text: IntArray, size: Size, n_terminals: int, n_repeats: int
 ) -> tuple[int, int, int, float]:
-    """Take the groups that save most until none saves.
+    """Make groups, each time the one that saves most bits, until none saves any.
 
     Parameters
     ----------
     table : array (rights, 4)
-        Rows (left, offset, length, count), with room for new ones; changed in place.
+        Rows (left, offset, length, count), with space for new ones; changed in place.
     text : array (symbols,)
-        The right sides, with room for new ones; changed in place.
+        The right sides, with space for new ones; changed in place.
     size : Size
-        Size of the grammar.
-    n_terminals, n_repeats : int
-        Terminals, and repeats that may be nonterminals.
+        Size of the grammar before.
+    n_terminals : int
+        Number of terminals.
+    n_repeats : int
+        Number of repeats, whose symbols are reserved.
 
     Returns
     -------
-    n_rights, length, n_nonterminals : int
-        The new size.
+    n_rights : int
+        Number of right sides.
+    length : int
+        Number of symbols of all rules.
+    n_nonterminals : int
+        Number of nonterminals.
     bits : float
-        Bits of the sentences.
+        Bits of the sentences given the rules.
     """
     n_rights, end, length, n_nonterminals = size
     n_most = table.shape[0]
@@ -129,7 +151,7 @@ def group_by_contexts(
 def _add_left(
     rights: _Rights, lefts: _Lefts, members: IntArray, i: int, new: int, n_lefts: int
 ) -> None:
-    """Note a new left side ``n_lefts`` for the members, and compare what changed."""
+    """Record a new left side ``n_lefts`` of the members, and compare the changed right sides."""
     slot = rights.slot
     slot[new] = slot[i]
     lefts.alternatives[slot[i]] -= members.size - 1
@@ -149,11 +171,11 @@ def _add_left(
 def _best_group(
     rights: _Rights, lefts: _Lefts, n_rights: int, length: int, alphabet: int
 ) -> _Group:
-    """Return the group that saves most; i is -1 if none saves."""
+    """Return the group that saves most bits; its i is -1 if none saves any."""
     slot = rights.slot
     now, more = np.log2(alphabet), np.log2(alphabet + 1)
     best, best_group = _LEAST_SAVED, _Group(-1, 0, 0)
-    # many others share the same beginning and end with i: their group is the same, counted once
+    # Right sides that share the same beginning and end with i give the same group: count it once.
     seen = np.full((_SHARED, _SHARED), -1, dtype=np.int64)
     for i in range(n_rights):
         h = lefts.alternatives[slot[i]]
@@ -186,7 +208,7 @@ def _count_members(rights: _Rights, n_rights: int, group: _Group) -> tuple[int, 
 
 @njit(cache=True)
 def _members(rights: _Rights, n_rights: int, group: _Group) -> IntArray:
-    """Return the members of a group, rising."""
+    """Return the numbers of the members of a group, ascending."""
     members = np.empty(n_rights, dtype=np.int64)
     g = 0
     for r in range(n_rights):
@@ -198,7 +220,7 @@ def _members(rights: _Rights, n_rights: int, group: _Group) -> IntArray:
 
 @compiled
 def _in_group(rights: _Rights, group: _Group, r: int) -> bool:
-    """Whether a right side belongs to a group."""
+    """Return whether right side r belongs to a group; False for its own right side i."""
     low, high = min(group.i, r), max(group.i, r)
     fits = rights.slot[group.i] == rights.slot[r] and low != high
     fits = fits and rights.table[r, 2] >= group.p + group.q
@@ -209,7 +231,10 @@ def _in_group(rights: _Rights, group: _Group, r: int) -> bool:
 
 @compiled
 def _compare(rights: _Rights, i: int, j: int) -> None:
-    """Note the common beginning and end of two right sides, together at most the shorter one."""
+    """Record the lengths of the common beginning and end of two right sides i < j.
+
+    Their sum is at most the length of the shorter right side.
+    """
     table, text = rights.table, rights.text
     a, b = table[i, 1], table[j, 1]
     n, m = table[i, 2], table[j, 2]
@@ -228,9 +253,9 @@ def _compare(rights: _Rights, i: int, j: int) -> None:
 def _take(
     rights: _Rights, members: IntArray, new: int, end: int, group: _Group, symbol: int
 ) -> int:
-    """Make a group one right side, row ``new``, its members the alternatives of ``symbol``.
+    """Replace a group by one right side, row ``new``; return the new end of the text.
 
-    Returns the end of the text.
+    The middle parts of the members become the alternatives of ``symbol``.
     """
     table, text, p, q = rights.table, rights.text, group.p, group.q
     i = members[0]

@@ -1,27 +1,25 @@
-"""Cut strings into sentences: the partition that is described in the fewest bits.
+"""Cut strings into sentences: search for the partition of shortest description length.
 
-A partition costs the bits of the rules learned from its sentences, and of the sentences given the
-rules. To learn rules in full takes seconds, so partitions race:
+The description length of a partition is the bits of the rules learned from its sentences, and of
+the sentences given the rules. Learning rules in full takes seconds, so partitions compete:
 
-1. *Candidates.* The paper's: drawn and improved so that no cut divides a chosen repeat
-   (``cutting``). In a long string, though, some repeat lies over nearly every true border by
-   chance: of strings of ten and more sentences of known grammars the cover leaves one border in
-   ten to be cut. So further candidates are cut freely, and others wherever one symbol follows
-   another, or before or after every occurrence of a symbol (``borders``).
-2. *Race.* Rules are annealed from each candidate; a third, those of fewest bits, is annealed three
+1. *Candidates.* The paper's candidates do not divide a chosen repeat (``cutting``). But in strings
+   of ten and more sentences, repeats cover about nine true borders in ten by chance. So others are
+   cut without regard to repeats, or at all borders of one kind (``borders``).
+2. *Race.* Rules are annealed for each candidate. The third with the fewest bits is annealed three
    times as often, and so on, until a few finalists are left.
-3. *Improve.* Each finalist is changed again and again, and rules annealed for what results, from
-   the rules before and from plain sentences: strings are cut anew where the present rules say so
-   (``reparsing``), or all cuts of a kind are made, taken away or moved (``borders``). A change that
-   costs bits is accepted with a probability that falls with the cost and with time.
-4. The best is learned from in full.
+3. *Improvement.* Each finalist is changed many times: its strings are cut anew by the present rules
+   (``reparsing``), or cuts of one kind are changed (``borders``). Then rules are annealed again.
+   A change that costs bits is accepted with a probability that decreases with cost and time.
+4. *Result.* The grammar of the best partition is learned in full.
 
-No sentence is shorter than the shortest; longer than the longest only where nothing else is
-allowed. The ends of strings are cuts that always stand.
+Ends of strings are always cuts. A sentence is shorter than the shortest only if it is a whole
+string, and longer than the longest only where no other cut is allowed.
 
-Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
-Computer Graphics Forum 30 (2011), section 5.2, for partitions judged by their bits and the cover of
-repeats; O. Maron and A. W. Moore, "The Racing Algorithm", Artificial Intelligence Review 11 (1997).
+Sources: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
+Computer Graphics Forum 30 (2011), section 5.2, for the description length of partitions and the
+cover of repeats; O. Maron and A. W. Moore, "The Racing Algorithm", Artificial Intelligence Review
+11 (1997), for races.
 """
 
 from __future__ import annotations
@@ -60,43 +58,40 @@ from motiondb.grammar.sentences.cutting import (
 from motiondb.grammar.sentences.reparsing import cut_by_rules
 
 EVALUATIONS = 4000
+"""Evaluations, unless given. The numbers of evaluations, annealings and changes in this module were
+chosen by hand on strings of known grammars (docs/grammar.md)."""
 _SEARCHES = 3
-"""Rooms searched for candidates: the covered one, and the free one twice."""
-
+"""Searches for candidates: one that respects repeats, and two that do not."""
 _FULLY_SEARCHED = 200
-"""Symbols of strings up to which as many evaluations are spent as are wished; then fewer."""
-
+"""Symbols of all strings up to which all evaluations are spent, then fewer, to limit the time."""
 _FINALISTS, _STEPS = 4, 6
-"""Partitions that are improved: all, then half, then the best. Steps of progress told."""
-
+"""Partitions that are improved (then half of them, then the best), and steps of progress."""
 _TRIES_A_SYMBOL, _MOST_TRIES = 25, 5000
-"""Tries of each annealing."""
-
+"""Tries of an annealing for each symbol of the right sides, and at most."""
 _CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 20
-"""Changes of each finalist at most, and of how many evaluations one change takes the place."""
-
+"""Most changes of a round per symbol of the strings, and evaluations that a change counts as."""
 _FIRST_ANNEALINGS = 6
-"""Annealings of each candidate in the first heat; three times as many in the next."""
-
+"""Annealings of each candidate in the first round of the race; three times as many in the next."""
 _FRESH, _WARM, _AGAIN = 1, 1, 4
-"""Annealings that judge a change, from plain sentences and from rules taken apart; and from rules
-taken apart where the cuts stay."""
-
+"""Annealings for a change: from sentences, from perturbed rules, and the same if the cuts stay."""
 _WARMTH = 0.01
-"""First temperature of changes, as a share of the bits."""
-
+"""First temperature of the changes, as a share of the bits. Chosen by hand; not tuned."""
 _BY_RULES, _BY_KINDS = 0.4, 0.4
-"""Shares of changes that cut anew by the rules, and alike at borders of a kind; else the rules
-alone are learned further."""
+"""Shares of changes by the rules and by kinds; others keep the cuts. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
 class Sentences:
-    """A partition of strings and what was learned from it.
+    """A partition of strings, and the grammar learned from it.
 
-    cuts : for each string the places of its inner cuts, in rising order.
-    sentences : all sentences, string by string.
-    induction : the grammar, how it was found, and its bits with those of the sentences.
+    Attributes
+    ----------
+    cuts : tuple of tuples of int
+        Places of the inner cuts of each string, ascending.
+    sentences : tuple of tuples of str
+        All sentences, string by string.
+    induction : Induction
+        The grammar, how it was found, and the description length.
     """
 
     cuts: tuple[tuple[int, ...], ...]
@@ -116,7 +111,7 @@ class Sentences:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A partition with the best rules that were annealed for it so far."""
+    """A partition, the best rules annealed for it so far, and their description length in bits."""
 
     cuts: Cuts
     rules: RuleSet
@@ -134,10 +129,25 @@ def find_sentences(
 ) -> Sentences:
     """Cut strings of terminals into sentences and learn their grammar.
 
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of terminals.
+    rng : numpy.random.Generator
+        Draws candidates, changes and annealings.
+    shortest : int, optional
+        Shortest sentence, in symbols.
+    longest : int, optional
+        Longest sentence, in symbols.
+    evaluations : int, optional
+        Effort: evaluations of candidates, and changes in proportion; fewer for long strings.
+    progress : callable, optional
+        Called with the number of steps done and the number of all steps.
+
     Raises
     ------
-    GrammarError where there is no string, one is empty, lengths make no sense, or all strings hold
-    one and the same symbol only.
+    GrammarError
+        See :func:`motiondb.grammar.sentences.cutting.cutting_room`.
     """
     lengths = shortest, longest
     total = sum(map(len, strings))
@@ -170,7 +180,7 @@ def _searched(
     rng: np.random.Generator,
     evaluations: int,
 ) -> Iterator[Cuts]:
-    """Return the best of a search of the covered room, and of the free room."""
+    """Yield the best partition of each search: one in the covered room, two in the free room."""
     free = cutting_room(strings, *lengths, free=True)
     for searched in (room, free, free):
         found, _ = search_cuts(searched, rng, max(1, evaluations // _SEARCHES))
@@ -185,9 +195,21 @@ def _by_string(cuts: Sequence[int], room: Room) -> Cuts:
 def race(
     strings: Sequence[Sentence], candidates: Sequence[Cuts], rng: np.random.Generator
 ) -> list[Judged]:
-    """Return a few of the candidates, those for which annealing finds the fewest bits.
+    """Select the candidates for which annealing finds the fewest bits.
 
-    Best first.
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of terminals.
+    candidates : sequence of Cuts
+        Partitions of the strings; equal ones count once.
+    rng : numpy.random.Generator
+        Draws the annealings.
+
+    Returns
+    -------
+    list of Judged
+        Finalists, best first; those with different numbers of sentences before others.
     """
     number = _numbers(strings)
     live = [
@@ -214,7 +236,7 @@ def race(
 
 
 def _unlike(judged: Sequence[Judged]) -> list[Judged]:
-    """Return the best of each number of sentences; others only if there are too few numbers."""
+    """Return finalists: the best of each number of sentences, then others if these are too few."""
     chosen: dict[int, Judged] = {}
     for one in judged:
         chosen.setdefault(sum(map(len, one.cuts)), one)
@@ -229,7 +251,26 @@ def improve(
     rng: np.random.Generator,
     changes: int,
 ) -> Judged:
-    """Return the best partition that so many changes lead to; the one given at worst."""
+    """Improve a partition by random changes (simulated annealing).
+
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of terminals.
+    begun : Judged
+        The partition to begin with.
+    lengths : tuple of int
+        Shortest and longest sentence, in symbols.
+    rng : numpy.random.Generator
+        Draws changes and annealings.
+    changes : int
+        Number of changes that are tried.
+
+    Returns
+    -------
+    Judged
+        The partition of fewest bits that was found; at worst ``begun``.
+    """
     number, places = _numbers(strings), border_places(strings)
     current = best = begun
     seen = {begun.cuts}
@@ -267,6 +308,7 @@ def _cut_anew(
     lengths: tuple[int, int],
     rng: np.random.Generator,
 ) -> Cuts:
+    """Cut by the rules with random prices, whose ranges were chosen by hand and are not tuned."""
     symbols, bounds = join_strings(strings)
     shaken = 4.0 * rng.random() * rng.exponential(size=symbols.size)
     novelty = rng.uniform(0.3, 1.2)
@@ -285,20 +327,8 @@ def _judged(
 ) -> Judged:
     """Return a partition with the best rules that are known or annealed for it.
 
-    Parameters
-    ----------
-    cuts : Cuts
-        The partition.
-    flat : RuleSet
-        One rule for each sentence.
-    rng : numpy.random.Generator
-        Draws the changes.
-    times : tuple of int
-        Annealings from plain sentences, and then from perturbed rules.
-    known : sequence of RuleSet
-        Other rules for these sentences.
-    annealed : bool
-        Whether the other rules were annealed before; else they are annealed here.
+    ``flat`` has one rule for each sentence; ``times`` are the annealings from it, and then from
+    perturbed rules; ``annealed`` says whether the ``known`` rules were annealed before.
     """
     fresh, repeated = times
     candidates = [_annealed(flat, rng) for _ in range(fresh)]
@@ -326,7 +356,7 @@ def _numbers(strings: Sequence[Sentence]) -> dict[str, int]:
 
 
 def _flat(strings: Sequence[Sentence], cuts: Cuts, number: dict[str, int]) -> RuleSet:
-    """One rule a sentence."""
+    """Return the rules with one right side of the start symbol for each different sentence."""
     counted: Counter[tuple[int, ...]] = Counter()
     for string, inner in zip(strings, cuts, strict=True):
         for a, b in pairwise((0, *inner, len(string))):
@@ -335,11 +365,19 @@ def _flat(strings: Sequence[Sentence], cuts: Cuts, number: dict[str, int]) -> Ru
 
 
 def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]) -> Sentences:
-    """Learn from a partition that is given: by the user, or no cuts for strings that are sentences.
+    """Learn the grammar of a given partition.
+
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of terminals.
+    cuts : sequence of sequences of int
+        Inner cuts of each string: the place of the symbol that begins a sentence, from 0 on.
 
     Raises
     ------
-    GrammarError where cuts are no rising places inside their string.
+    GrammarError
+        The cuts of a string are not ascending places inside it, or a string is empty.
     """
     for number, (string, inner) in enumerate(zip(strings, cuts, strict=True), start=1):
         edges = [0, *inner, len(string)]

@@ -1,13 +1,14 @@
-"""Strings cut again, exactly: the cheapest cuts where each place has a gain.
+"""Cut strings again: exact search of the cheapest cuts, given a gain for each place.
 
-Rules cost at least two symbols for every sentence, less what its beginning and end share with those
-of others. So, given a partition, a cut at a place gains as many symbols as what follows it has in
-common with the best of the other sentences' beginnings, and what precedes it with their ends; and
-every cut has a price. The cuts of largest gain that keep the allowed lengths are found exactly, by
-dynamic programming over the allowed places. Gains that are shaken at random lead elsewhere each
-time; where only some places may be chosen anew and the rest stays, it is a large neighbourhood.
+Rules cost at least two symbols for every sentence, less the symbols that its beginning and end
+share with other sentences. So, given a partition, the gain of a cut at a place is the number of
+symbols that what follows has in common with the best beginning of another sentence, and what
+precedes with the best end. Every cut also has a price. The cuts of least total cost that keep the
+allowed lengths are found exactly, by dynamic programming over the allowed places. Random changes of
+the gains give different cuts each time. Where only some places are chosen anew and the rest stays,
+this is a large neighbourhood search.
 
-Sources: R. Bellman, "Dynamic Programming" (1957), for cheapest paths; D. Pisinger and S. Ropke,
+Sources: R. Bellman, "Dynamic Programming" (1957), for shortest paths; D. Pisinger and S. Ropke,
 "Large Neighborhood Search", Handbook of Metaheuristics (2010).
 """
 
@@ -23,12 +24,15 @@ IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 _TOO_LONG = 1e3
+"""Cost, in symbols, of each symbol above the longest sentence: more than many cuts cost."""
 _MOST_SHARED = 6
+"""Most symbols that are compared at a beginning or an end. Chosen by hand; not tuned."""
 _LOCAL = 0.7
-"""Share of recuts that leave everything outside one stretch as it is."""
+"""Share of recuts that change cuts only in one part of the strings. Chosen by hand; not tuned."""
 
 _PRICE = 2.6
-"""Symbols that a sentence costs about: its left side, a separator, its number among the others."""
+"""Approximate cost of a sentence in symbols: its left side, a separator, and its number among the
+alternatives. Chosen by hand; not tuned."""
 
 
 def recut(
@@ -39,15 +43,30 @@ def recut(
     cuts: Sequence[int],
     rng: np.random.Generator,
 ) -> tuple[int, ...]:
-    """All strings, or what lies in a stretch of two to eight sentences, cut anew.
+    """Cut strings anew, all of them or a part as long as two to eight of the longest sentences.
 
-    A cut costs ``_PRICE`` symbols, less a random part of what sentences there would share with
-    present ones, less random symbols.
+    A cut costs ``_PRICE`` symbols, less a random share of the symbols that the sentences there
+    would have in common with present ones, less a random number of symbols.
 
     Parameters
     ----------
-    symbols : array (N,), joined strings. bounds : their begins, and N. allowed : places for cuts.
-    lengths : the shortest sentence and the longest. cuts : the present ones.
+    symbols : array (N,)
+        Joined strings.
+    allowed : sequence of int
+        Places where cuts are allowed.
+    bounds : sequence of int
+        Where each string begins, and N.
+    lengths : tuple of int
+        Shortest and longest sentence, in symbols.
+    cuts : sequence of int
+        The present cuts.
+    rng : numpy.random.Generator
+        Draws the part and the costs.
+
+    Returns
+    -------
+    tuple of int
+        The new inner cuts, ascending.
     """
     shortest, longest = lengths
     places = np.union1d(np.array(allowed, dtype=np.int64), np.array(bounds))
@@ -70,18 +89,26 @@ def recut(
 def cheapest_cuts(
     places: IntArray, fixed: BoolArray, costs: FloatArray, shortest: int, longest: int
 ) -> IntArray:
-    """Return the places of least cost, the fixed ones among them.
+    """Choose places of least total cost, with all fixed places among them.
 
     Parameters
     ----------
-    places : array (P,), rising; the first and the last are fixed.
-    fixed : array (P,), whether a place must be chosen. costs : array (P,), of choosing it.
-    shortest, longest : symbols from one chosen place to the next. Two fixed places may be nearer;
-        each symbol above the longest costs as much as many cuts.
+    places : array (P,)
+        Places, ascending; the first and the last are fixed.
+    fixed : array (P,)
+        Whether the place must be chosen.
+    costs : array (P,)
+        Cost of choosing the place, in symbols; it can be negative.
+    shortest : int
+        Least distance between neighbouring chosen places, in symbols. Two fixed places can be
+        nearer.
+    longest : int
+        Greatest distance, in symbols. Each symbol above it costs as much as many cuts.
 
     Returns
     -------
-    array, numbers of the chosen places, rising.
+    array (chosen places,)
+        Indices of the chosen places, ascending.
     """
     n = places.size
     least = np.full(n, np.inf)
@@ -111,10 +138,24 @@ def cheapest_cuts(
 
 @njit(cache=True)
 def shared_symbols(symbols: IntArray, places: IntArray, cuts: IntArray) -> FloatArray:
-    """How many symbols after each place, and before it, are shared at the best of other cuts.
+    """Count the symbols that the surroundings of each place share with those of the best cuts.
 
-    places, cuts : arrays (P,) and (C,), of places in ``symbols``; beginnings and ends are compared
-    each for itself, up to six symbols.
+    The symbols after a place and those before it are compared separately, so that each can have
+    another best cut; at most six symbols are counted on each side.
+
+    Parameters
+    ----------
+    symbols : array (N,)
+        Joined strings.
+    places : array (P,)
+        Places in ``symbols``.
+    cuts : array (C,)
+        Cuts to compare with, as places in ``symbols``; a place is not compared with itself.
+
+    Returns
+    -------
+    array (P,)
+        Number of shared symbols, after and before together.
     """
     found = np.zeros(places.size)
     for k in range(places.size):

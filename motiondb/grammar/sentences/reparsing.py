@@ -30,7 +30,7 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 
 
 class _Rows(NamedTuple):
-    """Rules as rows (left, offset, length, alternatives of the left side) over a text."""
+    """Rules as rows (left, offset, length, number of alternatives of the left side) over a text."""
 
     table: IntArray
     text: IntArray
@@ -46,22 +46,28 @@ def cut_by_rules(
     novelty: float = 1.0,
     shaken: FloatArray | None = None,
 ) -> tuple[tuple[int, ...], ...]:
-    """Return for each string the places of the inner cuts of least price.
+    """Return the inner cuts of least price for each string.
 
     Parameters
     ----------
     symbols : array (N,)
         Joined strings, see :func:`motiondb.grammar.rules.repeats.join_strings`.
     bounds : array (strings + 1,)
-        Where each string begins; a separator ends each string.
+        Where each string begins, and N; the last symbol of each string is a separator.
     rule_set : RuleSet
         Acyclic rules over the same terminals.
     lengths : tuple of int
-        Shortest and longest sentence. A string that cannot be cut so stays whole.
-    novelty : float
-        Factor of the price of new rules: the lower, the more is cut anew.
+        Shortest and longest sentence, in symbols. A string that cannot be cut into such sentences
+        stays whole.
+    novelty : float, optional
+        Factor of the price of new rules. A lower factor gives more new sentences.
     shaken : array (N,), optional
-        Bits that are added to the price of a sentence that begins there.
+        Bits that are added to the price of a sentence that begins at each symbol.
+
+    Returns
+    -------
+    tuple of tuples of int
+        Places of the inner cuts of each string, ascending.
 
     >>> rules = RuleSet(3, {3: {(0, 4): 3}, 4: {(1,): 2, (2,): 1}})  # S -> a A, A -> b | c
     >>> symbols, bounds = np.array([0, 1, 0, 2, 0, 1, 3]), np.array([0, 7])
@@ -69,7 +75,7 @@ def cut_by_rules(
     ((2, 4),)
     """
     shortest, longest = lengths
-    longest = min(longest, int(np.diff(bounds).max()) - 1)  # a wish for more takes no more room
+    longest = min(longest, int(np.diff(bounds).max()) - 1)  # more only takes memory
     price = sentence_prices(symbols, rule_set, longest, novelty)
     if shaken is not None:
         price += shaken[:, None]
@@ -83,12 +89,26 @@ def cut_by_rules(
 def sentence_prices(
     symbols: IntArray, rule_set: RuleSet, longest: int, novelty: float = 1.0
 ) -> FloatArray:
-    """Return bits of each part as a sentence.
+    """Return the price of each part of the strings as a sentence.
 
-    Array (N, longest + 1), by first symbol and length.
+    Parameters
+    ----------
+    symbols : array (N,)
+        Joined strings, see :func:`motiondb.grammar.rules.repeats.join_strings`.
+    rule_set : RuleSet
+        Acyclic rules over the same terminals.
+    longest : int
+        Length of the longest part, in symbols.
+    novelty : float, optional
+        Factor of the price of new rules.
+
+    Returns
+    -------
+    array (N, longest + 1)
+        Bits by first symbol and length; infinite where the part contains a separator.
     """
     order = rule_set.order()
-    assert order is not None  # the laws of rule sets: none derives itself
+    assert order is not None  # by the invariants of a rule set, no nonterminal derives itself
     order.reverse()
     number = {left: place for place, left in enumerate(order)}
     n_terminals = rule_set.n_terminals
@@ -110,7 +130,7 @@ def sentence_prices(
 
 @njit(cache=True)
 def _derivation_bits(symbols: IntArray, rows: _Rows, longest: int) -> Float32Array:
-    """Return bits of deriving each part from each nonterminal: array (V, N, longest + 1)."""
+    """Return the bits of deriving each part from each of V nonterminals (V, N, longest + 1)."""
     n, table = symbols.size, rows.table
     n_lefts = table[:, 0].max() + 1
     bits = np.full((n_lefts, n, longest + 1), np.inf, dtype=np.float32)
@@ -138,7 +158,10 @@ def _derivation_bits(symbols: IntArray, rows: _Rows, longest: int) -> Float32Arr
 def _read_terminal(
     now: Float32Array, reach: int, i: int, symbols: IntArray, symbol: int
 ) -> tuple[Float32Array, int]:
-    """Extend the bits of prefixes from i by a terminal; they, and the longest prefix (-1: none)."""
+    """Extend the prefixes that begin at i by a terminal.
+
+    Return their bits by length, and the length of the longest; -1 if there is none.
+    """
     n, longest = symbols.size, len(now) - 1
     new = np.full(longest + 1, np.inf, dtype=np.float32)
     new_reach = -1
@@ -153,7 +176,10 @@ def _read_terminal(
 def _read_nonterminal(
     now: Float32Array, reach: int, i: int, below: Float32Array
 ) -> tuple[Float32Array, int]:
-    """Extend the bits of prefixes from i by a nonterminal of bits ``below`` (N, lengths)."""
+    """Extend the prefixes that begin at i by a nonterminal, with bits ``below`` (N, lengths).
+
+    Return their bits by length, and the length of the longest; -1 if there is none.
+    """
     n, longest = below.shape[0], len(now) - 1
     new = np.full(longest + 1, np.inf, dtype=np.float32)
     new_reach = -1
@@ -171,7 +197,7 @@ def _read_nonterminal(
 def _new_rule_bits(
     symbols: IntArray, bits: Float32Array, n_terminals: int, letter: float
 ) -> FloatArray:
-    """Return bits of each part as the right side of a new rule: array (N, longest + 1)."""
+    """Return the bits of each part as the right side of a new rule (N, longest + 1)."""
     n_lefts, n, width = bits.shape
     new = np.full((n + 1, width), np.inf)
     new[:, 0] = 0.0
@@ -191,7 +217,7 @@ def _new_rule_bits(
 
 @njit(cache=True)
 def _cheapest(price: FloatArray, shortest: int) -> IntArray:
-    """Return the inner cuts of least price of one string, price by first symbol and length."""
+    """Return the inner cuts of least price of one string, given prices (N, longest + 1)."""
     n, width = price.shape
     least = np.full(n + 1, np.inf)
     before = np.zeros(n + 1, dtype=np.int64)

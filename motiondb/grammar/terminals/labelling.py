@@ -1,29 +1,29 @@
-"""Read a motion that was not learned from as a string of a grammar's terminals.
+"""Read a motion that the grammar was not learned from as a string of its terminals.
 
 Notation: x_0 ... x_{T-1} the poses of the motion; s_k the medoid of terminal k. A reading cuts the
 motion into segments [t_i, t_{i+1}) with terminals k_i and costs
 
     C = sum over i of ( (t_{i+1} - t_i) D([t_i, t_{i+1}), s_{k_i}) + c )
 
-with D the distance under uniform time warping by which terminals were found, so that a segment
-costs what it would add to their error. A segment is as long as those of its terminal: between their
-shortest and longest, a tenth more or less. The reading of least C is found exactly by dynamic
-programming over all cuts and terminals.
+where D is the distance under uniform time warping by which the terminals were found, so that a
+segment costs what it would add to their error. The length of a segment is between the shortest and
+the longest of its terminal, with a tolerance of a tenth. The reading of least C is found exactly,
+by dynamic programming over all cuts and terminals.
 
-The price c of a segment keeps the motion from being cut more finely than the takes were. It is set
-so that the takes of the grammar, read in this way, have as many segments as they have.
+The price c of a segment prevents finer cuts than those of the takes. It is set so that readings of
+the grammar's own takes have about as many segments as the takes have.
 
-Every segment gets its nearest terminal, even if nothing is near. So a reading holds D, and the
-reader knows how far the members of terminals are from their medoids: a segment that is farther is
-unlike anything known. This reach is the lesser of two bounds: 19 of 20 members lie within the
-first; the second is 2.5 standard deviations of log D above its median, robustly estimated.
-Terminals that gather leftover segments would widen the first, few members that differ much the
-second.
+Every segment gets the terminal of least cost, even if no terminal is near. So a reading includes D,
+and the reader has a reach, an estimate of how far members of terminals are from their medoids. A
+segment that is farther than the reach is unlike any terminal. The reach is the smaller of two
+bounds. The first is the distance within which 19 of 20 members lie. The second is 2.5 standard
+deviations of log D above its median, robustly estimated. Terminals that collect leftover segments
+would make the first too wide, and a few members that differ much would make the second too wide.
 
-Sources: D and medoids as in J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from
-Human Motion Data" (2011), section 4; the reading of unseen motion is ours. 2.5 robust standard
-deviations: P. J. Rousseeuw and A. M. Leroy, "Robust Regression and Outlier Detection" (1987),
-chapter 1.
+Sources: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
+Computer Graphics Forum 30 (2011), section 4, for D and medoids; P. J. Rousseeuw and A. M. Leroy,
+"Robust Regression and Outlier Detection" (1987), chapter 1, for 2.5 robust standard deviations. The
+paper does not read unseen motion; this method is our own.
 """
 
 from __future__ import annotations
@@ -43,43 +43,50 @@ if TYPE_CHECKING:
     from motiondb.grammar.terminals.terminals import Terminals
 
 SLACK = 0.1
-"""How much longer or shorter than those of its terminal a segment may be. Chosen by hand."""
+"""Tolerance of the length of a segment, as a share of the shortest and longest segment of its
+terminal. Chosen by hand; not tuned."""
 
 WITHIN, DEVIATIONS = 0.95, 2.5
-"""Share of the members, and standard deviations of log D above its median, within reach: 19 of 20
-by convention, and 2.5 after Rousseeuw and Leroy."""
+"""Share of the members within the first bound of the reach, and standard deviations of log D above
+its median for the second: 19 of 20 by convention, and 2.5 after Rousseeuw and Leroy."""
 
 FEWEST_MEMBERS = 5
-"""Members, medoids not counted, below which no reach is estimated. Chosen by hand."""
+"""Fewest members, medoids not counted, from which a reach is estimated. Chosen by hand; not
+tuned."""
 
 _LEAST_DISTANCE = 1e-3
-"""Metres; smaller distances are raised to this before their logarithm is taken."""
+"""Metres. Smaller distances are set to this before the logarithm. Chosen by hand; not tuned."""
 
 _HALVINGS = 7
-"""Halvings of the interval of prices. Chosen by hand: more change few segments."""
+"""Bisection steps for the price. Chosen by hand: more steps change few segments."""
 
 _LONGEST_PRICE = 120.0
-"""Upper bound of the price, as frames at the mean least distance: four seconds."""
+"""Upper bound of the price: the cost of this many frames (four seconds) at the mean least distance.
+Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reader:
-    """What a reading needs: medoids, lengths that are allowed, and the price.
+    """Terminals in the form for reading: medoids, allowed lengths, price and reach.
 
     Attributes
     ----------
     names : tuple of str
         The terminals.
     poses : array (frames of all medoids, 70)
-        Medoids end to end, as :func:`motiondb.grammar.terminals.pose_distance.pose_vectors`.
+        Poses of the medoids, one medoid after the other, from
+        :func:`motiondb.grammar.terminals.pose_distance.pose_vectors`.
     bounds : array (K + 1,)
-        Where each medoid begins.
-    shortest, longest : arrays (K,)
-        Frames of a segment of each terminal.
+        First row of each medoid; the last entry is the number of rows.
+    shortest : array (K,)
+        Fewest frames of a segment of each terminal.
+    longest : array (K,)
+        Most frames of a segment of each terminal.
     price : float
-        c, metres times frames.
+        c, the price of a segment, metres times frames.
     reach : float
-        How far members are usually from their medoids, metres; NaN if there are too few members.
+        Distance within which members usually are of their medoids, metres; NaN if there are too
+        few members.
     """
 
     names: tuple[str, ...]
@@ -97,16 +104,18 @@ class Reading:
 
     Attributes
     ----------
-    starts, ends : arrays (segments,)
-        Frames; the segments tile the motion.
+    starts : array (segments,)
+        First frame of each segment; the segments tile the motion.
+    ends : array (segments,)
+        One past the last frame of each segment.
     labels : array (segments,)
-        Terminals.
+        Terminal of each segment, as index of ``names``.
     distances : array (segments,)
-        D, metres.
+        D of each segment to the medoid of its terminal, metres.
     names : tuple of str
         Names of the terminals.
     reach : float
-        The reader's: a segment that is farther is unlike anything known.
+        Reach of the reader, metres. A segment that is farther is unlike any terminal.
     """
 
     starts: IntArray
@@ -118,22 +127,27 @@ class Reading:
 
     @property
     def string(self) -> tuple[str, ...]:
-        """Names of the terminals in order."""
+        """Name of the terminal of each segment, in order."""
         return tuple(self.names[k] for k in self.labels)
 
 
 def make_reader(terminals: Terminals, motions: Mapping[int, Motion]) -> Reader:
-    """Make a reader from terminals and their takes; the price is set by reading these takes.
+    """Make a reader from terminals and their takes; set the price by reading these takes.
 
-    A terminal whose medoid's take is missing is represented by the segment of an available take
-    whose length is nearest to the medoid's; without one, the terminal is left out.
+    If the take of a medoid is missing, the medoid is replaced by the member from an available take
+    whose length is nearest. If there is none, the terminal is left out.
 
     Parameters
     ----------
     terminals : Terminals
         Segments and groups.
-    motions : mapping
+    motions : mapping of int to Motion
         Take number to motion, for the takes that are available.
+
+    Returns
+    -------
+    Reader
+        The reader.
 
     Raises
     ------
@@ -163,17 +177,17 @@ def make_reader(terminals: Terminals, motions: Mapping[int, Motion]) -> Reader:
 
 
 def find_reach(distances: FloatArray) -> float:
-    """Return how far members of terminals are usually from their medoids; see the module.
+    """Return the distance within which members usually are of their medoids; see the module.
 
     Parameters
     ----------
     distances : array (members,)
-        Metres, medoids left out.
+        D of members to the medoids of their terminals, metres; medoids are left out.
 
     Returns
     -------
     float
-        Metres; NaN if there are fewer than ``FEWEST_MEMBERS``.
+        The reach, metres; NaN if there are fewer than ``FEWEST_MEMBERS`` members.
 
     >>> round(find_reach(np.array([0.1, 0.1, 0.1, 0.1, 0.1, 0.5])), 6)
     0.1
@@ -182,7 +196,7 @@ def find_reach(distances: FloatArray) -> float:
         return float(np.nan)
     logs = np.log(np.maximum(distances, _LEAST_DISTANCE))
     middle = float(np.median(logs))
-    deviation = 1.4826 * float(np.median(np.abs(logs - middle)))  # as of a normal distribution
+    deviation = 1.4826 * float(np.median(np.abs(logs - middle)))  # for a normal distribution
     widest = float(np.exp(middle + DEVIATIONS * deviation))
     return min(float(np.quantile(distances, WITHIN)), widest)
 
@@ -205,10 +219,7 @@ def _member_distances(
 
 
 def _stand_ins(terminals: Terminals, vectors: Mapping[int, FloatArray]) -> dict[int, int]:
-    """Return the segment that represents each terminal.
-
-    Its medoid, or another if that is missing.
-    """
+    """Return the segment that represents each terminal: its medoid, or a member in its place."""
     lengths = terminals.ends - terminals.starts
     clips = {}
     for k, medoid in enumerate(terminals.medoids.tolist()):
@@ -222,7 +233,10 @@ def _stand_ins(terminals: Terminals, vectors: Mapping[int, FloatArray]) -> dict[
 
 
 def _price(reader: Reader, tables: Sequence[FloatArray], wanted: int) -> float:
-    """Return the price that gives the takes the wanted number of segments, by bisection."""
+    """Return the lowest price found by bisection that gives at most the wanted segments.
+
+    If no price that was tried does, return the upper bound.
+    """
     mean = float(np.mean([table.min(axis=1).mean() for table in tables]))
     low, high = 0.0, _LONGEST_PRICE * mean
     for step in range(_HALVINGS + 1):
@@ -235,7 +249,19 @@ def _price(reader: Reader, tables: Sequence[FloatArray], wanted: int) -> float:
 
 
 def read_string(reader: Reader, motion: Motion) -> Reading:
-    """Return the reading of least cost.
+    """Read a motion as a string of terminals, with least cost.
+
+    Parameters
+    ----------
+    reader : Reader
+        The terminals.
+    motion : Motion
+        The motion, at 30 frames a second.
+
+    Returns
+    -------
+    Reading
+        Segments with their terminals and distances.
 
     Raises
     ------
@@ -254,7 +280,7 @@ def read_string(reader: Reader, motion: Motion) -> Reading:
 
 
 def _table(reader: Reader, values: FloatArray) -> FloatArray:
-    """Return distances of all poses to those of the medoids: array (frames, frames of medoids)."""
+    """Return the distances of all poses to those of the medoids (frames, frames of medoids)."""
     a, b = values, reader.poses
     squares = np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1)[None] - 2.0 * (a @ b.T)
     return np.sqrt(np.maximum(squares, 0.0))
@@ -263,7 +289,7 @@ def _table(reader: Reader, values: FloatArray) -> FloatArray:
 def _read(
     reader: Reader, table: FloatArray, price: float
 ) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
-    """Return starts, ends, labels and D; empty if no segments of the allowed lengths tile it."""
+    """Return starts, ends, labels and D of the segments; empty if no allowed segments tile it."""
     n_frames = len(table)
     starts, labels, costs = _best_cuts(table, reader.bounds, reader.shortest, reader.longest, price)
     cuts, kinds, parts = [], [], []
@@ -281,7 +307,7 @@ def _read(
 
 @njit(cache=True, inline="always")
 def _distance(table: FloatArray, start: int, length: int, low: int, size: int) -> float:
-    """Return D of ``length`` frames from ``start`` on to the medoid that begins at ``low``."""
+    """Return D between ``length`` frames from ``start`` and ``size`` medoid frames from ``low``."""
     total = 0.0
     if length >= size:
         for m in range(length):
@@ -296,7 +322,10 @@ def _distance(table: FloatArray, start: int, length: int, low: int, size: int) -
 def _best_cuts(
     table: FloatArray, bounds: IntArray, shortest: IntArray, longest: IntArray, price: float
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return per end (0 ... frames) the last segment of the best reading: start, terminal, D."""
+    """Return the last segment of the best reading up to each frame: start, terminal and D.
+
+    Each is an array (frames + 1,); start and terminal are -1 where there is no reading.
+    """
     n_frames = len(table)
     best = np.full(n_frames + 1, np.inf)
     best[0] = 0.0
