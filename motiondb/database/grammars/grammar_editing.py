@@ -140,7 +140,7 @@ def offer(
         region = edit.region_at(tree, at)
         region = edit.wider(tree, region, levels[0])
         region = edit.narrower(tree, region, levels[1])
-    except context_free.GrammarError as error:  # it is the question that does not fit
+    except context_free.GrammarError as error:  # the region was asked for by the user
         raise QueryError(str(error)) from None
     rng = np.random.default_rng(seed)
     found = edit.alternatives(material.learned.grammar, tree, region, n, rng)
