@@ -133,11 +133,9 @@ def learn_grammar(
     try:
         with store.released(database):
             found = _search(database, infos, motions, settings, rng, tell)
-    except parse.ParseError:  # a fault of ours: what is learned parses
+    except parse.ParseError:  # an internal fault: a learned grammar parses its sentences
         raise
-    except (
-        context_free.GrammarError
-    ) as error:  # these captures, or so many terminals, were the wrong wish
+    except context_free.GrammarError as error:  # the captures or the number of terminals do not fit
         raise QueryError(str(error)) from None
     tell("parses", 0.0, 1.0)
     learned = _record(name, infos, found, motions)
