@@ -143,7 +143,7 @@ def format_tree(tree: context_free.Tree) -> str:
     """
     parts: list[str] = []
     waiting: list[context_free.Tree | str] = [tree]
-    while waiting:  # no recursion, for derivations can be deep
+    while waiting:  # a loop, because derivations can be too deep for recursion
         item = waiting.pop()
         if isinstance(item, str):
             parts.append(item)
