@@ -8,7 +8,7 @@ takes, by the difference
 
 The probabilities are those that search uses; they include the captions that people wrote. If the
 database has learned motion symbols, a terminal also gets the symbols that cover most of the time
-of its segments. Both use the one table of symbols of the database.
+of its segments. The database therefore keeps a single table of motion symbols.
 """
 
 from __future__ import annotations
