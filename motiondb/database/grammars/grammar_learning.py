@@ -157,7 +157,8 @@ class _Found:
     """The terminals with their motion symbols, and the sentences.
 
     ``symbols`` holds -1 where a terminal is not a motion symbol. ``tried`` maps each number of
-    terminals that was tried to its description length; ``noise`` is the noise of these lengths.
+    terminals that was tried to its ledger; ``noise`` is the standard deviation, in bits, by which
+    the sums of the ledgers differ by chance.
     """
 
     terminals: Terminals
