@@ -125,7 +125,7 @@ def draw_trees(
     Raises
     ------
     MotionDBError
-        When there is no tree, or the path cannot be written.
+        When there is no tree, the ending is not .png, or the file cannot be written.
     """
     return style.save_png(trees_figure(trees, title, colours), path)
 
