@@ -101,7 +101,7 @@ def draw_strings(
     Raises
     ------
     MotionDBError
-        When there is nothing to draw, or the path cannot be written.
+        When there is nothing to draw, the ending is not .png, or the file cannot be written.
     """
     return style.save_png(strings_figure(cards, bars, title), path)
 
