@@ -1,8 +1,8 @@
-"""Captures as strings: every terminal as the figure that stands for it, every take as a bar.
+"""Draw captures as strings: a card with figures for each terminal, and a bar for each take.
 
-Above, a card for each terminal: its name on its colour, the words known for it, and three moments
-of its medoid, the segment that stands for all others of its name. Below, each take as a bar of
-coloured terminals over time, its sentences numbered under it.
+The cards are above. A card shows the name of the terminal on its colour, its words, and three
+frames of its medoid, the segment that represents the terminal. The bars are below. A bar shows the
+coloured terminals of a take over time, with the numbered sentences under them.
 """
 
 from __future__ import annotations
@@ -23,16 +23,34 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH, _LEFT, _RIGHT, _TITLE = 12.0, 0.95, 0.25, 0.45
+"""Width of the page, left margin, right margin and height of the title, in inches. Chosen by hand;
+not tuned."""
 _CARD, _CARDS, _LANE, _NAME, _GAP, _AXIS = 1.45, 6, 0.2, 0.2, 0.1, 0.22
-"""Inches, and cards in a row."""
+"""Height of a card, number of cards in a row, height of a lane, of a name, of a gap and of the time
+axis. All but the number are in inches. Chosen by hand; not tuned."""
 _SECONDS_PER_ROW, _MAX_ROWS = 20.0, 40
+"""Fewest seconds in a row of a bar, unless all bars are shorter, and the number of rows above which
+rows become longer. Chosen by hand; not tuned."""
 _CLOSE = 0.8
-"""Share of their widths that figures in a card have at least: who lies is drawn smaller."""
+"""Least width of a card, as a share of the sum of the widths of its figures. A lying figure is wide
+and is therefore drawn smaller. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True, eq=False)
 class TerminalCard:
-    """A terminal: its name, what is written beside it, its tint's number, and its medoid."""
+    """A terminal with the motion that represents it.
+
+    Attributes
+    ----------
+    name : str
+        Name of the terminal.
+    text : str
+        Text beside the name, such as its words. It is cut if it is too long.
+    key : int
+        Number of its tint.
+    motion : Motion
+        The medoid.
+    """
 
     name: str
     text: str
@@ -42,7 +60,17 @@ class TerminalCard:
 
 @dataclass(frozen=True)
 class StringBar:
-    """A take of ``seconds`` with its timelines: the terminals, and what else is known."""
+    """A take with its timelines.
+
+    Attributes
+    ----------
+    name : str
+        Name of the take.
+    seconds : float
+        Duration of the take.
+    timelines : sequence of Timeline
+        The terminals, and further timelines such as the sentences; times in seconds.
+    """
 
     name: str
     seconds: float
@@ -52,12 +80,28 @@ class StringBar:
 def draw_strings(
     cards: Sequence[TerminalCard], bars: Sequence[StringBar], path: str | Path, title: str = ""
 ) -> Path:
-    """Write terminals and strings as PNG.
+    """Draw terminals and strings as PNG.
+
+    Parameters
+    ----------
+    cards : sequence of TerminalCard
+        The terminals.
+    bars : sequence of StringBar
+        The takes.
+    path : str or Path
+        The file, with the ending .png.
+    title : str, optional
+        Title of the picture.
+
+    Returns
+    -------
+    Path
+        The file that was written.
 
     Raises
     ------
     MotionDBError
-        where there is nothing to draw, or the path cannot be written.
+        When there is nothing to draw, the ending is not .png, or the file cannot be written.
     """
     return style.save_png(strings_figure(cards, bars, title), path)
 
@@ -65,7 +109,27 @@ def draw_strings(
 def strings_figure(
     cards: Sequence[TerminalCard], bars: Sequence[StringBar], title: str = ""
 ) -> Figure:
-    """The picture as a figure: an axes for each card, then one for each line of each row."""
+    """Return the picture as a figure: axes for each card, then for each timeline of each row.
+
+    Parameters
+    ----------
+    cards : sequence of TerminalCard
+        The terminals.
+    bars : sequence of StringBar
+        The takes.
+    title : str, optional
+        Title of the picture.
+
+    Returns
+    -------
+    Figure
+        The figure.
+
+    Raises
+    ------
+    MotionDBError
+        When there is nothing to draw.
+    """
     from matplotlib.figure import Figure as MplFigure
 
     if not cards and not bars:
@@ -93,7 +157,7 @@ def strings_figure(
 
 
 def _rows(bar: StringBar, seconds: float) -> list[tuple[str, float, float, list[Timeline]]]:
-    """Rows of a bar: name, start and stop (seconds), the parts of its timelines."""
+    """Divide a bar into rows: name, start and stop in seconds, and the timelines between them."""
     starts = [0.0]
     while starts[-1] + seconds < bar.seconds - 1e-9:
         starts.append(starts[-1] + seconds)
@@ -109,6 +173,7 @@ def _rows(bar: StringBar, seconds: float) -> list[tuple[str, float, float, list[
 
 
 def _draw_cards(figure: Figure, cards: Sequence[TerminalCard], height: float) -> None:
+    """Draw the cards in rows; ``height`` is the height of the page in inches."""
     width = (_WIDTH - 0.5) / _CARDS
     for number, card in enumerate(cards):
         row, column = divmod(number, _CARDS)
@@ -124,7 +189,7 @@ def _draw_cards(figure: Figure, cards: Sequence[TerminalCard], height: float) ->
 
 
 def _draw_card(axes: Axes, card: TerminalCard, width: float) -> None:
-    """Name and text on the terminal's colour, three moments below; units are metres."""
+    """Draw name and text on the terminal's colour, and three frames below; one unit is a metre."""
     from matplotlib.patches import Rectangle
 
     view = view_motion(card.motion)
@@ -154,7 +219,7 @@ def _draw_card(axes: Axes, card: TerminalCard, width: float) -> None:
     text = card.text if len(card.text) <= room else card.text[: max(room - 1, 0)] + "…"
     axes.text(across - 0.06 * scale, y, text, fontsize=7, va="center", ha="right", gid="words")
     axes.plot([0.0, across], [0.0, 0.0], color=style.GROUND, lw=0.6, zorder=0)
-    place, free = 0.0, (across - taken) / len(frames)  # below 0 the figures overlap a little
+    place, free = 0.0, (across - taken) / len(frames)  # if negative, the figures overlap
     for frame, (left, right) in zip(frames, sides):
         draw_figure(axes, view, frame, place + free / 2.0 - left, 1.4)
         place += right - left + free
@@ -169,7 +234,7 @@ def _draw_row(
     low: float,
     height: float,
 ) -> None:
-    """One row from ``low`` (inches) down: the take's name, its timelines, every fifth second."""
+    """Draw one row downwards from ``low`` (inches): name, timelines and every fifth second."""
     inner, start = _WIDTH - _LEFT - _RIGHT, span[0]
     if name:
         figure.text(

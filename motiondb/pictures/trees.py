@@ -1,9 +1,9 @@
-"""Derivation trees: nonterminals above, terminals in their colours below, every tree to one scale.
+"""Draw derivation trees, with nonterminals above and coloured terminals below, all at one scale.
 
-A leaf takes one place across; a node stands over the middle of its children, all leaves stand on
-one line at the foot. A node that derives nothing keeps a place of its own, marked with a small
-circle, so that empty rules can be seen. Lines go down and across only, so that none meets
-another's node. Trees that are narrow stand side by side.
+Each leaf has the same width. All leaves are on the bottom line, and a node is centred above its
+children. A node that derives the empty string has a place of its own and a small circle, so that
+empty rules are visible. The edges run only vertically and horizontally, so that no edge crosses
+another node. Narrow trees are drawn side by side.
 """
 
 from __future__ import annotations
@@ -22,12 +22,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH, _PLACE, _LEVEL, _MARGIN, _TITLE, _CAPTION = 12.0, 0.34, 0.36, 0.2, 0.45, 0.28
-"""Inches."""
+"""Widths of the page and of a leaf, height of a level, margin, heights of the title and of a
+caption, in inches. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
 class TreePicture:
-    """A tree with a caption; ``marked`` nodes (by their number in preorder) are drawn strongly."""
+    """A tree with a caption.
+
+    Attributes
+    ----------
+    caption : str
+        Text above the tree.
+    tree : Tree
+        The derivation.
+    marked : collection of int
+        Nodes that are highlighted, by their number in preorder from 0.
+    """
 
     caption: str
     tree: Tree
@@ -36,7 +47,21 @@ class TreePicture:
 
 @dataclass(frozen=True)
 class _Node:
-    """A node in its place: x in leaves, level from the top; -1: the root's parent."""
+    """A node with its position.
+
+    Attributes
+    ----------
+    symbol : str
+        The terminal or nonterminal.
+    x : float
+        Horizontal position, in widths of a leaf.
+    level : int
+        Level from the top, from 0.
+    parent : int
+        Number of the parent; -1 for the root.
+    kind : str
+        "nonterminal", "terminal" or "empty".
+    """
 
     symbol: str
     x: float
@@ -47,7 +72,23 @@ class _Node:
 
 @dataclass(frozen=True)
 class _Placed:
-    """A tree laid out, and where on the page it stands (inches from the top left)."""
+    """A tree with the positions of its nodes and its place on the page.
+
+    Attributes
+    ----------
+    picture : TreePicture
+        The tree.
+    nodes : sequence of _Node
+        All nodes in preorder.
+    width : float
+        Width in inches.
+    height : float
+        Height in inches.
+    left : float
+        Distance from the left edge of the page, in inches.
+    top : float
+        Distance from the top of the page below the title, in inches.
+    """
 
     picture: TreePicture
     nodes: Sequence[_Node]
@@ -63,16 +104,28 @@ def draw_trees(
     title: str = "",
     colours: Mapping[str, int] | None = None,
 ) -> Path:
-    """Write derivation trees as PNG.
+    """Draw derivation trees as PNG, and return the path.
 
     Parameters
     ----------
-    colours : terminal -> number of its tint; a terminal without one is coloured by its name.
+    trees : sequence of TreePicture
+        At least one tree.
+    path : str or Path
+        The file, with the ending .png.
+    title : str, optional
+        Title of the picture.
+    colours : mapping of str to int, optional
+        Terminal -> number of its tint. A terminal that is missing gets the tint of its name.
+
+    Returns
+    -------
+    Path
+        The file that was written.
 
     Raises
     ------
     MotionDBError
-        where there is no tree, or the path cannot be written.
+        When there is no tree, the ending is not .png, or the file cannot be written.
     """
     return style.save_png(trees_figure(trees, title, colours), path)
 
@@ -80,7 +133,27 @@ def draw_trees(
 def trees_figure(
     trees: Sequence[TreePicture], title: str = "", colours: Mapping[str, int] | None = None
 ) -> Figure:
-    """The trees as a figure, one axes each."""
+    """Return the trees as a figure with one axes for each tree.
+
+    Parameters
+    ----------
+    trees : sequence of TreePicture
+        At least one tree.
+    title : str, optional
+        Title of the picture.
+    colours : mapping of str to int, optional
+        Terminal -> number of its tint. A terminal that is missing gets the tint of its name.
+
+    Returns
+    -------
+    Figure
+        The figure.
+
+    Raises
+    ------
+    MotionDBError
+        When there is no tree.
+    """
     from matplotlib.figure import Figure as MplFigure
 
     if not trees:
@@ -104,7 +177,7 @@ def trees_figure(
 
 
 def _lay_out(picture: TreePicture) -> _Placed:
-    """Places of all nodes: leaves from left to right, parents over the middle of their children."""
+    """Position all nodes: leaves from left to right, each parent centred above its children."""
     nodes: list[Tree] = []
     parents: list[int] = []
     levels: list[int] = []
@@ -145,7 +218,7 @@ def _lay_out(picture: TreePicture) -> _Placed:
 
 
 def _arrange(trees: Sequence[_Placed]) -> tuple[list[_Placed], float, float]:
-    """Trees on shelves, in their order; the page's width and height (inches)."""
+    """Arrange the trees in rows, in their order; return also the width and height of the page."""
     page = max(_WIDTH, max(tree.width for tree in trees))
     if len(trees) == 1:
         page = max(trees[0].width, 4.0)
@@ -163,7 +236,7 @@ def _arrange(trees: Sequence[_Placed]) -> tuple[list[_Placed], float, float]:
 
 
 def _draw_tree(axes: Axes, placed: _Placed, colours: Mapping[str, int]) -> None:
-    """Lines first, then the nodes over them; one unit is an inch."""
+    """Draw the edges, and then the nodes above them; one unit of the axes is an inch."""
     from matplotlib.patches import FancyBboxPatch
 
     axes.set_xlim(-_MARGIN, placed.width - _MARGIN)

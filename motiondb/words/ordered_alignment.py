@@ -1,18 +1,18 @@
-"""Actions of a caption laid over the segments of a take, in the caption's order.
+"""Align the actions of a caption with the segments of a take, in the caption's order.
 
-A caption of a long take lists its actions, mostly in the order in which they are performed, and
-says nothing of when. Let r_ik be the log-likelihood ratio of action k against "none of the listed
-actions" at segment i. The hidden sequence has one state for each action and one *blank* before,
-between and after them (ratio 0):
+A caption of a long take lists its actions, mostly in the order in which they are performed, but
+gives no times. Let r_ik be the log-likelihood ratio of action k against "none of the listed
+actions" at segment i. The hidden sequence has one state for each action, and one *blank* before,
+between and after the actions (ratio 0):
 
     blank_0, action_1, blank_1, action_2, ..., action_m, blank_m.
 
-From each segment to the next the sequence stays, moves on by one state, or moves from an action to
-the next action without a blank. An action may be left out, at a cost of ``SKIP`` nats. The forward
-and backward sums give the posterior of every action at every segment.
+From one segment to the next the sequence stays in its state, moves to the next state, or moves from
+an action to the next action without a blank. An action may be left out, at a cost of ``-SKIP``
+nats. The forward and backward sums give the posterior probability of each action at each segment.
 
-Source: Graves, Fernandez, Gomez and Schmidhuber (2006), Connectionist temporal classification; the
-possibility to leave actions out is added, because captions list actions that are not performed.
+Source: Graves, Fernandez, Gomez and Schmidhuber (2006), Connectionist temporal classification.
+Leaving actions out is added here, because captions list actions that are not performed.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ import numpy as np
 from motiondb.records import FloatArray
 
 SKIP = -10.0
-"""Log-weight of leaving one listed action out. At -3 one action swallows its neighbours: of 13
-questions about words of the takes' own captions 6 were placed right. From -6 down to forbidding it
-9 or 10 were. Leaving out stays possible for takes of fewer segments than actions."""
+"""Log-weight of leaving one listed action out, in nats. At -3 one action absorbs its neighbours: 6
+of 13 questions about words of the takes' own captions were placed right. From -6 down to forbidding
+it, 9 or 10 were. Leaving out stays possible for takes with fewer segments than actions."""
 
 
 def align_in_order(log_ratios: FloatArray) -> FloatArray:
-    """Posterior probability of each action at each segment.
+    """Return the posterior probability of each action at each segment.
 
     Parameters
     ----------
     log_ratios : array (segments, actions)
-        Log-likelihood ratio of each action against none of them, in nats; actions in the order of
-        the caption.
+        Log-likelihood ratio of each action against none of them, in nats. The actions are in the
+        order of the caption.
 
     Returns
     -------
     array (segments, actions)
-        Probabilities; the rest to 1 in a row is the blank's.
+        Probabilities. The rest to 1 in a row is the probability of the blanks.
 
     Examples
     --------
-    The first segment looks like the second action, as the last one does. The order decides.
+    The first and the last segment both look like the second action. The order decides.
 
     >>> ratios = np.array([[0.0, 5.0], [5.0, 0.0], [0.0, 5.0]])
     >>> align_in_order(ratios).round(2).tolist()
@@ -67,7 +67,7 @@ def align_in_order(log_ratios: FloatArray) -> FloatArray:
 
 
 def _moves(n_actions: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Log-weights of moves (states, states), of first states and of last states."""
+    """Return the log-weights of moves (states, states), of first states and of last states."""
     n_states = 2 * n_actions + 1
     origin, target = np.meshgrid(np.arange(n_states), np.arange(n_states), indexing="ij")
     n_left_out = target // 2 - (origin + 1) // 2
@@ -80,6 +80,6 @@ def _moves(n_actions: int) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _log_sum(values: FloatArray, axis: int) -> FloatArray:
-    """Logarithm of the sum of exponentials; at least one value along the axis is finite."""
+    """Return the logarithm of the sum of exponentials; one value along the axis must be finite."""
     top = values.max(axis=axis, keepdims=True)
     return np.asarray(np.log(np.exp(values - top).sum(axis=axis)) + top.squeeze(axis))

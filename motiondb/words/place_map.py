@@ -1,29 +1,30 @@
-"""Where in a take a word happens, learned from captions that only say that it happens.
+"""Learn where in a take each word is shown, from captions that give no times.
 
-A caption of a whole take says which actions happen somewhere in it. The times at which they happen
-are hidden. They are found together with a linear map from the motion of a segment to words:
+A caption of a whole take says which actions happen somewhere in it. The times of the actions are
+hidden. They are estimated together with a linear map from the motion of a segment to words:
 
     y_iw    probability that word w is shown at segment i (hidden; 1 where a caption of one action
             describes the segment),
-    z_iw    (x_i . u_w + c_w) / sd_w, ridge regression from the vector x_i of the segment to
-            y_iw - mean(y_w), sd_w = (mean (1 - mean))^(1/4); predicted for each take by the
-            regression without it.
+    z_iw    (x_i . u_w + c_w) / sd_w, by ridge regression from the vector x_i of the segment to
+            y_iw - mean(y_w), with sd_w = (mean (1 - mean))^(1/4); the prediction for each take
+            uses the regression without this take.
 
-Each round fits the map and then lays the actions of every caption over the segments of its take:
-in the caption's order (:mod:`motiondb.words.ordered_alignment`), with log-likelihood ratios of
-``SHARPNESS`` sqrt(seconds of the segment) times the mean z of the action's words; and without any
-order, by a softmax over the actions and none of them. y is the mixture of both, and moves half of
-the way in each round. Words that other captions of the same take say keep an even share. Where a
-caption describes an interval, y of its words is given there (``ListedTakes.labelled``).
+Each round fits the map and then aligns the actions of each caption with the segments of its take in
+two ways. The ordered alignment keeps the caption's order (:mod:`motiondb.words.ordered_alignment`);
+its log-likelihood ratios are ``SHARPNESS`` sqrt(seconds of the segment) times the mean z of the
+action's words. The unordered one is a softmax over the actions and none of them. y is a mixture of
+both, and each round keeps the share ``DAMPING`` of the former y. Words of other captions of the
+same take keep equal shares. Where a caption describes an interval, it gives y of its words there
+(``ListedTakes.labelled``).
 
-The map says where. Whether a take shows the word at all is the word map's business
-(:mod:`motiondb.words.word_map`): there is one row a segment here, and most of them belong to a few
-long takes.
+The map estimates where a word is shown. Whether a take shows the word at all is estimated by the
+word map (:mod:`motiondb.words.word_map`), because here each segment is a row, and most rows belong
+to a few long takes.
 
 Source: multiple-instance learning in the manner of connectionist temporal classification (Graves
-et al., 2006). That order does the work was measured on four long takes with true segments: the
-right interval came first for .54 of 24 questions with it, .25 with the actions shuffled, .29 with
-the order reversed.
+et al., 2006). The use of the order was measured on four long takes with true segments: the right
+interval came first for .54 of 24 questions with the order, for .25 with the actions shuffled, and
+for .29 with the order reversed.
 """
 
 from __future__ import annotations
@@ -37,20 +38,23 @@ from motiondb.records import FloatArray, IntArray
 from motiondb.words.ordered_alignment import align_in_order
 
 RIDGE = 0.03
-"""Larger ones level the differences within a take. Of .01 to .3, .03 and .1 were the best on joined
-real captures (32 to 40 questions a draw, four draws: .52 and .53, within chance)."""
+"""Ridge of the regression. Larger values level the differences within a take. Of .01 to .3, the
+values .03 and .1 were the best on joined real captures (32 to 40 questions a draw, four draws: .52
+and .53, a difference within chance)."""
 SHARPNESS = 6.0
-"""Nats a unit of z in one second. 6, 10 and 20 are alike on joined real captures: .52, .51, .50."""
+"""Nats per unit of z in one second. The values 6, 10 and 20 give similar results on joined real
+captures: .52, .51, .50."""
 ORDERED = 0.7
-"""Share of the ordered alignment in the mixture, as in a first prototype; 1 was .01 below it."""
+"""Share of the ordered alignment in the mixture, from a first prototype; 1 was worse by .01."""
 LABELLED = 20.0
-"""Nats for an action where a person said that it is shown; more than any motion speaks against it.
+"""Nats for an action where a person labelled it; more than the evidence of any motion against it.
 Chosen by hand; not tuned."""
 ROUNDS = 8
 DAMPING = 0.5
-"""Rounds, and the share of the former y that each keeps; after eight rounds y hardly moves."""
+"""Number of rounds, and the share of the former y that each round keeps. After eight rounds y
+hardly changes. Chosen by hand; not tuned."""
 SPREAD_POWER = 0.25
-"""As in the word map; 0.5 lets rare words shout down common ones."""
+"""Power of the variance in sd_w, as in the word map. At 0.5, rare words outweigh common ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,20 +64,21 @@ class ListedTakes:
     Attributes
     ----------
     vectors : array (rows, columns)
-        Vector of the motion around each segment, of length 1; all segments of a take together.
+        Vector of the motion around each segment, of length 1. The rows are the segments of all
+        takes.
     seconds : array (rows,)
-        How long each segment lasts.
+        Duration of each segment.
     owners : array (rows,)
-        Number of the take that each segment belongs to, rising from 0 without gaps.
+        Number of the take of each segment, rising from 0 without gaps.
     actions : sequence of sequence of sequence of int
-        Per take its listed actions in order, each the numbers of its words; never empty.
+        For each take its listed actions in order, each as the numbers of its words; never empty.
     further : sequence of sequence of int
-        Per take the words that its other captions say, without an order.
+        For each take the words of its other captions, without an order.
     n_words : int
         Size of the vocabulary.
     labelled : array (rows, words), optional
-        y where people said it of an interval: 1 where a word is shown, 0 where it is not, NaN where
-        nobody said. None: nobody said anything of any interval.
+        y where people labelled an interval: 1 where a word is shown, 0 where it is not, NaN where
+        there is no label. None if there are no labels.
     """
 
     vectors: FloatArray
@@ -85,7 +90,7 @@ class ListedTakes:
     labelled: FloatArray | None = None
 
     def rows(self) -> list[slice]:
-        """Rows of every take."""
+        """Return the rows of each take."""
         ends = np.searchsorted(self.owners, np.arange(1, len(self.actions) + 1))
         return [slice(int(a), int(b)) for a, b in zip(np.concatenate([[0], ends]), ends)]
 
@@ -97,9 +102,11 @@ class PlaceMap:
     Attributes
     ----------
     weights : array (columns, words)
+        Slopes u_w of the regression.
     offsets : array (words,)
+        Constants c_w of the regression.
     spreads : array (words,)
-        sd_w of the module's docstring.
+        Scales sd_w, as defined in the module's docstring.
     """
 
     weights: FloatArray
@@ -107,20 +114,20 @@ class PlaceMap:
     spreads: FloatArray
 
     def evidence(self, vectors: FloatArray) -> FloatArray:
-        """Evidence (rows, words) in nats a second; larger where the word is likelier shown."""
+        """Return the evidence for each word, in nats per second: array (rows, words)."""
         return np.asarray(SHARPNESS * (vectors @ self.weights + self.offsets) / self.spreads)
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedWords:
-    """What :func:`fit_place_map` finds.
+    """Result of :func:`fit_place_map`.
 
     Attributes
     ----------
     fit : PlaceMap
-        The map of all takes.
+        The map, fitted to all takes.
     shown : array (rows, words)
-        y of the module's docstring.
+        Probability y that each word is shown at each segment.
     """
 
     fit: PlaceMap
@@ -128,7 +135,7 @@ class PlacedWords:
 
 
 def fit_place_map(takes: ListedTakes) -> PlacedWords:
-    """Find the hidden places of listed actions, and the map from motion to words.
+    """Estimate the hidden places of listed actions, and the map from motion to words.
 
     Parameters
     ----------
@@ -147,20 +154,22 @@ def fit_place_map(takes: ListedTakes) -> PlacedWords:
 
 @dataclass(frozen=True, eq=False)
 class FittedPlaces:
-    """The regression of :func:`map_places` in the form from which rows are taken out.
+    """The regression of :func:`map_places`, in a form from which rows can be removed.
 
     Attributes
     ----------
     centred : array (rows, columns)
-        Vectors less their weighted mean, times the roots of the weights.
+        Vectors less their weighted mean, times the square roots of the weights.
     residuals : array (rows, words)
-        Of the regression with all rows, times the roots of the weights.
+        Residuals of the regression with all rows, times the square roots of the weights.
     slopes : array (columns, words)
+        Slopes of the regression with all rows.
     inverse : array (columns, columns)
-        Inverse of the ridged sum of products.
+        Inverse of the sum of products of ``centred`` with the ridge added.
     centre : array (columns,)
         Weighted mean of the vectors.
     spreads : array (words,)
+        Scales sd_w, as defined in the module's docstring.
     """
 
     centred: FloatArray
@@ -171,7 +180,7 @@ class FittedPlaces:
     spreads: FloatArray
 
     def without(self, rows: IntArray) -> PlaceMap:
-        """The map of all other rows, means kept."""
+        """Return the map without the rows of these numbers; the means stay those of all rows."""
         taken = self.centred[rows]
         if len(rows) > taken.shape[1]:  # the smaller system
             gram = np.linalg.inv(self.inverse) - taken.T @ taken
@@ -184,11 +193,12 @@ class FittedPlaces:
 
 
 def fit_places(takes: ListedTakes, shown: FloatArray) -> FittedPlaces:
-    """The regression, places given; :meth:`FittedPlaces.without` takes rows out of it.
+    """Fit the regression to given places; :meth:`FittedPlaces.without` removes rows from it.
 
     Parameters
     ----------
     takes : ListedTakes
+        At least one take.
     shown : array (rows, words)
         Probability that each word is shown at each segment.
     """
@@ -200,11 +210,12 @@ def fit_places(takes: ListedTakes, shown: FloatArray) -> FittedPlaces:
 
 
 def map_places(vectors: FloatArray, shown: FloatArray, weights: FloatArray) -> PlaceMap:
-    """The map, places given.
+    """Fit the map to given places.
 
     Parameters
     ----------
     vectors : array (rows, columns)
+        Vector of the motion around each segment.
     shown : array (rows, words)
         Probability that each word is shown at each segment.
     weights : array (rows,)
@@ -216,15 +227,16 @@ def map_places(vectors: FloatArray, shown: FloatArray, weights: FloatArray) -> P
 
 
 def left_out_evidence(takes: ListedTakes, shown: FloatArray) -> FloatArray:
-    """Evidence (rows, words) for each take by the map of all the others.
+    """Return the evidence (rows, words; nats per second) for each take by the map of the others.
 
-    The evidence of a map that was fitted to the take itself follows the take's own ``shown`` and
-    says less about where its words are: on four long takes .42 to .46 of the questions were placed
-    right by it, .50 to .54 without the take.
+    The evidence of a map that was fitted to the take itself follows the take's own ``shown``, and
+    says less about the places of its words. On four long takes it placed .42 to .46 of the
+    questions right; without the take .50 to .54 were placed right.
 
     Parameters
     ----------
     takes : ListedTakes
+        The takes.
     shown : array (rows, words)
         Probability that each word is shown at each segment.
     """
@@ -232,22 +244,22 @@ def left_out_evidence(takes: ListedTakes, shown: FloatArray) -> FloatArray:
 
 
 def take_weights(takes: ListedTakes) -> FloatArray:
-    """Weight of every row: its seconds by the square root of its take's.
+    """Return the weight of each row: its seconds divided by the square root of the take's seconds.
 
-    Long takes count more than short ones, but less than in proportion.
+    Long takes weigh more than short ones, but less than in proportion to their duration.
     """
     total = np.bincount(takes.owners, weights=takes.seconds)
     return np.asarray(takes.seconds / np.sqrt(total[takes.owners]))
 
 
 def spreads_of(mean: FloatArray) -> FloatArray:
-    """sd_w of the module's docstring, means kept away from 0 and 1."""
+    """Return the scales sd_w of the module's docstring; means are kept away from 0 and 1."""
     kept = np.clip(mean, 1e-4, 0.999)
     return np.asarray((kept * (1.0 - kept)) ** SPREAD_POWER)
 
 
 def _even_shares(takes: ListedTakes, rows: Sequence[slice]) -> FloatArray:
-    """Each listed action is shown for an equal part of its take, nobody knows which."""
+    """Return the initial y: each listed action has an equal share of each segment of its take."""
     shown = np.zeros((len(takes.vectors), takes.n_words))
     for inside, actions, further in zip(rows, takes.actions, takes.further):
         words = sorted({word for action in actions for word in action} | set(further))
@@ -256,13 +268,13 @@ def _even_shares(takes: ListedTakes, rows: Sequence[slice]) -> FloatArray:
 
 
 def _as_labelled(takes: ListedTakes, shown: FloatArray) -> FloatArray:
-    """y with what people said of intervals in place of what was computed."""
+    """Return y, with the labels of intervals in place of computed values."""
     said = takes.labelled
     return shown if said is None else np.where(np.isnan(said), shown, said)
 
 
 def _place(takes: ListedTakes, rows: Sequence[slice], evidence: FloatArray) -> FloatArray:
-    """y of one round: array (rows, words)."""
+    """Return y of one round before damping: array (rows, words)."""
     shown = np.zeros_like(evidence)
     for inside, actions, further in zip(rows, takes.actions, takes.further):
         shown[inside, list(further)] = 1.0 / len(actions)
@@ -280,13 +292,13 @@ def _place(takes: ListedTakes, rows: Sequence[slice], evidence: FloatArray) -> F
 
 
 def _labelled_ratios(labelled: FloatArray, actions: Sequence[Sequence[int]]) -> FloatArray:
-    """Nats that labels of intervals add to the actions of the same take: (segments, actions)."""
+    """Return the nats that labels of intervals add to each action: array (segments, actions)."""
     said = np.nan_to_num(2.0 * labelled - 1.0)  # 1 shown, -1 not shown, 0 not said
     return LABELLED * np.stack([said[:, list(action)].mean(axis=1) for action in actions], axis=1)
 
 
 def _mixture(ratios: FloatArray) -> FloatArray:
-    """Ordered and unordered posteriors mixed; a single action is everywhere."""
+    """Mix the ordered and unordered posteriors; a single action is shown at all segments."""
     if ratios.shape[1] == 1:
         return np.ones_like(ratios)
     top = np.maximum(ratios.max(axis=1, keepdims=True), 0.0)
@@ -298,7 +310,7 @@ def _mixture(ratios: FloatArray) -> FloatArray:
 def _centred(
     vectors: FloatArray, shown: FloatArray, weights: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Weighted means of both, and both centred and scaled by the roots of the weights."""
+    """Return the weighted means of both, and both centred and scaled by the root weights."""
     root = np.sqrt(weights)[:, None]
     centre = weights @ vectors / weights.sum()
     mean = weights @ shown / weights.sum()
@@ -306,19 +318,20 @@ def _centred(
 
 
 def _gram(centred: FloatArray) -> FloatArray:
+    """Return the sum of products with the ridge added."""
     return np.asarray(centred.T @ centred + RIDGE * np.eye(centred.shape[1]))
 
 
 def _predict_left_out(
     vectors: FloatArray, shown: FloatArray, weights: FloatArray, rows: Sequence[slice]
 ) -> FloatArray:
-    """Predictions (rows, words) for each take by the regression without it, means kept."""
+    """Return predictions (rows, words) for each take by the regression without it, means kept."""
     return _prepare(vectors, weights, rows).predict(shown)
 
 
 @dataclass(frozen=True, eq=False)
 class _LeftOut:
-    """What all rounds share: it depends on the vectors and the weights only.
+    """Parts of the regression that all rounds share; they depend on vectors and weights only.
 
     With H the block of the hat matrix of a take's rows, the residuals without the take are
     (I - H)^-1 times those with it.
@@ -331,7 +344,7 @@ class _LeftOut:
     without: Sequence[FloatArray]
 
     def predict(self, shown: FloatArray) -> FloatArray:
-        """Predictions (rows, words) for each take without it."""
+        """Return predictions (rows, words) for each take by the regression without it."""
         root = np.sqrt(self.weights)[:, None]
         mean = self.weights @ shown / self.weights.sum()
         target = (shown - mean) * root
@@ -342,12 +355,13 @@ class _LeftOut:
         return np.asarray(predicted / root + mean)
 
     def evidence(self, shown: FloatArray) -> FloatArray:
-        """Evidence (rows, words) for each take without it."""
+        """Return the evidence (rows, words) for each take by the regression without it."""
         mean = self.weights @ shown / self.weights.sum()
         return np.asarray(SHARPNESS * (self.predict(shown) - mean) / spreads_of(mean))
 
 
 def _prepare(vectors: FloatArray, weights: FloatArray, rows: Sequence[slice]) -> _LeftOut:
+    """Compute the parts of the regression that all rounds share."""
     root = np.sqrt(weights)[:, None]
     centred = (vectors - weights @ vectors / weights.sum()) * root
     inverse = np.asarray(np.linalg.inv(_gram(centred)), dtype=np.float64)

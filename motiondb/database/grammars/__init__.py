@@ -1,1 +1,1 @@
-"""The verbs of motion grammars."""
+"""Verbs of motion grammars."""

@@ -1,9 +1,9 @@
-"""A learned grammar beside simpler ones learned from the same sentences.
+"""Compare a learned grammar with simpler grammars learned from the same sentences.
 
-The flat grammar repeats the sentences, Sequitur says them again in fewer symbols, the finite state
-machine knows only what follows what. Of each: its size and bits, whether it derives sentences that
-were left out when it was learned, how many of the strings it makes are new, and how many the
-learned grammar would not make.
+The flat grammar has one rule for each sentence. Sequitur rewrites the sentences with fewer symbols.
+The finite state machine stores which terminal follows which. For each grammar the comparison gives
+its size, its description length, the share of held-out sentences that it derives, the share of its
+strings that are new, and the share of its strings that the learned grammar does not derive.
 """
 
 from __future__ import annotations
@@ -29,22 +29,39 @@ from motiondb.grammar.rules.description_length import description_length
 
 Sentences = Sequence[tuple[str, ...]]
 N_STRINGS = 500
+"""Number of strings that are derived at random from each grammar. Chosen by hand; not tuned."""
 FOLDS = 5
+"""Most parts of the sentences in the cross-validation. Chosen by hand; not tuned."""
 LIMIT = 10_000
+"""Largest language whose strings are counted. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
 class ComparedGrammar:
-    """A grammar and what it makes of the sentences.
+    """A grammar with the measures by which it is compared.
 
     Attributes
     ----------
-    nonterminals, rules : how many. bits : of the rules, and of the sentences given the rules.
-    strings : how many different ones it derives; None where more than 10,000 or no end.
-    held_out : share of sentences derived by a grammar of its kind learned from the others (5 parts
-        in turn); None where there is only one sentence.
-    new : share of its strings that are none of the sentences. outside : share of its strings that
-        the learned grammar does not derive. mean_length : of its strings, terminals.
+    kind : str
+        Name of the method by which the grammar was learned.
+    nonterminals : int
+        Number of nonterminals.
+    rules : int
+        Number of rules.
+    bits : float
+        Description length in bits: the rules, and the sentences given the rules.
+    strings : int or None
+        Number of different strings that the grammar derives. None if there are more than ``LIMIT``,
+        or infinitely many.
+    held_out : float or None
+        Share of the sentences that are derived by a grammar of this kind learned from the other
+        parts, by cross-validation with at most ``FOLDS`` parts. None if there is only one sentence.
+    new : float
+        Share of the strings derived at random that are not among the sentences.
+    outside : float
+        Share of the strings derived at random that the learned grammar does not derive.
+    mean_length : float
+        Mean length of the strings derived at random, in terminals.
     """
 
     kind: str
@@ -59,7 +76,20 @@ class ComparedGrammar:
 
 
 def compare(learned: store.LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
-    """Return the learned grammar, then the finite state machine, Sequitur and the flat grammar."""
+    """Compare a learned grammar with a finite state machine, Sequitur and a flat grammar.
+
+    Parameters
+    ----------
+    learned : LearnedGrammar
+        The grammar with the sentences from which it was learned.
+    seed : int
+        Seed of the random derivations and of the division into parts.
+
+    Returns
+    -------
+    tuple of ComparedGrammar
+        The learned grammar first, then the finite state machine, Sequitur and the flat grammar.
+    """
     sentences = learned.strings
     kinds: dict[str, tuple[Grammar, Callable[[list[tuple[str, ...]]], Grammar]]] = {
         "learned": (learned.grammar, induce),
@@ -80,6 +110,7 @@ def _compared(
     learned: store.LearnedGrammar,
     rng: np.random.Generator,
 ) -> ComparedGrammar:
+    """Measure one grammar; ``learn`` learns another of its kind from a list of sentences."""
     sentences: Sentences = learned.strings
     used = Grammar(grammar.start, grammar.rules)  # bits count the terminals that rules use
     language = finite_language(grammar, LIMIT)

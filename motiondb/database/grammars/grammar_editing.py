@@ -1,8 +1,8 @@
-"""Editing a sequence: a terminal is picked, its region named, other derivations of it offered.
+"""Edit a sequence: replace the region around a picked terminal by another derivation.
 
-Outside the region terminals and segments stay, so the motion there is the same up to the blends at
-the region's ends; it may stand at another place and face another way, for what comes before it has
-changed.
+Terminals and segments outside the region stay as they are. The motion there is therefore the same,
+except for the blends at the ends of the region. Its position and heading may change, because they
+depend on the motion that precedes it.
 """
 
 from __future__ import annotations
@@ -25,17 +25,24 @@ from motiondb.grammar.cfg import context_free, parse
 from motiondb.grammar.derivation import edit
 
 N_ALTERNATIVES = 4
+"""Default number of alternatives. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True, eq=False)
 class Edit:
-    """A region of a sequence and what could stand there instead.
+    """A region of a sequence with its alternatives.
 
     Attributes
     ----------
-    before : the derivation that is edited; clips : its segments, empty where it is only a string.
-    region : the nonterminal and the positions it covers.
-    alternatives : most probable first; each may be played.
+    before : Tree
+        The derivation that is edited.
+    clips : tuple of int
+        The segment that plays each terminal, as row numbers of the grammar's segments. Empty if the
+        edited string has no motion.
+    region : Region
+        The nonterminal and the positions that it covers.
+    alternatives : tuple of Alternative
+        Other derivations of the region, most probable first.
     """
 
     before: context_free.Tree
@@ -44,11 +51,22 @@ class Edit:
     alternatives: tuple[edit.Alternative, ...]
 
     def tree(self, number: int) -> context_free.Tree:
-        """Return the derivation with alternative ``number`` (from 0) in the region.
+        """Return the derivation with an alternative in the region.
+
+        Parameters
+        ----------
+        number : int
+            Number of the alternative, from 0.
+
+        Returns
+        -------
+        Tree
+            The derivation of the whole sequence.
 
         Raises
         ------
-        QueryError : there is no such alternative.
+        QueryError
+            When there is no such alternative.
         """
         if not 0 <= number < len(self.alternatives):
             raise QueryError(
@@ -58,7 +76,18 @@ class Edit:
         return edit.replace_region(self.before, self.region, self.alternatives[number].tree)
 
     def pinned(self, number: int) -> dict[int, int]:
-        """Position -> segment, outside the region, in the string with alternative ``number``."""
+        """Return the segments outside the region.
+
+        Parameters
+        ----------
+        number : int
+            Number of the alternative, from 0. Its length shifts the positions after the region.
+
+        Returns
+        -------
+        dict of int to int
+            Position in the string with the alternative -> segment that plays it.
+        """
         shift = len(self.alternatives[number].string) - (self.region.end - self.region.start)
         return {
             position + (shift if position >= self.region.end else 0): clip
@@ -75,24 +104,43 @@ def offer(
     n: int = N_ALTERNATIVES,
     seed: int = 0,
 ) -> Edit:
-    """Alternatives for the region around a position of a sequence.
+    """Find alternatives for the region around a position of a sequence.
 
     Parameters
     ----------
-    sequence : the name of a kept sequence, a string of terminals, or a sequence at hand.
-    at : the picked position, from 0. levels : how many wider, then narrower.
+    material : Material
+        The grammar with its takes.
+    sequence : str, sequence of str or GrammarSequence
+        The name of a saved sequence, a string of terminals, or a generated sequence.
+    at : int
+        The picked position, from 0.
+    levels : tuple of (int, int)
+        By how many ancestors the region is widened, and then by how many descendants it is
+        narrowed.
+    n : int
+        Most alternatives.
+    seed : int
+        Seed of the search for alternatives.
+
+    Returns
+    -------
+    Edit
+        The region with its alternatives.
 
     Raises
     ------
-    QueryError : no such capture, one of another grammar, a region outside the sequence. ParseError
-        : a string that is no sentence.
+    QueryError
+        When the capture does not exist, the sequence belongs to another grammar, a name is not a
+        terminal, or the region lies outside the sequence.
+    ParseError
+        When the grammar does not derive the string.
     """
     tree, clips = _before(material, sequence)
     try:
         region = edit.region_at(tree, at)
         region = edit.wider(tree, region, levels[0])
         region = edit.narrower(tree, region, levels[1])
-    except context_free.GrammarError as error:  # it is the question that does not fit
+    except context_free.GrammarError as error:  # the region was asked for by the user
         raise QueryError(str(error)) from None
     rng = np.random.default_rng(seed)
     found = edit.alternatives(material.learned.grammar, tree, region, n, rng)
@@ -100,12 +148,29 @@ def offer(
 
 
 def play_alternative(material: Material, edited: Edit, number: int, seed: int) -> GrammarSequence:
-    """Return the whole sequence with an alternative (from 0) in its region, as motion.
+    """Return the whole sequence, with an alternative in its region, as motion.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    edited : Edit
+        The region with its alternatives.
+    number : int
+        Number of the alternative, from 0.
+    seed : int
+        Seed of the greedy choice with which the choice of segments is compared.
+
+    Returns
+    -------
+    GrammarSequence
+        The edited sequence.
 
     Raises
     ------
-    QueryError : there is no such alternative, or a capture is gone that plays what lies outside
-        the region.
+    QueryError
+        When there is no such alternative, or when a capture that plays a terminal outside the
+        region was removed. Also when no capture is left that shows a terminal of the alternative.
     """
     tree, pinned = edited.tree(number), edited.pinned(number)
     takes = {int(material.learned.terminals.takes[clip]) for clip in pinned.values()}
@@ -122,6 +187,7 @@ def play_alternative(material: Material, edited: Edit, number: int, seed: int) -
 def _before(
     material: Material, sequence: str | Sequence[str] | GrammarSequence
 ) -> tuple[context_free.Tree, tuple[int, ...]]:
+    """Return the derivation of a sequence and its segments (none for a string of terminals)."""
     name, grammar = material.learned.name, material.learned.grammar
     if isinstance(sequence, GrammarSequence):
         _check_same(sequence.grammar, name, "sequence")
@@ -137,13 +203,17 @@ def _before(
 def _is_kept(
     database: store.Store, sequence: str, words: Sequence[str], grammar: context_free.Grammar
 ) -> bool:
-    """Whether a text names a capture: it does unless all its words are terminals."""
+    """Whether a text is the name of a capture.
+
+    It is if a capture has this name, or if it is a single word that is not a terminal.
+    """
     if any(info.name == sequence for info in store.load_captures(database)):
         return True
     return len(words) == 1 and words[0] not in grammar.terminals
 
 
 def _check_same(found: str, wanted: str, what: str) -> None:
+    """Raise QueryError if a sequence belongs to another grammar."""
     if found != wanted:
         raise QueryError(
             f"{what}: expected a sequence of the grammar {wanted}, found one of {found}."

@@ -1,4 +1,4 @@
-"""A grammar, and what it generates, as plain facts for print and JSON, and as files."""
+"""Facts of a grammar and of the sequences that it generates, for printing, JSON and files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,21 @@ from motiondb.records import MOTION_FPS
 
 
 def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> dict[str, Any]:
-    """Everything known of a grammar; times in seconds."""
+    """Return the facts of a grammar.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    meanings : sequence of Meaning
+        The meaning of each terminal.
+
+    Returns
+    -------
+    dict
+        Values for JSON: settings, captures, terminals, sizes, description length in bits and the
+        rules as text. Times are in seconds; ``frames`` is the number of frames of all captures.
+    """
     learned = material.learned
     runs = {run.run_id: run for run in store.load_runs(material.database)}
     run = runs[learned.run_id]
@@ -53,9 +67,17 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> dict[str, 
 
 
 def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ...]]) -> bool:
-    """Whether a grammar derives a string that is none of the sentences.
+    """Whether a grammar derives a string that is not among the sentences.
 
-    If not, it is a list of the sentences, and new sequences repeat them.
+    If it does not, the grammar only lists the sentences, and every new sequence repeats one of
+    them.
+
+    Parameters
+    ----------
+    grammar : Grammar
+        The grammar.
+    sentences : sequence of tuple of str
+        The sentences from which it was learned.
 
     >>> derives_new(context_free.read_grammar("S -> a | b b"), [("a",), ("b", "b")])
     False
@@ -68,7 +90,21 @@ def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ..
 def terminal_facts(
     learned: store.LearnedGrammar, meanings: Sequence[Meaning]
 ) -> list[dict[str, Any]]:
-    """Every terminal: how often, how long, its medoid, its words and motion symbols."""
+    """Return the facts of each terminal.
+
+    Parameters
+    ----------
+    learned : LearnedGrammar
+        The grammar.
+    meanings : sequence of Meaning
+        The meaning of each terminal.
+
+    Returns
+    -------
+    list of dict
+        For each terminal: its number of segments, their mean duration in seconds, its words, its
+        motion symbols, and the capture and times (seconds) of its medoid.
+    """
     terminals = learned.terminals
     facts = []
     for k, (name, meaning) in enumerate(zip(terminals.names, meanings)):
@@ -94,7 +130,12 @@ def terminal_facts(
 
 
 def format_tree(tree: context_free.Tree) -> str:
-    r"""Return a tree on one line, every nonterminal with what it derives in brackets.
+    r"""Return a tree as one line, with the children of each nonterminal in brackets.
+
+    Parameters
+    ----------
+    tree : Tree
+        A derivation.
 
     >>> toy = context_free.read_grammar("S -> a B c\nB -> b | empty")
     >>> format_tree(context_free.derive_by(toy, (0, 1)))
@@ -102,7 +143,7 @@ def format_tree(tree: context_free.Tree) -> str:
     """
     parts: list[str] = []
     waiting: list[context_free.Tree | str] = [tree]
-    while waiting:  # no recursion, for derivations can be deep
+    while waiting:  # a loop, because derivations can be too deep for recursion
         item = waiting.pop()
         if isinstance(item, str):
             parts.append(item)
@@ -117,7 +158,21 @@ def format_tree(tree: context_free.Tree) -> str:
 
 
 def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
-    """How a sequence came about: string, tree, seams, sources."""
+    """Return how a sequence was generated.
+
+    Parameters
+    ----------
+    sequence : GrammarSequence
+        The sequence.
+    seed : int
+        The seed from which it was generated.
+
+    Returns
+    -------
+    dict
+        Values for JSON: string, tree, costs of the joins, foot slip (m/s), the time of each
+        terminal (seconds) and the sources of the frames.
+    """
     made = sequence.made
     return {
         "grammar": sequence.grammar,
@@ -138,5 +193,25 @@ def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
 
 
 def write_sequence(sequence: GrammarSequence, seed: int, path: Path) -> dict[str, Any]:
-    """Write the motion and, beside it, where every frame comes from; gives the facts, for JSON."""
+    """Write the motion of a sequence, and the origin of its frames to ``NAME.provenance.json``.
+
+    Parameters
+    ----------
+    sequence : GrammarSequence
+        The sequence.
+    seed : int
+        The seed from which it was generated.
+    path : Path
+        File of the motion: .bvh, .glb or .gltf.
+
+    Returns
+    -------
+    dict
+        The facts of the sequence with the names of both files.
+
+    Raises
+    ------
+    MotionDBError
+        When the ending of the path is not one of these, or a file cannot be written.
+    """
     return write_with_provenance(sequence, sequence_facts(sequence, seed), path)

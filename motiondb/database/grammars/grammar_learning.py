@@ -1,8 +1,8 @@
-"""Learning a grammar: captures to terminals, strings, sentences, rules; saved whole or not at all.
+"""Learn a grammar from captures: find terminals, sentences and rules, and save them together.
 
-Terminals are found in the motion itself, or are the motion symbols of the database. Sentences are
-found (the cuts of least description length), or are the captures as they are, or begin where
-people's timed words begin.
+The terminals are found in the motion, or are the motion symbols of the database. The sentences are
+found by least description length, or each capture is one sentence, or a sentence begins where a
+timed caption begins. Either the whole grammar is saved or nothing is.
 """
 
 from __future__ import annotations
@@ -30,45 +30,51 @@ from motiondb.grammar.terminals.terminals import (
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, FloatArray, IntArray, Motion
 
 Progress = Callable[[str, float, float], None]
-"""Called with what is being done, how much is done, how much there is."""
+"""Called with the name of the step, the amount done and the total amount."""
 
 SENTENCES = ("auto", "captures", "captions")
 ByDuration = Literal["by duration"]
 BY_DURATION: ByDuration = "by duration"
-"""Number of terminals: as many as the duration of the captures supports."""
+"""Choose the number of terminals from the total duration of the captures."""
 
 FEWEST_TERMINALS, MOST_TERMINALS = 4, 20
-"""Bounds of the default number of terminals: the fewest that ``auto`` tries, and a number near the
-fewest bits in most tables of real takes in ``docs/grammar.md``."""
+"""Bounds of the default number of terminals. The lower bound is the fewest that ``auto`` tries. The
+upper bound is near the number with the fewest bits in most tables of real takes in
+``docs/grammar.md``."""
 
 SECONDS_A_TERMINAL = 5.0
-"""Duration for each terminal by default. Chosen by hand: in a minute of motion most of 20 terminals
-occur once (``docs/grammar.md``, boxing: 13 of 20), and then nothing recurs that rules could say."""
+"""Default duration for each terminal, in seconds. Chosen by hand; not tuned. With 20 terminals in a
+minute of motion, most terminals occur once (``docs/grammar.md``, boxing: 13 of 20). Nothing then
+recurs that rules could describe."""
 
 MAX_NAME = 80
-"""Letters of a name, so that it fits into file names and tables."""
+"""Most characters of a grammar's name, so that it fits into file names and tables."""
 
 
 @dataclass(frozen=True)
 class GrammarSettings:
-    """Everything that decides what is learned.
+    """Settings that decide what is learned.
 
     Attributes
     ----------
-    n_terminals : int or str, optional
-        K; ``BY_DURATION`` for :func:`default_terminals`, None to choose by description length.
+    n_terminals : int, str or None
+        Number of terminals. ``BY_DURATION`` uses :func:`default_terminals`; None chooses the number
+        by description length.
     from_symbols : bool
         Whether the motion symbols of the database are the terminals.
     sentences : str
-        "auto" (found), "captures" (each is one) or "captions" (one begins where timed words begin).
+        "auto" (found by description length), "captures" (each capture is a sentence) or "captions"
+        (a sentence begins where a timed caption begins).
     seed : int
-        Seed of the search.
+        Seed of all random steps.
     search : TerminalSettings
-        How terminals are searched.
-    shortest, longest : int
-        Terminals of a sentence that is found.
+        Settings of the search for terminals.
+    shortest : int
+        Fewest terminals of a sentence that is found.
+    longest : int
+        Most terminals of a sentence that is found.
     evaluations : int
-        Partitions into sentences that are tried.
+        Number of partitions into sentences that are tried; fewer for long strings.
     """
 
     n_terminals: int | ByDuration | None = BY_DURATION
@@ -88,17 +94,34 @@ def learn_grammar(
     settings: GrammarSettings,
     progress: Progress | None = None,
 ) -> tuple[store.LearnedGrammar, list[str]]:
-    """Learn a grammar from captures and save it in place of the one of its name.
+    """Learn a grammar from captures and save it, replacing a grammar of the same name.
+
+    Parameters
+    ----------
+    database : Store
+        The open store.
+    captures : sequence of str
+        Names of the captures.
+    name : str or None
+        Name of the grammar. None takes the last part of the first capture's name.
+    settings : GrammarSettings
+        Settings that decide what is learned.
+    progress : callable, optional
+        Called with the name of the step, the amount done and the total amount.
 
     Returns
     -------
-    The grammar, and the generated captures that were derived by the one it replaces.
+    grammar : LearnedGrammar
+        The grammar as it was saved.
+    lost : list of str
+        Names of the generated captures that were derived by the replaced grammar.
 
     Raises
     ------
     QueryError
-        for unknown or generated captures, a bad name or setting; where the takes are too short for
-        so many terminals, or hold nothing that could be learned. Nothing is saved then.
+        When a capture is unknown, generated or given twice, a name or setting is not valid, the
+        takes are too short for the number of terminals, or nothing can be learned from them.
+        Nothing is saved then.
     """
     tell = progress or (lambda _what, _done, _total: None)
     infos = _sources(database, captures)
@@ -110,11 +133,9 @@ def learn_grammar(
     try:
         with store.released(database):
             found = _search(database, infos, motions, settings, rng, tell)
-    except parse.ParseError:  # a fault of ours: what is learned parses
+    except parse.ParseError:  # an internal fault: a learned grammar parses its sentences
         raise
-    except (
-        context_free.GrammarError
-    ) as error:  # these captures, or so many terminals, were the wrong wish
+    except context_free.GrammarError as error:  # the captures or the number of terminals do not fit
         raise QueryError(str(error)) from None
     tell("parses", 0.0, 1.0)
     learned = _record(name, infos, found, motions)
@@ -133,7 +154,12 @@ def learn_grammar(
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Terminals with their motion symbols, sentences; ledgers of the numbers tried, their noise."""
+    """The terminals with their motion symbols, and the sentences.
+
+    ``symbols`` holds -1 where a terminal is not a motion symbol. ``tried`` maps each number of
+    terminals that was tried to its ledger; ``noise`` is the standard deviation, in bits, by which
+    the sums of the ledgers differ by chance.
+    """
 
     terminals: Terminals
     symbols: IntArray
@@ -145,6 +171,7 @@ class _Found:
 def _record(
     name: str, infos: Sequence[CaptureInfo], found: _Found, motions: Sequence[Motion]
 ) -> store.LearnedGrammar:
+    """Collect what was learned into a record for the store."""
     grammar, sentences = found.sentences.grammar, found.sentences.sentences
     ledger = make_ledger(motions, found.terminals, found.sentences)
     return store.LearnedGrammar(
@@ -160,7 +187,12 @@ def _record(
 
 
 def default_terminals(n_frames: int) -> int:
-    """Return the number of terminals for captures of so many frames in all (30 a second).
+    """Return the default number of terminals for a total duration.
+
+    Parameters
+    ----------
+    n_frames : int
+        Number of frames of all captures together, at 30 frames a second.
 
     >>> default_terminals(300), default_terminals(1_800), default_terminals(9_000)
     (4, 12, 20)
@@ -170,6 +202,7 @@ def default_terminals(n_frames: int) -> int:
 
 
 def _sources(database: store.Store, captures: Sequence[str]) -> list[CaptureInfo]:
+    """Load the records of the captures; raise QueryError if one cannot be learned from."""
     infos = [store.load_capture(database, capture) for capture in captures]
     if not infos:
         raise QueryError("captures: expected at least one to learn from, found none. Name some.")
@@ -187,6 +220,7 @@ def _sources(database: store.Store, captures: Sequence[str]) -> list[CaptureInfo
 
 
 def _check(name: str, settings: GrammarSettings) -> None:
+    """Raise QueryError if the name or a setting is not valid."""
     if not name.strip() or len(name) > MAX_NAME or not name.isprintable():
         raise QueryError(
             f"{name!r}: expected a name of 1 to {MAX_NAME} letters, found another. Choose one."
@@ -211,7 +245,7 @@ def _search(
     rng: np.random.Generator,
     tell: Progress,
 ) -> _Found:
-    """Terminals, then sentences; for a number that is not given, both for each that is tried."""
+    """Find terminals and then sentences; both for each number of terminals that is tried."""
     captions = store.load_captions(database) if settings.sentences == "captions" else {}
     own = [captions.get(info.capture_id, ()) for info in infos]
     if settings.sentences == "captions" and not any(c.start for timed in own for c in timed):
@@ -249,7 +283,10 @@ def _sentences(
     rng: np.random.Generator,
     tell: Progress,
 ) -> partition.Sentences:
-    """Sentences of the takes; ``captions`` are theirs, where these are asked for."""
+    """Find the sentences of the takes.
+
+    ``captions`` holds the captions of each take; they are used if sentences begin where they do.
+    """
     strings = strings_of(terminals)
     if settings.sentences == "auto":
         return partition.find_sentences(
@@ -270,7 +307,19 @@ def _sentences(
 
 
 def caption_cuts(captions: Sequence[Caption], starts: IntArray) -> list[int]:
-    """Segments at which sentences begin: the nearest to where timed words begin.
+    """Return the segments at which sentences begin: those nearest to the starts of timed captions.
+
+    Parameters
+    ----------
+    captions : sequence of Caption
+        Captions of a take, with times in seconds. Captions without a start are ignored.
+    starts : array (segments,)
+        First frame of each segment, at 30 frames a second.
+
+    Returns
+    -------
+    list of int
+        Segment numbers in rising order, without the first segment.
 
     >>> timed = [Caption("walk", 0.0, 1.0), Caption("jump", 1.0, 2.0), Caption("all")]
     >>> caption_cuts(timed, np.array([0, 14, 33, 50]))
@@ -286,5 +335,6 @@ def _nearest(starts: IntArray, frame: float) -> int:
 
 
 def _intervals(sentences: Sequence[Sequence[str]]) -> IntArray:
+    """Return the interval [start, end) of segments of each sentence: array (sentences, 2)."""
     edges = np.cumsum([0, *map(len, sentences)])
     return np.array(list(pairwise(edges)), dtype=np.int64).reshape(-1, 2)

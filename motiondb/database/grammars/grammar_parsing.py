@@ -1,9 +1,10 @@
-"""A capture as sentences of a grammar: as it was learned from it, or read anew.
+"""Parse a capture: from the stored sentences if the grammar was learned from it, else read it anew.
 
-A reading gives every segment the terminal it is least unlike, so a motion that has nothing to do
-with the grammar becomes a string too, and may even parse. That is why each segment's distance from
-its terminal is told beside how far the terminal's members usually are where they were learned
-(``grammar.reading``).
+Reading assigns a terminal to each segment, whatever the motion shows. A motion that has nothing in
+common with the grammar therefore also becomes a string, which may even parse. For this reason the
+result gives the distance of each segment from its terminal, and the distance beyond which a
+segment is unlike everything from which the grammar was learned (see
+:mod:`motiondb.grammar.terminals.labelling`).
 """
 
 from __future__ import annotations
@@ -19,20 +20,34 @@ from motiondb.grammar.terminals.labelling import Reading
 from motiondb.records import MOTION_FPS
 
 MOST_UNLIKE = 0.5
-"""Share of a motion's time that may be unlike all terminals before the whole is said to be."""
+"""Largest share of a motion's time that may be unlike all terminals before the whole motion is
+reported as unlike. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True, eq=False)
 class ParsedMotion:
-    """A motion as a string of a grammar's terminals, and its sentences or what is wrong.
+    """A motion as a string of terminals, with its sentences or the parse error.
 
     Attributes
     ----------
-    string, starts, ends : the terminals and their times (seconds).
-    stored : whether the grammar was learned from it: then string and sentences are those stored.
-    trees : the sentences' derivations, none where it does not parse. fault : why not.
-    distances : how far each segment is from its terminal's medoid (metres); none where stored.
-    reach : how far members usually are (metres); None where stored, or where too few can tell.
+    string : tuple of str
+        The terminals.
+    starts : tuple of float
+        Start of each terminal, in seconds.
+    ends : tuple of float
+        End of each terminal, in seconds.
+    stored : bool
+        Whether the grammar was learned from the motion. The string and the sentences are then those
+        that are stored.
+    trees : tuple of Tree
+        The derivation of each sentence. Empty if the string does not parse.
+    fault : ParseError or None
+        Why the string does not parse.
+    distances : tuple of float
+        Distance of each segment from the medoid of its terminal, in metres. Empty if ``stored``.
+    reach : float or None
+        Distance in metres beyond which a segment is unlike all terminals. None if ``stored``, or if
+        the terminals have too few members to estimate it.
     """
 
     string: tuple[str, ...]
@@ -46,24 +61,37 @@ class ParsedMotion:
 
     @property
     def unlike(self) -> tuple[int, ...]:
-        """Positions of the segments that are unlike anything the grammar was learned from."""
+        """Positions of the segments that are farther from their terminal than ``reach``."""
         far = np.inf if self.reach is None else self.reach
         return tuple(n for n, distance in enumerate(self.distances) if distance > far)
 
     @property
     def share_unlike(self) -> float:
-        """Their share of the time, 0 to 1."""
+        """Share of the time taken by the segments in ``unlike``, from 0 to 1."""
         spent = sum(self.ends[n] - self.starts[n] for n in self.unlike)
         return spent / (self.ends[-1] - self.starts[0])
 
     @property
     def is_unlike(self) -> bool:
-        """Whether most of the motion is unlike: then its string and sentences mean nothing."""
+        """Whether most of the motion is unlike the grammar, so that its string has no meaning."""
         return self.share_unlike > MOST_UNLIKE
 
 
 def parse_reading(grammar: context_free.Grammar, reading: Reading) -> ParsedMotion:
-    """Return the most probable sentences of a reading, or the place where it fails."""
+    """Return the most probable sentences of a reading, or the place where parsing fails.
+
+    Parameters
+    ----------
+    grammar : Grammar
+        The grammar.
+    reading : Reading
+        The terminals of a motion with their times and distances.
+
+    Returns
+    -------
+    ParsedMotion
+        The parsed motion; ``fault`` holds the error if the string does not parse.
+    """
     starts, ends = (tuple((x / MOTION_FPS).tolist()) for x in (reading.starts, reading.ends))
     trees: tuple[context_free.Tree, ...] = ()
     fault = None
@@ -77,7 +105,20 @@ def parse_reading(grammar: context_free.Grammar, reading: Reading) -> ParsedMoti
 
 
 def as_learned(learned: store.LearnedGrammar, take: int) -> ParsedMotion:
-    """Return the stored string, sentences and parses of a take."""
+    """Return the stored string, sentences and parses of a take.
+
+    Parameters
+    ----------
+    learned : LearnedGrammar
+        The grammar.
+    take : int
+        Number of the take among the sources of the grammar.
+
+    Returns
+    -------
+    ParsedMotion
+        The stored parse, without distances.
+    """
     terminals = learned.terminals
     rows = np.flatnonzero(terminals.takes == take)
     own = [n for n, (a, _) in enumerate(learned.sentences) if rows[0] <= a <= rows[-1]]

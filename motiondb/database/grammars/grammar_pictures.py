@@ -1,4 +1,4 @@
-"""Pictures of grammars: sentences as trees, captures as strings, sequences and their edits."""
+"""Draw grammars: sentences as trees, captures as strings, generated sequences and their edits."""
 
 from __future__ import annotations
 
@@ -17,15 +17,35 @@ from motiondb.grammar.cfg import context_free
 from motiondb.records import MOTION_FPS
 
 SHOWN_TREES = 12
+"""Most trees in a picture of the sentences. Chosen by hand; not tuned."""
 
 
 def colours(learned: store.LearnedGrammar) -> dict[str, int]:
-    """Terminal -> number of its tint, the same in all pictures of a grammar."""
+    """Return the tint number of each terminal, which is the same in all pictures of a grammar.
+
+    Parameters
+    ----------
+    learned : LearnedGrammar
+        The grammar.
+    """
     return {name: k for k, name in enumerate(learned.terminals.names)}
 
 
 def draw_sentences(material: Material, path: str | Path) -> Path:
-    """Return the trees of the sentences, each different one once, the commonest first."""
+    """Draw the trees of the sentences as PNG: each different tree once, the most frequent first.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    path : str or Path
+        The file, with the ending .png.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+    """
     learned = material.learned
     counts: dict[tuple[int, ...], list[int]] = {}
     for number, rules in enumerate(learned.parses, start=1):
@@ -44,12 +64,29 @@ def draw_sentences(material: Material, path: str | Path) -> Path:
 
 
 def _caption(numbers: Sequence[int]) -> str:
+    """Return the caption of a tree from the numbers of its sentences."""
     shown = ", ".join(map(str, numbers[:6])) + (", ..." if len(numbers) > 6 else "")
     return f"sentence{'s' if len(numbers) > 1 else ''} {shown}"
 
 
 def draw_strings(material: Material, meanings: Sequence[Meaning], path: str | Path) -> Path:
-    """Terminals with the figures that stand for them, and the takes as strings of them."""
+    """Draw the terminals with figures of their medoids, and the takes as strings, as PNG.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes. A terminal is left out above the strings if the capture of its
+        medoid was removed.
+    meanings : sequence of Meaning
+        The meaning of each terminal.
+    path : str or Path
+        The file, with the ending .png.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+    """
     learned, terminals = material.learned, material.learned.terminals
     cards, bars = [], []
     for k, (name, meaning) in enumerate(zip(terminals.names, meanings)):
@@ -81,7 +118,22 @@ def draw_strings(material: Material, meanings: Sequence[Meaning], path: str | Pa
 
 
 def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Path) -> Path:
-    """Return a strip of the motion with its terminals and sources."""
+    """Draw a strip of the motion over its terminals and sources as PNG.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    sequence : GrammarSequence
+        The sequence.
+    path : str or Path
+        The file, with the ending .png.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+    """
     names = colours(material.learned)
     spans = [
         (a / MOTION_FPS, b / MOTION_FPS, terminal, names[terminal])
@@ -96,13 +148,43 @@ def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Pat
 
 
 def draw_parse(material: Material, trees: Sequence[context_free.Tree], path: str | Path) -> Path:
-    """Return the trees of a capture's sentences."""
+    """Draw the trees of a capture's sentences as PNG.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    trees : sequence of Tree
+        The derivation of each sentence; at least one.
+    path : str or Path
+        The file, with the ending .png.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+    """
     found = [pictures.TreePicture(f"sentence {n}", tree) for n, tree in enumerate(trees, start=1)]
     return pictures.draw_trees(found, path, material.learned.name, colours(material.learned))
 
 
 def draw_edit(material: Material, edited: Edit, path: str | Path) -> Path:
-    """Return the tree that is edited and those of the alternatives, the region marked in each."""
+    """Draw the edited tree and those with the alternatives as PNG, with the region marked in each.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    edited : Edit
+        The region with its alternatives.
+    path : str or Path
+        The file, with the ending .png.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+    """
     trees = [edited.before, *(edited.tree(n) for n in range(len(edited.alternatives)))]
     captions = ["as it is", *(str(n + 1) for n in range(len(edited.alternatives)))]
     found = [
@@ -114,7 +196,7 @@ def draw_edit(material: Material, edited: Edit, path: str | Path) -> Path:
 
 
 def _region_nodes(tree: context_free.Tree, path: Sequence[int]) -> range:
-    """Numbers in preorder of the node at the end of a path, and of all below it."""
+    """Return the preorder numbers of the node at the end of a path and of all nodes below it."""
     first = 0
     for child in path:
         first += 1 + sum(sum(1 for _ in before.nodes()) for before in tree.children[:child])

@@ -1,9 +1,9 @@
-"""New sequences that a grammar allows, as motion: derived, edited, kept with their derivation.
+"""Generate motion from a grammar: derive a sentence, play it, and save it with its derivation.
 
-A derivation gives a string of terminals; every terminal is played by one of its segments, chosen so
-that all seams together cost least; the segments are stitched. What is kept is the tree and the
-segments, so the sequence can be edited later: a region is derived anew, and everything outside
-keeps its terminals and its segments.
+A derivation gives a string of terminals. Each terminal is played by one of its segments. The
+segments are chosen so that the total cost of all joins is least, and are then stitched together.
+The tree and the segments are saved with the motion, so that the sequence can be edited later: a
+region is derived anew, and everything outside the region keeps its terminals and its segments.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from motiondb.grammar.cfg import context_free
 from motiondb.records import CaptureInfo, Motion
 
 MAX_NAME = 200
-"""Letters of the name of a kept sequence, so that it can be the name of a file."""
+"""Most characters in the name of a saved sequence, so that it can be the name of a file."""
 LONGEST_STRING = 1000
-"""Most terminals of a string that a user gives. Parsing takes time in proportion to the cube of the
+"""Most terminals of a string that a user gives. The time for parsing grows with the cube of the
 length; 1,000 terminals take some seconds with the grammars that were tried."""
 
 
@@ -35,9 +35,18 @@ class GrammarSequence:
 
     Attributes
     ----------
-    grammar : its name. tree : the derivation. choice : the segments and J, the cost of their seams;
-    greedy : J of the paper's greedy choice. made : the motion with its frames' sources.
-    provenance : per frame, with licences.
+    grammar : str
+        Name of the grammar.
+    tree : Tree
+        The derivation.
+    choice : Choice
+        The segment that plays each terminal, and the total cost of their joins.
+    greedy : float
+        Total cost of the joins of the greedy choice of segments, for comparison.
+    made : Synthesis
+        The motion with the sources of its frames.
+    provenance : Provenance
+        Source of each frame, with the licence of its capture.
     """
 
     grammar: str
@@ -49,7 +58,7 @@ class GrammarSequence:
 
     @property
     def string(self) -> tuple[str, ...]:
-        """The terminals."""
+        """The terminals of the sentence."""
         return self.tree.leaves()
 
     @property
@@ -60,9 +69,16 @@ class GrammarSequence:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """A grammar and the motion of its takes, as far as their captures are there.
+    """A grammar with the motions of its takes, as far as their captures are in the database.
 
-    numbers : take -> capture.
+    Attributes
+    ----------
+    database : Store
+        The open store.
+    learned : LearnedGrammar
+        The grammar.
+    numbers : mapping of int to int
+        Take -> number of its capture, for the takes whose captures are in the database.
     """
 
     database: store.Store
@@ -71,17 +87,17 @@ class Material:
 
     @cached_property
     def motions(self) -> dict[int, Motion]:
-        """The takes' motions."""
+        """The motion of each take in ``numbers``."""
         return {take: store.load_motion(self.database, n) for take, n in self.numbers.items()}
 
     @cached_property
     def source(self) -> synthesis.ClipSource:
-        """What synthesis needs of them."""
+        """The motions in the form that the synthesis needs."""
         return synthesis.clip_source(self.motions)
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Names of the captures that are gone: their segments cannot be played."""
+        """Names of the captures that were removed; their segments cannot be played."""
         return tuple(
             source.name
             for take, source in enumerate(self.learned.sources)
@@ -90,7 +106,25 @@ class Material:
 
 
 def load_material(database: store.Store, name: str) -> Material:
-    """Return the grammar of a name with its takes (QueryError: no such grammar)."""
+    """Load a grammar with its takes.
+
+    Parameters
+    ----------
+    database : Store
+        The open store.
+    name : str
+        Name of the grammar.
+
+    Returns
+    -------
+    Material
+        The grammar with its takes; the motions are loaded when they are first needed.
+
+    Raises
+    ------
+    QueryError
+        When there is no grammar of this name.
+    """
     learned = store.load_grammar(database, name)
     return Material(database, learned, store.load_source_numbers(database, learned))
 
@@ -105,12 +139,24 @@ def play(
 
     Parameters
     ----------
-    rng : draws the first segment of the greedy choice that the optimal one is compared with.
-    pinned : position -> the segment that plays it.
+    material : Material
+        The grammar with its takes.
+    tree : Tree
+        The derivation.
+    rng : Generator
+        Draws the first segment of the greedy choice, with which the optimal choice is compared.
+    pinned : mapping of int to int, optional
+        Position in the string -> segment that plays it. The other segments are chosen.
+
+    Returns
+    -------
+    GrammarSequence
+        The sequence.
 
     Raises
     ------
-    QueryError : the sentence is empty, or all captures that show a terminal are gone.
+    QueryError
+        When the sentence is empty, or all captures that show one of its terminals were removed.
     """
     terminals, source = material.learned.terminals, material.source
     candidates, numbers = synthesis.clip_candidates(terminals, tree.leaves(), source, pinned)
@@ -127,13 +173,30 @@ def play(
 def keep(
     material: Material, sequence: GrammarSequence, name: str, seed: int, how: Mapping[str, object]
 ) -> CaptureInfo:
-    """Save a sequence as a generated capture with its derivation; all or nothing.
+    """Save a sequence as a generated capture with its derivation, in one transaction.
 
-    how : what made it, for the run's parameters.
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    sequence : GrammarSequence
+        The sequence.
+    name : str
+        Name of the new capture.
+    seed : int
+        The seed from which the sequence was generated.
+    how : mapping of str to object
+        Further parameters that are saved with the run.
+
+    Returns
+    -------
+    CaptureInfo
+        The record of the new capture.
 
     Raises
     ------
-    QueryError : a capture has this name.
+    QueryError
+        When the name is not valid, or a capture of this name exists.
     """
     database, learned = material.database, material.learned
     _check_name(name)
@@ -151,6 +214,7 @@ def keep(
 
 
 def _check_name(name: str) -> None:
+    """Raise QueryError if a name is too long or not printable."""
     if len(name) > MAX_NAME or not name.isprintable():
         shown = name if len(name) <= MAX_NAME else f"{name[:MAX_NAME]}..."
         raise QueryError(
@@ -160,11 +224,26 @@ def _check_name(name: str) -> None:
 
 
 def load_sequence(database: store.Store, name: str) -> tuple[context_free.Tree, store.Derivation]:
-    """Return the derivation of a kept sequence.
+    """Load the derivation of a saved sequence.
+
+    Parameters
+    ----------
+    database : Store
+        The open store.
+    name : str
+        Name of the capture.
+
+    Returns
+    -------
+    tree : Tree
+        The derivation as a tree.
+    derivation : Derivation
+        The derivation as it is stored, with the segments.
 
     Raises
     ------
-    QueryError : no such capture, or one that no grammar derived.
+    QueryError
+        When there is no such capture, or it has no derivation by a grammar of the database.
     """
     info = store.load_capture(database, name)
     derivation = store.load_derivation(database, info.capture_id)
@@ -178,11 +257,25 @@ def load_sequence(database: store.Store, name: str) -> tuple[context_free.Tree, 
 
 
 def terminals_of(grammar: context_free.Grammar, text: str | Sequence[str]) -> tuple[str, ...]:
-    """Terminals of a string such as ``"a b c"``.
+    """Return the terminals of a string such as ``"a b c"``.
+
+    Parameters
+    ----------
+    grammar : Grammar
+        The grammar.
+    text : str or sequence of str
+        Terminals separated by spaces, or a sequence of terminals.
+
+    Returns
+    -------
+    tuple of str
+        The terminals.
 
     Raises
     ------
-    QueryError : a name that is no terminal of the grammar (suggests the nearest); more than 1,000.
+    QueryError
+        When a name is not a terminal of the grammar (the message suggests the nearest one), or when
+        there are more than ``LONGEST_STRING`` names.
 
     >>> terminals_of(context_free.read_grammar("S -> a b"), "b  a")
     ('b', 'a')

@@ -1,7 +1,7 @@
-"""The verbs of grammars: ``db.grammars.learn``, ``show``, ``parse``, ``suggest``, ``generate``, ...
+"""Provide the verbs of grammars: ``db.grammars.learn``, ``show``, ``parse``, ``generate``, ...
 
-As with the other verbs, each loads, computes by the pure stages, and saves; a grammar that was
-loaded is kept by the session until the database changes.
+Each verb loads from the store, calls the computing modules and saves the result. The session keeps
+a loaded grammar until the database changes.
 """
 
 from __future__ import annotations
@@ -41,7 +41,11 @@ if TYPE_CHECKING:
 
 
 class Grammars:
-    """The grammars of a database; reached as ``db.grammars``."""
+    """The grammars of a database, available as ``db.grammars``.
+
+    ``name`` is the name of a grammar; a QueryError is raised if there is no such grammar. ``path``
+    of a picture is a file with the ending .png; the method returns it.
+    """
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -53,36 +57,56 @@ class Grammars:
         settings: GrammarSettings | None = None,
         progress: Progress | None = None,
     ) -> tuple[store.LearnedGrammar, list[str]]:
-        """Learn a grammar from captures, in place of one of the same name.
+        """Learn a grammar from captures, replacing a grammar of the same name.
+
+        Parameters
+        ----------
+        captures : iterable of str
+            Names of the captures.
+        name : str, optional
+            Name of the grammar. None takes the last part of the first capture's name.
+        settings : GrammarSettings, optional
+            Settings that decide what is learned.
+        progress : callable, optional
+            Called with the name of the step, the amount done and the total amount.
 
         Returns
         -------
-        The grammar, and the generated captures that can no longer be edited since the grammar that
-        derived them was replaced.
+        grammar : LearnedGrammar
+            The grammar.
+        lost : list of str
+            Names of the generated captures that can no longer be edited, because the grammar that
+            derived them was replaced.
+
+        Raises
+        ------
+        QueryError
+            When the captures, the name or a setting are not valid, or nothing can be learned from
+            the captures. Nothing is saved then.
         """
         return grammar_learning.learn_grammar(
             self._session.store, list(captures), name, settings or GrammarSettings(), progress
         )
 
     def names(self) -> list[str]:
-        """The names of all grammars."""
+        """Return the names of all grammars."""
         return store.load_grammar_names(self._session.store)
 
     def sizes(self) -> list[store.GrammarSize]:
-        """How much each grammar holds, by name."""
+        """Return the size of each grammar, ordered by name."""
         return store.load_grammar_sizes(self._session.store)
 
     def size(self, name: str) -> store.GrammarSize:
-        """How much a grammar holds (QueryError: none of this name)."""
+        """Return the size of a grammar."""
         name = self.load(name).name
         return next(size for size in self.sizes() if size.name == name)
 
     def load(self, name: str) -> store.LearnedGrammar:
-        """Return a grammar with terminals, sentences and parses (QueryError: none of this name)."""
+        """Return a grammar with its terminals, sentences and parses."""
         return self.material(name).learned
 
     def remove(self, name: str) -> list[str]:
-        """Take a grammar out; gives the generated captures that can no longer be edited."""
+        """Remove a grammar; return the names of generated captures that can no longer be edited."""
         with store.transaction(self._session.store):
             run_id = store.start_run(self._session.store, "grammar remove", {"name": name})
             lost = store.remove_grammar(self._session.store, name)
@@ -90,51 +114,60 @@ class Grammars:
         return lost
 
     def material(self, name: str) -> Material:
-        """A grammar with the captures it rests on, as far as they are there."""
+        """Return a grammar with its takes, as far as their captures are in the database."""
         return self._session.kept(
             ("grammar", name), lambda: grammar_sequences.load_material(self._session.store, name)
         )
 
     def meanings(self, name: str) -> tuple[Meaning, ...]:
-        """Words and motion symbols of the terminals; empty where the database has not learned."""
+        """Return the meaning of each terminal; empty meanings if the database has not learned."""
         material = self.material(name)
         with self._session.reading():
             learned = self._session.learned if store.is_learned(self._session.store) else None
         return terminal_meanings(learned, material.learned, material.numbers)
 
     def show(self, name: str) -> dict[str, Any]:
-        """Everything known of a grammar, for print or JSON; times in seconds."""
+        """Return the facts of a grammar, for printing or JSON; times in seconds."""
         return grammar_facts.grammar_facts(self.material(name), self.meanings(name))
 
     def draw_trees(self, name: str, path: str | Path) -> Path:
-        """Return the derivation trees of the grammar's sentences, as PNG."""
+        """Draw the derivation trees of the grammar's sentences as PNG."""
         return grammar_pictures.draw_sentences(self.material(name), path)
 
     def draw_strings(self, name: str, path: str | Path) -> Path:
-        """Terminals with their figures and words, and the captures as strings of them, as PNG."""
+        """Draw the terminals with figures and words, and the captures as strings, as PNG."""
         return grammar_pictures.draw_strings(self.material(name), self.meanings(name), path)
 
     def draw_parse(self, name: str, found: ParsedMotion, path: str | Path) -> Path:
-        """Return the trees of what was parsed, as PNG."""
+        """Draw the trees of a parsed motion as PNG."""
         return grammar_pictures.draw_parse(self.material(name), found.trees, path)
 
     def draw_edit(self, name: str, edited: Edit, path: str | Path) -> Path:
-        """Return a region's alternatives as trees, as PNG."""
+        """Draw a sequence and the alternatives of its region as trees, as PNG."""
         return grammar_pictures.draw_edit(self.material(name), edited, path)
 
     def draw_sequence(self, sequence: GrammarSequence, path: str | Path) -> Path:
-        """Return a sequence as a strip of figures over its terminals and sources, as PNG."""
+        """Draw a sequence as a strip of figures over its terminals and sources, as PNG."""
         return grammar_pictures.draw_sequence(self.material(sequence.grammar), sequence, path)
 
     def parse(self, name: str, example: str | Path | Motion) -> ParsedMotion:
-        """Return the sentences of a capture, as learned, or read now if it was not learned from.
+        """Return the sentences of a motion, stored or newly parsed.
 
-        A capture that is read anew gets terminals whatever it shows: ``unlike`` of the answer names
-        the segments that are like nothing the grammar was learned from.
+        The sentences are the stored ones if the grammar was learned from the motion. Otherwise the
+        motion is read, which assigns a terminal to each segment, whatever it shows. ``unlike`` of
+        the result gives the segments that are unlike everything from which the grammar was learned.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        example : str, Path or Motion
+            Name of a capture, a motion file, or a motion.
 
         Raises
         ------
-        QueryError : no such grammar or capture, or one that is too short to hold a terminal.
+        QueryError
+            When there is no such grammar or capture, or the motion is too short for a terminal.
         """
         with self._session.reading():
             material = self.material(name)
@@ -145,7 +178,7 @@ class Grammars:
         return grammar_parsing.parse_reading(material.learned.grammar, reading)
 
     def _take(self, material: Material, example: str | Path | Motion) -> int | None:
-        """Return the take that an example is, be it a capture or a file with the same bytes."""
+        """Return the take of a capture, or of a file with the same bytes; None if there is none."""
         if isinstance(example, Motion):
             return None
         if is_file(example):
@@ -156,6 +189,7 @@ class Grammars:
         return next((take for take, n in material.numbers.items() if n == info.capture_id), None)
 
     def _read(self, material: Material, motion: Motion) -> Reading:
+        """Read a motion as a string of terminals; the session keeps the reader."""
         reader: Reader = self._session.kept(
             ("reader", material.learned.name),
             lambda: make_reader(material.learned.terminals, material.motions),
@@ -165,11 +199,21 @@ class Grammars:
     def suggest(
         self, name: str, beginning: str | Sequence[str] = ""
     ) -> tuple[tuple[str | None, float], ...]:
-        """Return the terminals that may come next with their probabilities; None is the end.
+        """Return the terminals that may come next, with their probabilities; None is the end.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        beginning : str or sequence of str
+            Terminals separated by spaces, or a sequence of terminals.
 
         Raises
         ------
-        QueryError : a terminal that the grammar does not know. ParseError : no sentence begins so.
+        QueryError
+            When there is no such grammar, or a name is not a terminal of it.
+        ParseError
+            When no sentence begins with these terminals.
         """
         grammar = self.load(name).grammar
         return prefix.suggest(grammar, terminals_of(grammar, beginning))
@@ -177,7 +221,21 @@ class Grammars:
     def generate(self, name: str, seed: int = 0, length: int | None = None) -> GrammarSequence:
         """Return a new sentence as motion; the same seed gives the same motion.
 
-        length : terminals wished; where no sentence has so many, the nearest number that one has.
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        seed : int
+            Seed of the derivation.
+        length : int, optional
+            Wanted number of terminals. If no sentence has this length, the nearest possible one is
+            used.
+
+        Raises
+        ------
+        QueryError
+            When there is no such grammar, the length is below 1, or all captures that show one of
+            the terminals were removed.
         """
         if length is not None and length < 1:
             raise QueryError(f"length: expected at least 1 terminal, found {length}. Ask for more.")
@@ -195,25 +253,38 @@ class Grammars:
         n: int = grammar_editing.N_ALTERNATIVES,
         seed: int = 0,
     ) -> Edit:
-        """Return what else could stand in the region around a position of a sequence.
+        """Return alternatives for the region around a position of a sequence.
+
+        The exceptions are those of :func:`motiondb.database.grammars.grammar_editing.offer`.
 
         Parameters
         ----------
-        sequence : the name of a kept sequence, a string of terminals, or a sequence at hand.
-        at : position from 0. levels : how many ancestors wider, then descendants narrower.
+        name : str
+            Name of the grammar.
+        sequence : str, sequence of str or GrammarSequence
+            The name of a saved sequence, a string of terminals, or a generated sequence.
+        at : int
+            The picked position, from 0.
+        levels : tuple of (int, int)
+            Number of ancestors by which the region is widened, then of descendants by which it is
+            narrowed.
+        n : int
+            Most alternatives.
+        seed : int
+            Seed of the search for alternatives.
         """
         return grammar_editing.offer(self.material(name), sequence, at, levels, n, seed)
 
     def play(self, name: str, edited: Edit, number: int, seed: int = 0) -> GrammarSequence:
-        """Return the sequence with alternative ``number`` (from 0) in place, as motion."""
+        """Return the sequence with alternative ``number`` (from 0) in its region, as motion."""
         return grammar_editing.play_alternative(self.material(name), edited, number, seed)
 
     def compare(self, name: str, seed: int = 0) -> tuple[grammar_comparing.ComparedGrammar, ...]:
-        """Compare a grammar with a finite state machine, Sequitur and flat rules."""
+        """Compare a grammar with a finite state machine, Sequitur and a flat grammar."""
         return grammar_comparing.compare(self.load(name), seed)
 
     def facts(self, sequence: GrammarSequence, seed: int = 0) -> dict[str, Any]:
-        """How a sequence came about, for JSON: string, tree, seams and sources.
+        """Return how a sequence was generated, for JSON: string, tree, joins and sources.
 
         Parameters
         ----------
@@ -225,14 +296,14 @@ class Grammars:
         return grammar_facts.sequence_facts(sequence, seed)
 
     def write(self, sequence: GrammarSequence, path: str | Path, seed: int = 0) -> dict[str, Any]:
-        """Write a sequence, and beside it ``NAME.provenance.json`` with the origin of its frames.
+        """Write a sequence, and the origin of its frames to ``NAME.provenance.json``.
 
         Parameters
         ----------
         sequence : GrammarSequence
             The sequence.
         path : str or Path
-            The ending says the format: .bvh, .glb or .gltf.
+            The file; its ending gives the format: .bvh, .glb or .gltf.
         seed : int
             The seed that the facts name.
 
@@ -250,7 +321,7 @@ class Grammars:
 
     @staticmethod
     def format_tree(tree: Tree) -> str:
-        """A derivation tree on one line, every nonterminal with what it derives in brackets."""
+        """Return a tree as one line, with the children of each nonterminal in brackets."""
         return grammar_facts.format_tree(tree)
 
     def save(
@@ -260,6 +331,23 @@ class Grammars:
         seed: int = 0,
         how: Mapping[str, object] | None = None,
     ) -> CaptureInfo:
-        """Keep a sequence as a generated capture, with its derivation, so that it can be edited."""
+        """Save a sequence as a generated capture with its derivation, so that it can be edited.
+
+        Parameters
+        ----------
+        name : str
+            Name of the new capture.
+        sequence : GrammarSequence
+            The sequence.
+        seed : int
+            The seed from which the sequence was generated.
+        how : mapping of str to object, optional
+            Further parameters that are saved with the run.
+
+        Raises
+        ------
+        QueryError
+            When the name is not valid, or a capture of this name exists.
+        """
         material = self.material(sequence.grammar)
         return grammar_sequences.keep(material, sequence, name, seed, how or {})

@@ -1,10 +1,14 @@
-"""What terminals mean: the words the database knows for their segments, and the motion symbols.
+"""Give terminals a meaning: words and motion symbols of the segments they label.
 
-A terminal is a letter; "a" says nothing. Where the database has learned words, the words of a
-terminal are those that are likelier at its segments than elsewhere in the same takes: p(word |
-segments of the terminal) - p(word | all segments), over the probabilities that search looks at,
-people's written words included. Where it has learned symbols, a terminal maps to the symbols that
-its segments wear most of the time, so that there is one table of symbols.
+The name of a terminal is a letter without a meaning. If the database has learned words, the words
+of a terminal are those that are more probable in its segments than in all segments of the same
+takes, by the difference
+
+    p(word | segments of the terminal) - p(word | all segments).
+
+The probabilities are those that search uses; they include the captions that people wrote. If the
+database has learned motion symbols, a terminal also gets the symbols that cover most of the time
+of its segments. The database therefore keeps a single table of motion symbols.
 """
 
 from __future__ import annotations
@@ -19,20 +23,31 @@ from motiondb.learning.learned import Learned
 from motiondb.records import FloatArray
 
 N_WORDS = 2
+"""Most words of a terminal. Chosen by hand; not tuned."""
 LEAST_PROBABILITY = 0.25
+"""Least probability of a word in the segments of a terminal. Chosen by hand; not tuned."""
 LEAST_GAIN = 0.05
+"""Least difference from the probability in all segments. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """Words with their probabilities at a terminal's segments, best first; symbols with shares."""
+    """Words and motion symbols of a terminal.
+
+    Attributes
+    ----------
+    words : tuple of (str, float)
+        Words with their probability in the segments of the terminal, the largest difference first.
+    symbols : tuple of (int, float)
+        Motion symbols with their share of the time of the segments, the largest share first.
+    """
 
     words: tuple[tuple[str, float], ...] = ()
     symbols: tuple[tuple[int, float], ...] = ()
 
     @property
     def text(self) -> str:
-        """The words alone.
+        """The words without their probabilities.
 
         >>> Meaning((("turn", 0.9), ("left", 0.5))).text
         'turn left'
@@ -43,9 +58,21 @@ class Meaning:
 def terminal_meanings(
     learned: Learned | None, grammar: store.LearnedGrammar, numbers: Mapping[int, int]
 ) -> tuple[Meaning, ...]:
-    """Return a meaning for each terminal; empty ones where the database has not learned.
+    """Return the meaning of each terminal.
 
-    numbers : take -> capture, for takes whose captures are there.
+    Parameters
+    ----------
+    learned : Learned or None
+        What the database has learned.
+    grammar : LearnedGrammar
+        The grammar.
+    numbers : mapping of int to int
+        Take -> number of its capture, for the takes whose captures are in the database.
+
+    Returns
+    -------
+    tuple of Meaning
+        One for each terminal; empty meanings if ``learned`` is None.
     """
     terminals = grammar.terminals
     n = len(terminals.names)
@@ -84,6 +111,17 @@ def terminal_meanings(
 def _words(
     row: FloatArray, usual: FloatArray, known: tuple[str, ...]
 ) -> tuple[tuple[str, float], ...]:
+    """Select the words of a terminal.
+
+    Parameters
+    ----------
+    row : array (words,)
+        Probability of each word in the segments of the terminal.
+    usual : array (words,)
+        Probability of each word in all segments.
+    known : tuple of str
+        The words.
+    """
     gain = row - usual
     order = np.argsort(-gain, kind="stable")[:N_WORDS]
     return tuple(
@@ -94,5 +132,6 @@ def _words(
 
 
 def _symbols(shares: FloatArray) -> tuple[tuple[int, float], ...]:
+    """Select at most three motion symbols that each cover at least a tenth of the time."""
     order = np.argsort(-shares, kind="stable")[:3]
     return tuple((int(s), float(shares[s])) for s in order if shares[s] >= 0.1)
