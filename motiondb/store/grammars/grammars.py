@@ -39,17 +39,7 @@ TABLES = (*GRAMMAR_TABLES, "derivation")
 
 @dataclass(frozen=True)
 class GrammarSource:
-    """A capture that a grammar was learned from, as it was at that time.
-
-    Attributes
-    ----------
-    name : str
-        Name of the capture.
-    sha256 : str
-        Digest of its file, hexadecimal.
-    n_frames : int
-        Frames of its motion, at 30 a second.
-    """
+    """A capture that a grammar was learned from, as it was then; frames at 30 a second."""
 
     name: str
     sha256: str
@@ -97,20 +87,7 @@ class LearnedGrammar:
     grammar_id: int = 0
 
     def string(self, first: int, end: int) -> tuple[str, ...]:
-        """Return the terminals of segments [first, end).
-
-        Parameters
-        ----------
-        first : int
-            The first segment.
-        end : int
-            The segment after the last one.
-
-        Returns
-        -------
-        tuple of str
-            Name of the terminal of each segment.
-        """
+        """Return the names of the terminals of segments [first, end)."""
         return tuple(self.terminals.names[k] for k in self.terminals.labels[first:end])
 
     @property
@@ -121,31 +98,7 @@ class LearnedGrammar:
 
 @dataclass(frozen=True)
 class GrammarSize:
-    """The sizes of a grammar.
-
-    Attributes
-    ----------
-    name : str
-        Name of the grammar.
-    run_id : int
-        The run that learned it.
-    captures : int
-        Number of captures that it was learned from.
-    frames : int
-        Frames of all these captures, at 30 a second.
-    terminals : int
-        Number of terminals.
-    segments : int
-        Number of segments.
-    sentences : int
-        Number of sentences.
-    nonterminals : int
-        Number of symbols that have rules.
-    rules : int
-        Number of rules.
-    bits : dict of str to float
-        Name of each part of the description -> its length, bits.
-    """
+    """Counts of a grammar; frames at 30 a second, description lengths of its parts in bits."""
 
     name: str
     run_id: int
@@ -270,13 +223,6 @@ def _lists(rows: Sequence[Sequence[int]]) -> NDArray[np.object_]:
 def load_grammar(store: Store, name: str) -> LearnedGrammar:
     """Load the grammar of this name.
 
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    name : str
-        Name of the grammar.
-
     Raises
     ------
     QueryError
@@ -351,22 +297,7 @@ def _load_terminals(
 
 
 def grammar_mark(store: Store, name: str) -> str:
-    """Return a mark that changes when the grammar is learned again or any motion changes.
-
-    Motions change when captures are added or removed. The mark shows whether what was derived from
-    the grammar and the motions is still current.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    name : str
-        Name of the grammar.
-
-    Returns
-    -------
-    str
-        The mark. Only its equality has a meaning.
+    """Return a mark that changes when the grammar is learned again or the store's motions change.
 
     Raises
     ------
@@ -388,13 +319,7 @@ def load_grammar_names(store: Store) -> list[str]:
 
 
 def load_grammar_sizes(store: Store) -> list[GrammarSize]:
-    """Count what each grammar holds, without loading it.
-
-    Returns
-    -------
-    list of GrammarSize
-        The sizes of each grammar, in order of name.
-    """
+    """Count what each grammar holds, in order of name, without loading the grammars."""
     rows = store.connection.execute(
         """SELECT name, run_id,
            (SELECT count(*) FROM grammar_source s WHERE s.grammar_id = g.grammar_id),
@@ -413,16 +338,7 @@ def load_grammar_sizes(store: Store) -> list[GrammarSize]:
 
 
 def remove_grammar(store: Store, name: str) -> list[str]:
-    """Remove a grammar, with the derivations that refer to it.
-
-    The captures that were derived from it stay, with their provenance.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    name : str
-        Name of the grammar.
+    """Remove a grammar and its derivations; the derived captures stay, with their provenance.
 
     Returns
     -------
@@ -461,15 +377,6 @@ def _unknown(store: Store, name: str) -> str:
 
 def load_source_numbers(store: Store, learned: LearnedGrammar) -> dict[int, int]:
     """Load the numbers of the captures that a grammar was learned from.
-
-    A capture is identified by its digest and its number of frames.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    learned : LearnedGrammar
-        The grammar.
 
     Returns
     -------
