@@ -60,8 +60,10 @@ class ShortCapture:
     ----------
     standardised : array (segments, columns)
         Standardised scores and movement.
-    starts, ends : array (segments,)
-        Frames.
+    starts : array (segments,)
+        First frames.
+    ends : array (segments,)
+        Last frames + 1.
     words : tuple of int
         Numbers of the words of its action.
     group : str
@@ -83,8 +85,10 @@ class JoinedTake:
     ----------
     standardised : array (segments, columns)
         Standardised scores and movement.
-    starts, ends : array (segments,)
-        Frames.
+    starts : array (segments,)
+        First frames.
+    ends : array (segments,)
+        Last frames + 1.
     parts : tuple of (int, int, tuple of int)
         First frame, last frame + 1, and words of every capture.
     group : str
@@ -172,6 +176,7 @@ def fit_certainty(
     Parameters
     ----------
     captures : sequence of ShortCapture
+        Captures of one action.
     maps : dict
         Performer -> the map without the captures of this performer.
     rng : numpy.random.Generator
@@ -204,8 +209,11 @@ def short_captures(
     Parameters
     ----------
     table : SegmentTable
+        Segments of all captures.
     standardised : array (segments, columns)
+        Standardised scores and movement.
     written : Written
+        Actions that captions list.
     performers : dict
         Capture number -> who performs.
     """

@@ -165,8 +165,10 @@ class MatchPart:
     ----------
     words : str
         What the question asks for in this part.
-    start, end : float
-        Seconds; those of the whole capture where the place is unknown.
+    start : float
+        Begin, seconds; that of the whole capture where the place is unknown.
+    end : float
+        End, seconds; that of the whole capture where the place is unknown.
     probability : float or None
         Probability that the capture shows it; None where it is not known.
     interval_probability : float or None

@@ -130,8 +130,10 @@ class PlacedReading:
 
     Attributes
     ----------
-    starts, ends : array (segments,)
-        Frames of the segments; divided where the capture has fewer than there are parts.
+    starts : array (segments,)
+        First frames of the segments; divided where the capture has fewer than there are parts.
+    ends : array (segments,)
+        Last frames + 1.
     values : array (parts, segments)
         Mean value of the actions of every part; 0 for a part without any.
     spans : tuple of (int, int)
@@ -154,6 +156,7 @@ def place_reading(
     take : TakeScores
         Log-odds, or other evidence, for the words in the capture.
     reading : Reading
+        One reading of a question.
     number : mapping of str to int
         Column of every word.
 

@@ -94,5 +94,6 @@ def solve_word_map(moments: WordMoments, ridge: float, calibration: FloatArray) 
     weights = np.linalg.solve(gram, target).astype(np.float64, copy=False)
     priors = np.clip(mean_y, 0.5 / n, 1.0 - 0.5 / n)
     spreads = word_spreads(priors)
-    offsets = -(mean_v @ weights)
+    # one order of summation: a matrix product's last bits depend on the number of threads
+    offsets = -np.einsum("i,ij->j", mean_v, weights, optimize=False)
     return WordMap(weights, offsets, priors, spreads, calibration, ridge=ridge)

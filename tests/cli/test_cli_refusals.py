@@ -112,7 +112,7 @@ def test_a_second_process_hears_who_holds_the_file(command: Any, learned_copy: P
             ended = command(*words, "--db", learned_copy)
             assert ended.code == 1
             assert f"found it held by process {holder.pid} (" in ended.err
-            assert "Wait until it has ended." in ended.err
+            assert "Wait until it has ended, or wait longer with --wait SECONDS." in ended.err
         holder.stdin.write("\n")
         holder.stdin.flush()
         holder.wait(20)

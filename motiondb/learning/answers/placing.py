@@ -36,8 +36,10 @@ class PartPlace:
 
     Attributes
     ----------
-    start, end : int
-        Frames; those of the whole capture where the place is unknown.
+    start : int
+        First frame; that of the whole capture where the place is unknown.
+    end : int
+        Last frame + 1; that of the whole capture where the place is unknown.
     probability : float or None
         That the capture shows it; None where it is not known.
     right : float or None
@@ -122,7 +124,9 @@ def interval_probability(
     probability : float or None
         Probability that the capture shows it.
     parts : sequence of PartPlace
+        Places of the parts of the question.
     reading : Reading
+        The reading of the question that was answered.
     """
     asked = [place for place, part in zip(parts, reading.parts) if part.actions]
     right = [place.right for place in asked if place.right is not None and not place.unknown]

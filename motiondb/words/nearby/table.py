@@ -34,11 +34,16 @@ class NearbyTable:
 
     Attributes
     ----------
-    words : sorted.
-    starts : array (words + 1,), where the pairs of each word begin.
-    targets : array (pairs,), numbers of words; the likeliest of a word first.
-    chances : array (pairs,), probabilities that the word may be taken so.
-    silent : array, sorted CRC-32 sums of English words without an entry.
+    words : tuple of str
+        Words with an entry, sorted.
+    starts : array (words + 1,)
+        Where the pairs of each word begin.
+    targets : array (pairs,)
+        Numbers of words; the likeliest of a word first.
+    chances : array (pairs,)
+        Probabilities that the word may be taken so.
+    silent : array (silent words,)
+        Sorted CRC-32 sums of English words without an entry.
     """
 
     words: tuple[str, ...]
@@ -77,9 +82,11 @@ def write_table(pairs: Mapping[str, Sequence[tuple[str, int]]], silent: Sequence
 
     Parameters
     ----------
-    pairs : from every word to what it may be taken as and the probability, in units of 1/200.
-        Words that are only answers have an empty entry.
-    silent : CRC-32 sums of further English words, sorted.
+    pairs : mapping of str to sequence of (str, int)
+        Word -> what it may be taken as, and the probability in units of 1/200. Words that are only
+        answers have an empty entry.
+    silent : sequence of int
+        CRC-32 sums of further English words, sorted.
     """
     words = sorted(pairs)
     number = {word: n for n, word in enumerate(words)}
@@ -100,12 +107,15 @@ def read_table(data: bytes, source: str = "words.table") -> NearbyTable:
 
     Parameters
     ----------
-    data : as :func:`write_table` makes them.
-    source : what to call them in messages.
+    data : bytes
+        As :func:`write_table` makes them.
+    source : str
+        What to call them in messages.
 
     Raises
     ------
-    SheetError : where these are no table, or one that was cut short.
+    SheetError
+        When these are no table, or one that was cut short.
     """
     heading, _, rest = data.partition(b"\n")
     parts = heading.decode("ascii", "replace").rsplit(" ", 3)

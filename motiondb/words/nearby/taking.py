@@ -34,10 +34,13 @@ class Taking:
 
     Attributes
     ----------
-    word : as it was asked.
-    words : known words, likeliest first, each with the probability that the word may be taken so;
-        only those of SUGGESTED or more.
-    spelling : known words of like spelling, where the word is not English and ``words`` is empty.
+    word : str
+        As it was asked.
+    words : tuple of (str, float)
+        Known words, likeliest first, each with the probability that the word may be taken so; only
+        those of SUGGESTED or more.
+    spelling : tuple of str
+        Known words of like spelling, where the word is not English and ``words`` is empty.
     """
 
     word: str
@@ -82,9 +85,12 @@ def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
 
     Parameters
     ----------
-    word : not among the known words; as it was written, or its lemma.
-    known : lemmas of the captions.
-    table : what words may be taken as.
+    word : str
+        Not among the known words; as it was written, or its lemma.
+    known : collection of str
+        Lemmas of the captions.
+    table : NearbyTable
+        What words may be taken as.
     """
     forms = list(dict.fromkeys((word.lower(), lemma(word))))
     chances: dict[str, float] = {}
@@ -131,8 +137,10 @@ def with_virtual_words(word_map: WordMap, shares: FloatArray) -> WordMap:
 
     Parameters
     ----------
-    word_map : of the known words.
-    shares : array (words, taken words), columns sum to 1; see :func:`mixture`.
+    word_map : WordMap
+        Of the known words.
+    shares : array (words, taken words)
+        Columns sum to 1; see :func:`mixture`.
     """
     logits = np.log(word_map.priors) - np.log1p(-word_map.priors)
     priors = 1.0 / (1.0 + np.exp(-(logits @ shares)))
