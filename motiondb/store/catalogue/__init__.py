@@ -1,1 +1,1 @@
-"""Captures with their files, motions, words, events and origins, and the cache of motions."""
+"""Captures with their files, motions, captions, events and provenance; the cache of motions."""

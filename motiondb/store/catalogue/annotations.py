@@ -1,4 +1,7 @@
-"""Tags and words of captures, and synonyms: what people write and may change as a whole."""
+"""Tags and captions of captures, and the user's synonyms.
+
+People write these. Each function that saves them replaces the whole set.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,17 @@ from motiondb.store.connection.transactions import touch, transaction
 
 
 def save_tags(store: Store, capture_id: int, tags: Mapping[str, str]) -> None:
-    """Replace all tags of a capture."""
+    """Replace all tags of a capture.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    capture_id : int
+        Number of the capture.
+    tags : mapping of str to str
+        Key -> value. Values are saved as text.
+    """
     with transaction(store) as connection:
         connection.execute("DELETE FROM capture_tag WHERE capture_id = ?", [capture_id])
         insert(
@@ -26,7 +39,19 @@ def save_tags(store: Store, capture_id: int, tags: Mapping[str, str]) -> None:
 
 
 def save_captions(store: Store, capture_id: int, captions: Iterable[Caption]) -> None:
-    """Replace all words of a capture."""
+    """Replace all captions of a capture.
+
+    What was learned before is no longer current (``learning_is_current``).
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    capture_id : int
+        Number of the capture.
+    captions : iterable of Caption
+        The captions, in the order in which they are kept.
+    """
     rows = list(captions)
     with transaction(store) as connection:
         connection.execute("DELETE FROM caption WHERE capture_id = ?", [capture_id])
@@ -43,7 +68,21 @@ def save_captions(store: Store, capture_id: int, captions: Iterable[Caption]) ->
 
 
 def load_captions(store: Store, capture_id: int | None = None) -> dict[int, tuple[Caption, ...]]:
-    """Load words in order: capture number -> captions, of one capture or of all that have any."""
+    """Load the captions of one capture or of all captures.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    capture_id : int, optional
+        Number of the capture; None: all captures.
+
+    Returns
+    -------
+    dict
+        Capture number -> tuple of captions, in the order in which they were saved. Captures
+        without captions are left out.
+    """
     some = "" if capture_id is None else "WHERE capture_id = ?"
     rows = store.connection.execute(
         "SELECT capture_id, words, start_s, end_s FROM caption "
@@ -57,7 +96,17 @@ def load_captions(store: Store, capture_id: int | None = None) -> dict[int, tupl
 
 
 def save_synonyms(store: Store, synonyms: Mapping[str, str]) -> None:
-    """Replace the user's synonyms: word -> the word for which it stands."""
+    """Replace the user's synonyms.
+
+    What was learned before is no longer current (``learning_is_current``).
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    synonyms : mapping of str to str
+        Word -> the word for which it stands.
+    """
     with transaction(store) as connection:
         connection.execute("DELETE FROM synonym")
         insert(connection, "synonym", word=list(synonyms), canonical=list(synonyms.values()))
@@ -65,6 +114,12 @@ def save_synonyms(store: Store, synonyms: Mapping[str, str]) -> None:
 
 
 def load_synonyms(store: Store) -> dict[str, str]:
-    """Load the user's synonyms: word -> the word for which it stands."""
+    """Load the user's synonyms.
+
+    Returns
+    -------
+    dict
+        Word -> the word for which it stands, sorted by word.
+    """
     rows = store.connection.execute("SELECT word, canonical FROM synonym ORDER BY word").fetchall()
     return dict(rows)

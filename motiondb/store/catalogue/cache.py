@@ -1,14 +1,16 @@
-"""Arrays for passes over everything, memory-mapped from files beside the database.
+"""Arrays of all motions, memory-mapped from files beside the database.
 
-``motions.duckdb.cache/`` holds ``KIND-REVISION-NAME.npy`` and, written last, a list of their names,
-shapes, types and checksums, ``KIND-REVISION.json``. The revision is a random mark that the store
-renews with every change of its motions. Files are written under another name, forced to the disk,
-and renamed.
-Whatever does not fit its list is made anew from the store, so that the folder can be deleted or
-damaged at any time; where it cannot be written, the arrays stay in memory.
+The folder ``motions.duckdb.cache/`` holds the arrays as ``KIND-REVISION-NAME.npy``. A list,
+``KIND-REVISION.json``, gives their names, shapes, types and checksums; it is written last. The
+revision is a random mark that the store renews with every change of its motions. Each file is
+written under a temporary name, flushed to the disk, and renamed.
 
-The checksum is compared whenever arrays are mapped, once for each opening of a database. So it must
-be cheap: sums of words of 8 bytes run at 5 GB a second, CRC-32 at 0.7 (measured on 160 MB).
+An array that does not match its list is rebuilt from the store, so the folder can be deleted or
+damaged at any time. If the folder cannot be written, the arrays stay in memory.
+
+The checksums are compared whenever arrays are mapped, once for each opening of a database. They
+must therefore be cheap: sums of 8-byte words run at 5 GB a second, CRC-32 at 0.7 GB a second
+(measured on 160 MB).
 """
 
 from __future__ import annotations
@@ -37,29 +39,33 @@ from motiondb.store.connection.transactions import read_meta
 Arrays = dict[str, NDArray[Any]]
 
 _VERSION = 1
-"""Of the list; another one is not read."""
+"""Version of the list's format. A list of another version is not read."""
 _PAGE = 4096
-"""Bytes that are summed before they are weighted: a page of memory and of most disks."""
+"""Bytes that are summed before weighting: the size of a page of memory and of most disks."""
 _ABANDONED = 60.0
-"""Seconds after which a draft counts as left by a kill. Chosen by hand: a GB takes about 5."""
+"""Age in seconds at which a draft counts as abandoned by a killed process.
+
+Chosen by hand; not tuned. Writing 1 GB takes about 5 s.
+"""
 _UNUSABLE = (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError)
-"""What damaged files make of reading them."""
+"""Exceptions that reading a missing or damaged file raises."""
 
 
 @dataclass(frozen=True, eq=False)
 class MotionPool:
-    """All motions end to end, in order of capture number.
+    """All motions, concatenated in order of capture number.
 
     Attributes
     ----------
     capture_ids : array (captures,)
         Numbers of the captures, ascending.
     offsets : array (captures + 1,)
-        Capture n holds the rows offsets[n] to offsets[n + 1] of ``poses``.
+        The rows of ``poses`` that hold capture n are [offsets[n], offsets[n + 1]).
     leg_lengths : array (captures,)
-        Metres.
+        Leg length of each performer, hip to ankle, metres.
     poses : array (frames, 87), float32
-        Root position and 21 quaternions; may be a memory map.
+        Root position (metres) and 21 quaternions (w, x, y, z) of each frame, as in
+        :func:`flatten_motion`; may be a memory map.
     """
 
     capture_ids: IntArray
@@ -68,7 +74,18 @@ class MotionPool:
     poses: Float32Array
 
     def motion(self, capture_id: int) -> Motion:
-        """One capture's motion, as views into ``poses``; its notes are left out."""
+        """Return the motion of one capture, as views into ``poses`` and without its notes.
+
+        Parameters
+        ----------
+        capture_id : int
+            Number of the capture.
+
+        Raises
+        ------
+        QueryError
+            The pool has no such capture.
+        """
         number = int(np.searchsorted(self.capture_ids, capture_id))
         if number == len(self.capture_ids) or self.capture_ids[number] != capture_id:
             raise QueryError(f"capture {capture_id}: expected a capture in the pool, found none.")
@@ -77,31 +94,44 @@ class MotionPool:
 
 
 def load_motion_pool(store: Store) -> MotionPool:
-    """All motions at once; after the first call a memory map, until the motions change."""
+    """Load all motions at once.
+
+    The first call writes the arrays to the cache. Later calls map them, until the motions change.
+
+    Returns
+    -------
+    MotionPool
+        All motions; ``poses`` is a memory map where the cache can be used.
+    """
     return MotionPool(**cached_arrays(store, "motions", lambda: _read_motions(store)))
 
 
 def cached_arrays(
     store: Store, kind: str, build: Callable[[], Mapping[str, NDArray[Any]]]
 ) -> Arrays:
-    """The arrays that ``build`` makes from the motions, kept until the motions change.
+    """Return the arrays that ``build`` makes from the motions, from the cache where possible.
+
+    The cached arrays are valid until the motions change. Within a transaction the cache is neither
+    read nor written, because the transaction may yet be rolled back.
 
     Parameters
     ----------
     store : Store
         The open database.
     kind : str
-        Letters and digits, one word for what the arrays are; part of the files' names.
+        What the arrays are, one word of letters and digits; part of the files' names.
     build : callable
-        Gives arrays by name; called when there are none for the motions of now, or damaged ones.
+        Returns the arrays by name. It is called when the cache has no arrays for the current
+        motions, or damaged ones.
 
     Returns
     -------
     dict
-        Name -> array; memory maps (read only) where they come from or went to files.
+        Name -> array. Arrays that were read from files or written to them are read-only memory
+        maps.
     """
     if store.in_transaction:
-        return dict(build())  # within a transaction that may yet be undone
+        return dict(build())  # the transaction may yet be rolled back
     folder = store.path.with_name(f"{store.path.name}.cache")
     stem = f"{kind}-{read_meta(store, 'motion_revision')}"
     try:
@@ -130,11 +160,11 @@ def _read_motions(store: Store) -> Arrays:
 
 
 def _read_arrays(folder: Path, stem: str) -> Arrays:
-    """Memory maps of all arrays of the list, where each is as the list says.
+    """Map all arrays of the list, and check that each matches its entry.
 
     Raises
     ------
-    OSError, ValueError, EOFError, KeyError, TypeError
+    OSError, ValueError, EOFError, KeyError, TypeError, AttributeError
         The list or a file is missing, damaged, or of another format.
     """
     text = (folder / f"{stem}.json").read_bytes()
@@ -151,7 +181,7 @@ def _read_arrays(folder: Path, stem: str) -> Arrays:
 
 
 def _write_arrays(folder: Path, kind: str, stem: str, arrays: Arrays) -> None:
-    """Write the arrays, then their list, then delete the files of other revisions."""
+    """Write the arrays, then their list; then delete the files of other revisions."""
     folder.mkdir(exist_ok=True)
     for name, array in arrays.items():
         with _draft(folder / f"{stem}-{name}.npy") as file:
@@ -170,7 +200,10 @@ def _write_arrays(folder: Path, kind: str, stem: str, arrays: Arrays) -> None:
 
 @contextmanager
 def _draft(path: Path) -> Iterator[BinaryIO]:
-    """A file that gets its name when it is on the disk; nothing is left where writing fails."""
+    """Open a temporary file that is renamed to ``path`` once it is on the disk.
+
+    If writing fails, the temporary file is deleted.
+    """
     new = path.with_name(f"{path.name}.new-{os.getpid()}-{threading.get_ident()}")
     try:
         with new.open("wb") as file:
@@ -183,17 +216,30 @@ def _draft(path: Path) -> Iterator[BinaryIO]:
 
 
 def _facts(array: NDArray[Any]) -> dict[str, Any]:
-    """What the list says of an array."""
+    """Return the entry of an array in the list: shape, type and checksum."""
     checksum = page_checksum(np.ascontiguousarray(array))
     return {"shape": list(array.shape), "dtype": array.dtype.str, "checksum": checksum}
 
 
 def page_checksum(array: NDArray[Any]) -> int:
-    """The sum over pages k of (2 k + 1) times the sum of the page's words, modulo 2^64.
+    """Return the sum over pages k of (2 k + 1) times the sum of the page's words, modulo 2^64.
 
-    A page has 4096 bytes, a word 8; the bytes behind the last word are added one by one. Any one
-    changed word changes the sum, and so do pages that changed places, unless their sums agree.
+    A page has 4096 bytes and a word has 8. The bytes after the last whole word are added one by
+    one. A change of any single word changes the checksum. Swapping two pages usually changes
+    it too; it does not where the sums of their words agree.
 
+    Parameters
+    ----------
+    array : array of any shape and type, contiguous in memory
+        The array whose bytes are summed.
+
+    Returns
+    -------
+    int
+        The checksum, 0 to 2^64 - 1.
+
+    Examples
+    --------
     >>> page_checksum(np.array([7, 1])), page_checksum(np.ones(1024, dtype=np.int64))
     (8, 2048)
     """
@@ -210,5 +256,5 @@ def page_checksum(array: NDArray[Any]) -> int:
 
 
 def _list_checksum(facts: Mapping[str, Any]) -> int:
-    """Of the list itself, so that a changed name is noticed."""
+    """Return the checksum of the list itself, so that a changed name is noticed."""
     return zlib.crc32(json.dumps(facts, sort_keys=True).encode())

@@ -1,6 +1,7 @@
-"""Events of captures: foot strikes, catches, releases, contacts; replaced as a whole.
+"""Events of captures: foot strikes, catches, releases, contacts.
 
-Nothing is learned from them, so that what was learned stays current.
+The events of a capture are replaced as a whole. Nothing is learned from events, so changing them
+leaves what was learned current.
 """
 
 from __future__ import annotations
@@ -15,12 +16,21 @@ from motiondb.store.connection.transactions import transaction
 
 
 def save_events(store: Store, capture_id: int, events: Iterable[Event]) -> None:
-    """Replace all events of a capture; one that is given twice is kept once.
+    """Replace all events of a capture.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    capture_id : int
+        Number of the capture.
+    events : iterable of Event
+        The events, in any order. Equal events are saved once.
 
     Raises
     ------
     StoreError
-        A frame is outside the capture's motion.
+        The frame of an event lies outside the capture's motion.
     """
     rows = sorted(set(events))
     with transaction(store) as connection:
@@ -47,7 +57,20 @@ def save_events(store: Store, capture_id: int, events: Iterable[Event]) -> None:
 
 
 def load_events(store: Store, capture_id: int | None = None) -> dict[int, tuple[Event, ...]]:
-    """Load events in order: capture number -> events, of one capture or of all that have any."""
+    """Load the events of one capture or of all captures.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    capture_id : int, optional
+        Number of the capture; None: all captures.
+
+    Returns
+    -------
+    dict
+        Capture number -> tuple of events, in order of frame. Captures without events are left out.
+    """
     some = "" if capture_id is None else "WHERE capture_id = ?"
     rows = store.connection.execute(
         f"SELECT capture_id, frame, name, joint, other FROM event {some} ORDER BY ALL",

@@ -1,4 +1,7 @@
-"""Filters on the catalogue as nodes, and whether a capture fulfils them (``store.where``)."""
+"""Nodes of a parsed filter on the catalogue, and the test whether a capture satisfies them.
+
+:mod:`motiondb.store.catalogue.where` parses the text of a filter into these nodes.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +27,9 @@ COLUMNS = (
     "path",
     "run_id",
 )
-"""The columns of the catalogue that a filter can name; they win over tags of the same name."""
+"""Columns of the catalogue that a filter can name. They override tags of the same name."""
 CAPTION = "caption"
-"""Name under which a filter asks for the captions; wins over a tag of the same name."""
+"""Name that stands for the captions in a filter. It overrides a tag of the same name."""
 
 _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     "=": operator.eq,
@@ -40,7 +43,17 @@ _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
 
 @dataclass(frozen=True)
 class Condition:
-    """One comparison of a filter: ``name operator value``."""
+    """One comparison of a filter: ``name operator value``.
+
+    Attributes
+    ----------
+    name : str
+        Name of a column or tag, or ``CAPTION``.
+    operator : str
+        One of ``=``, ``!=``, ``<``, ``<=``, ``>``, ``>=``, ``~`` (contains) and ``!~``.
+    value : str
+        The value to compare with.
+    """
 
     name: str
     operator: str
@@ -49,14 +62,26 @@ class Condition:
 
 @dataclass(frozen=True)
 class OneOf:
-    """Alternatives: each a list of filters that must all hold."""
+    """A disjunction: at least one alternative must hold.
+
+    Attributes
+    ----------
+    alternatives : tuple of tuple of Filter
+        The filters of each alternative; these must all hold.
+    """
 
     alternatives: tuple[tuple[Filter, ...], ...]
 
 
 @dataclass(frozen=True)
 class NoneOf:
-    """Filters that must not all hold."""
+    """A negation: the filters must not all hold.
+
+    Attributes
+    ----------
+    filters : tuple of Filter
+        The filters.
+    """
 
     filters: tuple[Filter, ...]
 
@@ -65,7 +90,18 @@ Filter: TypeAlias = Condition | OneOf | NoneOf
 
 
 def conditions_of(filters: Iterable[Filter]) -> Iterator[Condition]:
-    """Every comparison of a filter, from the left."""
+    """Yield every comparison of some filters, from left to right.
+
+    Parameters
+    ----------
+    filters : iterable of Filter
+        The filters.
+
+    Yields
+    ------
+    Condition
+        Each comparison, also those within alternatives and negations.
+    """
     for each in filters:
         if isinstance(each, Condition):
             yield each
@@ -76,11 +112,19 @@ def conditions_of(filters: Iterable[Filter]) -> Iterator[Condition]:
 
 
 def check_names(filters: Iterable[Filter], tags: Iterable[str]) -> None:
-    """Refuse a filter that names neither a column nor one of the ``tags`` in use.
+    """Check that filters name only columns, ``CAPTION`` and tags in use.
+
+    Parameters
+    ----------
+    filters : iterable of Filter
+        The filters.
+    tags : iterable of str
+        Keys of all tags in use.
 
     Raises
     ------
-    QueryError : suggests the nearest names.
+    QueryError
+        A filter names something else. The message suggests the nearest names.
     """
     named = (*COLUMNS, CAPTION)
     known = (*named, *sorted(set(tags) - set(named)))
@@ -93,12 +137,27 @@ def check_names(filters: Iterable[Filter], tags: Iterable[str]) -> None:
 
 
 def asks_captions(filters: Iterable[Filter]) -> bool:
-    """Whether a filter looks at the captions."""
+    """Whether any of the filters tests captions."""
     return any(condition.name == CAPTION for condition in conditions_of(filters))
 
 
 def matches(info: CaptureInfo, filters: Sequence[Filter], captions: Sequence[str] = ()) -> bool:
-    """Whether a capture, with its captions, fulfils all filters."""
+    """Whether a capture satisfies all filters.
+
+    Parameters
+    ----------
+    info : CaptureInfo
+        The row of the capture, with its tags.
+    filters : sequence of Filter
+        The filters.
+    captions : sequence of str
+        Texts of the capture's captions.
+
+    Returns
+    -------
+    bool
+        True if every filter holds, also when there are none.
+    """
     return all(_fulfils(info, each, captions) for each in filters)
 
 

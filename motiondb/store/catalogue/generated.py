@@ -1,4 +1,4 @@
-"""The origin of every frame of a generated capture, and its licence."""
+"""Provenance of generated captures: the source and the licence of every frame."""
 
 from __future__ import annotations
 
@@ -15,7 +15,17 @@ from motiondb.store.connection.transactions import transaction
 
 @dataclass(frozen=True)
 class SourceCapture:
-    """A capture that a generated one was made from, as it was then."""
+    """A capture that a generated capture was made from, as it was at that time.
+
+    Attributes
+    ----------
+    name : str
+        Name of the capture.
+    sha256 : str
+        Digest of its file, hexadecimal.
+    licence : str
+        Its tag ``licence``, "" if it has none.
+    """
 
     name: str
     sha256: str
@@ -24,20 +34,21 @@ class SourceCapture:
 
 @dataclass(frozen=True, eq=False)
 class Provenance:
-    """A row for every frame of a generated capture.
+    """The source of every frame of a generated capture.
 
     Attributes
     ----------
     sources : tuple of SourceCapture
         The captures that frames come from.
     source_numbers : array (frames,)
-        Index into ``sources``; -1: drawn from the model.
+        Index into ``sources``, -1 where the frame was drawn from the model.
     source_frames : array (frames,)
-        Frame of the source, at 30 a second, may lie between frames; 0 where drawn.
+        Frame of the source, at 30 a second, possibly between two frames; 0 where the frame was
+        drawn from the model.
     warps : array (frames,)
-        Frames of the source for each frame.
+        Number of source frames that pass for each frame.
     edits : tuple of str
-        What was done to each frame, such as "", "blend 0.40" or "foot lock".
+        What was changed in each frame, such as "", "blend 0.40" or "foot lock".
     """
 
     sources: tuple[SourceCapture, ...]
@@ -48,7 +59,7 @@ class Provenance:
 
     @property
     def licences(self) -> tuple[str, ...]:
-        """Per frame the licence of its source; empty where drawn from the model."""
+        """The licence of each frame's source; "" where the frame was drawn from the model."""
         by_number = (*(source.licence for source in self.sources), "")
         return tuple(by_number[number] for number in self.source_numbers)
 
@@ -60,25 +71,31 @@ def to_provenance(
     warps: FloatArray | None = None,
     edits: tuple[str, ...] = (),
 ) -> Provenance:
-    """Look up names, digests and licences of the captures that frames come from.
+    """Look up the names, digests and licences of the captures that frames come from.
 
     Parameters
     ----------
     store : Store
         The open database.
     capture_ids : array (frames,)
-        Number of the capture of each frame; -1: drawn from the model.
+        Number of the capture that each frame comes from, -1 where the frame was drawn from the
+        model.
     source_frames : array (frames,)
         Frame of that capture, at 30 a second.
     warps : array (frames,), optional
-        Frames of the source for each frame; 1 when left out.
+        Number of source frames that pass for each frame; None: 1 throughout.
     edits : tuple of str
-        What was done to each frame; nothing when left out.
+        What was changed in each frame. If empty, every frame gets "".
+
+    Returns
+    -------
+    Provenance
+        The source of every frame. ``sources`` are in order of capture number.
 
     Raises
     ------
     QueryError
-        A number is no capture's.
+        The store has no capture of one of the numbers.
     """
     n = len(capture_ids)
     known = {
@@ -103,7 +120,17 @@ def to_provenance(
 
 
 def save_provenance(store: Store, capture_id: int, provenance: Provenance) -> None:
-    """Save the origin of a capture's frames in place of what was there."""
+    """Save the provenance of a capture, replacing any that it had.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    capture_id : int
+        Number of the generated capture.
+    provenance : Provenance
+        The source of each of its frames.
+    """
     sources, n = provenance.sources, len(provenance.source_numbers)
     with transaction(store) as connection:
         for table in ("generated_source", "frame_source"):
@@ -130,7 +157,20 @@ def save_provenance(store: Store, capture_id: int, provenance: Provenance) -> No
 
 
 def load_provenance(store: Store, capture_id: int) -> Provenance:
-    """Load the origin of a capture's frames; empty for one that was not generated."""
+    """Load the provenance of a capture.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    capture_id : int
+        Number of the capture.
+
+    Returns
+    -------
+    Provenance
+        The source of every frame; empty, with no frames, if the capture was not generated.
+    """
     sources = store.connection.execute(
         "SELECT source_name, source_sha256, licence FROM generated_source "
         "WHERE capture_id = ? ORDER BY ordinal",

@@ -1,4 +1,4 @@
-"""Names of captures, grammars and scenes: check a new one, and tell of one that is not there."""
+"""Names of captures, grammars and scenes: check a new name, and report an unknown one."""
 
 from __future__ import annotations
 
@@ -8,27 +8,31 @@ from motiondb.errors import QueryError, suggestion
 from motiondb.store.connection.handle import Store
 
 LONGEST_NAME = 200
-"""Bytes of a name in UTF-8. File systems allow 255 for the name of a file, and a name gets endings
-such as ``.provenance.json``, or a player's name behind it."""
+"""Most bytes of a name in UTF-8.
+
+File systems allow 255 bytes for the name of a file. The rest is for what is appended: an ending
+such as ``.provenance.json``, or the name of a player.
+"""
 
 
 def check_new_name(name: str, kind: str) -> None:
-    """Refuse a name that could not be the name of a file on every system, or would lead elsewhere.
+    """Refuse a name that is not a valid file name everywhere, or leads out of its folder.
 
-    A name may have parts with ``/`` between them. No part is empty, consists of dots alone, or
-    begins or ends with a space; there is no backslash and no control character.
+    A name may consist of several parts separated by ``/``. No part may be empty, consist only of
+    dots, or begin or end with a space. A name has at most ``LONGEST_NAME`` bytes, no backslash and
+    no character that cannot be printed.
 
     Parameters
     ----------
     name : str
-        What a user wants to call something new.
+        The name that a user gave to something new.
     kind : str
-        What it is: "capture", "grammar" or "scene".
+        What is named: "capture", "grammar" or "scene".
 
     Raises
     ------
     QueryError
-        Says what is wrong with it.
+        The name breaks one of these rules. The message says which.
     """
     fault = _fault(name)
     if fault:
@@ -39,7 +43,7 @@ def check_new_name(name: str, kind: str) -> None:
 
 
 def _fault(name: str) -> str | None:
-    """What is wrong with a new name, or None."""
+    """Return what is wrong with a new name, or None."""
     parts = name.split("/")
     if not name.strip():
         return "nothing"
@@ -57,20 +61,25 @@ def _fault(name: str) -> str | None:
 
 
 def unknown_name(store: Store, name: str, kind: str, known: Sequence[str], remedy: str) -> str:
-    """Say that the store has no such name.
+    """Return the message that the store has nothing of this name.
 
     Parameters
     ----------
     store : Store
-        Where it was looked up.
+        The open database.
     name : str
-        What was asked for.
+        The name that was looked up.
     kind : str
-        What it should name: "grammar" or "scene".
+        What the name should denote: "grammar" or "scene".
     known : sequence of str
-        The names that there are; the nearest are suggested.
+        All names of this kind. The nearest are suggested.
     remedy : str
-        What to do where there is none at all, a sentence.
+        A sentence that says what to do if there are none.
+
+    Returns
+    -------
+    str
+        The message.
     """
     if not known:
         more = f" {remedy}"

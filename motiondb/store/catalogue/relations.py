@@ -1,4 +1,4 @@
-"""Relations: captures that repeat others, as the same motion, its mirror image or a cut of it."""
+"""Relations: captures that repeat another one, its mirror image or a part of it."""
 
 from __future__ import annotations
 
@@ -11,12 +11,21 @@ from motiondb.store.connection.transactions import transaction
 
 
 def save_relations(store: Store, relations: Iterable[Relation]) -> None:
-    """Add relations; one of the same captures and kind replaces the earlier.
+    """Add relations between captures.
+
+    A relation replaces an earlier one of the same captures and the same kind.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    relations : iterable of Relation
+        The relations, with the names of captures.
 
     Raises
     ------
     QueryError
-        A name is no capture's.
+        The store has no capture of one of the names.
     """
     numbers = dict(store.connection.execute("SELECT name, capture_id FROM capture").fetchall())
     with transaction(store) as connection:
@@ -40,7 +49,21 @@ def save_relations(store: Store, relations: Iterable[Relation]) -> None:
 
 
 def load_relations(store: Store, capture: str | None = None) -> list[Relation]:
-    """Load all relations, or those of one capture on either side, by names."""
+    """Load all relations, or those of one capture.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    capture : str, optional
+        Name of a capture: load the relations in which it repeats another capture or is repeated.
+        None: load all relations.
+
+    Returns
+    -------
+    list of Relation
+        The relations, sorted by the names of both captures and by kind.
+    """
     rows = store.connection.execute(
         "SELECT a.name, b.name, r.kind, start_s, end_s, distance FROM relation r "
         "JOIN capture a ON a.capture_id = r.capture_id "

@@ -1,4 +1,4 @@
-"""Runs: the commands that made rows, with parameters, seed and version."""
+"""Runs: the commands that wrote rows, with their parameters, seed and version."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from motiondb.store.connection.transactions import transaction
 def start_run(
     store: Store, kind: str, parameters: Mapping[str, object] | None = None, seed: int | None = None
 ) -> int:
-    """Record that a command begins; gives the number that its rows name.
+    """Record the start of a command.
 
     Parameters
     ----------
@@ -24,9 +24,14 @@ def start_run(
     kind : str
         The command: "add", "learn", "generate", ...
     parameters : mapping, optional
-        Everything that decides the result; what JSON cannot hold is kept as text.
+        Everything that decides the result. Values that JSON cannot hold are saved as text.
     seed : int, optional
-        Of the run's random generator.
+        Seed of the run's random generator.
+
+    Returns
+    -------
+    int
+        Number of the run. The rows that the command writes refer to it.
     """
     text = json.dumps(dict(parameters or {}), default=str, sort_keys=True)
     with transaction(store) as connection:
@@ -40,7 +45,17 @@ def start_run(
 
 
 def finish_run(store: Store, run_id: int) -> None:
-    """Record that a run has ended; the first call counts."""
+    """Record the end of a run.
+
+    A second call for the same run changes nothing.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    run_id : int
+        Number of the run.
+    """
     with transaction(store) as connection:
         connection.execute(
             "UPDATE run SET finished = ? WHERE run_id = ? AND finished IS NULL", [_now(), run_id]
@@ -48,7 +63,15 @@ def finish_run(store: Store, run_id: int) -> None:
 
 
 def save_runs(store: Store, runs: Iterable[Run]) -> None:
-    """Write runs of another store, with their numbers, into one that has none."""
+    """Copy the runs of another store, with their numbers, into a store that has no runs.
+
+    Parameters
+    ----------
+    store : Store
+        The open database, without runs.
+    runs : iterable of Run
+        The runs to write.
+    """
     with transaction(store) as connection:
         for run in runs:
             connection.execute(
@@ -66,7 +89,7 @@ def save_runs(store: Store, runs: Iterable[Run]) -> None:
 
 
 def load_runs(store: Store) -> list[Run]:
-    """Load all runs, the oldest first."""
+    """Load all runs, oldest first."""
     rows = store.connection.execute("SELECT * FROM run ORDER BY run_id").fetchall()
     return [
         Run(number, kind, json.loads(parameters), seed, version, started, finished)

@@ -1,4 +1,4 @@
-"""Stored capture files: packed when they are added, and given back bit for bit."""
+"""Stored capture files: compressed when they are added, returned bit for bit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from motiondb.errors import QueryError, StoreError
 from motiondb.store.connection.handle import Store
 
 _LEVEL = 1
-"""Level of zlib: level 6 takes five times as long on captures and saves a sixth (measured)."""
+"""Compression level of zlib.
+
+Level 6 takes five times as long on captures, and its output is a sixth smaller (measured).
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,17 +24,19 @@ class Source:
     Attributes
     ----------
     sha256 : str
-        Digest of the file's bytes followed by the skeleton file's, hexadecimal.
+        Digest of the uncompressed bytes of the file followed by those of the skeleton file,
+        hexadecimal.
     format : str
-        As in ``Clip``.
+        Format of the file, as in ``Clip``.
     file_name : str
-        Without folders.
+        Name of the file, without folders.
     data : bytes
-        Packed with zlib in the store and by :func:`pack_source`, plain by :func:`load_source`.
+        Content of the file. It is compressed with zlib in the store and after
+        :func:`pack_source`, and uncompressed after :func:`load_source`.
     skeleton_name : str or None
-        Without folders; None: there is no skeleton file.
+        Name of the skeleton file, without folders; None: there is no skeleton file.
     skeleton_data : bytes or None
-        As ``data``.
+        Content of the skeleton file, compressed where ``data`` is.
     """
 
     sha256: str
@@ -43,8 +48,22 @@ class Source:
 
 
 def digest(data: bytes, skeleton_data: bytes | None = None) -> str:
-    """SHA-256 of a file's bytes followed by its skeleton file's, hexadecimal.
+    """Return the SHA-256 digest of a file's bytes followed by those of its skeleton file.
 
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+    skeleton_data : bytes, optional
+        Content of the skeleton file.
+
+    Returns
+    -------
+    str
+        The digest, 64 hexadecimal digits.
+
+    Examples
+    --------
     >>> digest(b"walk")[:8], digest(b"wa", b"lk")[:8]
     ('7a6c4fac', '7a6c4fac')
     """
@@ -58,22 +77,27 @@ def pack_source(
     skeleton_name: str | None = None,
     skeleton_data: bytes | None = None,
 ) -> Source:
-    """Pack a file as ``save_capture`` takes it.
+    """Compress a file for ``save_capture``.
 
-    It takes 13 ms a megabyte, so the processes that read files should call it.
+    This takes 13 ms a megabyte, so it should run in the processes that read the files.
 
     Parameters
     ----------
     file_name : str
-        Without folders.
+        Name of the file, without folders.
     data : bytes
-        The file.
+        Content of the file.
     format : str
-        As in ``Clip``.
+        Format of the file, as in ``Clip``.
     skeleton_name : str, optional
-        Of the skeleton file, without folders.
+        Name of the skeleton file, without folders.
     skeleton_data : bytes, optional
-        The skeleton file.
+        Content of the skeleton file.
+
+    Returns
+    -------
+    Source
+        The file with its digest; the content is compressed.
     """
     return Source(
         digest(data, skeleton_data),
@@ -86,14 +110,26 @@ def pack_source(
 
 
 def load_source(store: Store, capture_id: int) -> Source:
-    """Load the file of a capture, unpacked, equal bit for bit to what was added.
+    """Load the file of a capture, uncompressed and equal bit for bit to the file that was added.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    capture_id : int
+        Number of the capture.
+
+    Returns
+    -------
+    Source
+        The file; the content is uncompressed.
 
     Raises
     ------
     QueryError
         There is no such capture.
     StoreError
-        The bytes do not give their digest.
+        The stored bytes are damaged: they do not match their digest.
     """
     row = store.connection.execute(
         "SELECT sha256, s.format, file_name, data, skeleton_name, skeleton_data FROM source s "
@@ -106,19 +142,24 @@ def load_source(store: Store, capture_id: int) -> Source:
 
 
 def unpack_source(path: Path, source: Source) -> Source:
-    """Unpack the stored bytes of a file.
+    """Decompress the stored bytes of a file and check their digest.
 
     Parameters
     ----------
     path : Path
-        The database file, for the message.
+        The database file, which the message names.
     source : Source
-        As it is stored, with packed bytes.
+        The file as it is stored, compressed.
+
+    Returns
+    -------
+    Source
+        The file; the content is uncompressed.
 
     Raises
     ------
     StoreError
-        The bytes do not give their digest.
+        The stored bytes are damaged: they do not match their digest.
     """
     packed = source.skeleton_data
     try:

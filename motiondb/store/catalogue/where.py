@@ -1,16 +1,21 @@
-"""Filters on the catalogue: ``performer in (14, 16) and not (duration<2.5 or caption~walk)``.
+"""Parser of filters on the catalogue.
+
+An example is ``performer in (14, 16) and not (duration<2.5 or caption~walk)``. The syntax is::
 
     filter      all {"or" all}
     all         single {"and" single}
     single      "not" single | "(" filter ")" | condition
     condition   name operator value | name ["not"] "in" "(" value {"," value} ")"
-    operator    = != < <= > >= ~ !~         ~ asks whether the value stands within
+    operator    = != < <= > >= ~ !~         ~ means that the text contains the value
     value       text up to the next "and", "or" or closing parenthesis, or anything in quotes
 
 A name is a column of the catalogue, ``caption`` (the texts that people wrote about the capture) or
-a tag. Two values are compared as numbers when both are numbers, otherwise as text without regard to
-case. A capture with several captions answers where one of them does; to !=, !~ and "not in" where
-none of them is the value. A capture without the tag, or without captions, answers only to these.
+a tag. Two values are compared as numbers if both are numbers, and otherwise as text without regard
+to case; ``~`` always compares text.
+
+A condition on captions holds if it holds for at least one caption of the capture. With ``!=``,
+``!~`` or ``not in`` it holds if no caption equals (or contains) the value. If a capture lacks the
+tag, or has no captions, only conditions with ``!=``, ``!~`` or ``not in`` hold for it.
 """
 
 from __future__ import annotations
@@ -32,9 +37,9 @@ from motiondb.store.catalogue.filters import (
 __all__ = ["COLUMNS", "Condition", "asks_captions", "check_names", "matches", "parse_where"]
 
 MOST_CHARACTERS = 100_000
-"""Longest filter; a list of a thousand captures has some 20,000 characters. Chosen by hand."""
+"""Most characters of a filter. Chosen by hand: a list of a thousand captures has about 20,000."""
 MOST_DEPTH = 50
-"""Parentheses and negations within one another. Chosen by hand."""
+"""Most parentheses and negations within one another. Chosen by hand; not tuned."""
 
 _TOKEN = re.compile(
     r"""(?P<quoted>"[^"]*"|'[^']*')|(?P<operator>!=|!~|<=|>=|==|=|<|>|~)|(?P<sign>[(),])
@@ -44,17 +49,30 @@ _TOKEN = re.compile(
 
 
 def parse_where(text: str) -> tuple[Filter, ...]:
-    """The filters that must all hold; none for an empty text.
+    """Parse the text of a filter.
 
-    >>> parse_where("performer=14 and words ~ 'walk and turn'")[1].value
-    'walk and turn'
-    >>> parse_where("not performer in (14, 16)")[0].filters[0].alternatives[1]
-    (Condition(name='performer', operator='=', value='16'),)
+    Parameters
+    ----------
+    text : str
+        The filter, in the syntax of this module.
+
+    Returns
+    -------
+    tuple of Filter
+        Filters that must all hold; empty if the text is empty.
 
     Raises
     ------
     QueryError
-        The text is no filter; shows what one looks like.
+        The text is not a filter, is too long or is nested too deeply. The message says what was
+        expected.
+
+    Examples
+    --------
+    >>> parse_where("performer=14 and words ~ 'walk and turn'")[1].value
+    'walk and turn'
+    >>> parse_where("not performer in (14, 16)")[0].filters[0].alternatives[1]
+    (Condition(name='performer', operator='=', value='16'),)
     """
     if len(text) > MOST_CHARACTERS:
         raise QueryError(
@@ -80,7 +98,11 @@ def _short(text: str) -> str:
 
 
 class _Reader:
-    """A place in the tokens of a filter; a method per rule of the module's grammar."""
+    """Recursive-descent parser over the tokens of a filter.
+
+    It keeps the index of the next token, ``place``. There is one method for each rule of the
+    syntax (see the module).
+    """
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -88,21 +110,21 @@ class _Reader:
         self.place = 0
 
     def next(self, offset: int = 0) -> str:
-        """The token at an offset from the place, "" behind the end."""
+        """Return the token at an offset from the next one, "" after the end."""
         place = self.place + offset
         return self.tokens[place].group() if place < len(self.tokens) else ""
 
     def kind(self, offset: int = 0) -> str:
-        """The kind of that token, "end" behind the end."""
+        """Return the kind of that token, "end" after the end."""
         place = self.place + offset
         return str(self.tokens[place].lastgroup) if place < len(self.tokens) else "end"
 
     def says(self, *words: str, offset: int = 0) -> bool:
-        """Whether that token is one of some words, written without quotes."""
+        """Whether that token is one of ``words``, in any case and without quotes."""
         return self.kind(offset) == "word" and self.next(offset).lower() in words
 
     def refusal(self, place: int) -> QueryError:
-        """What is wrong with the condition that begins at a token."""
+        """Return the error that no condition could be read from the token at ``place``."""
         rest = self.text[self.tokens[place].start() :] if place < len(self.tokens) else ""
         return QueryError(
             f"filter {_short(self.text)!r}: expected NAME OPERATOR VALUE with one of "
@@ -111,7 +133,7 @@ class _Reader:
         )
 
     def one_of(self, depth: int) -> tuple[Filter, ...]:
-        """Filters that must all hold, of alternatives one filter."""
+        """Parse ``filter``: filters that must all hold, or one ``OneOf`` if there is an "or"."""
         if depth > MOST_DEPTH:
             raise QueryError(
                 f"filter {_short(self.text)!r}: expected at most {MOST_DEPTH} parentheses and "
@@ -124,7 +146,7 @@ class _Reader:
         return alternatives[0] if len(alternatives) == 1 else (OneOf(tuple(alternatives)),)
 
     def all_of(self, depth: int) -> tuple[Filter, ...]:
-        """Filters joined by "and"."""
+        """Parse ``all``: filters joined by "and"."""
         filters = list(self.single(depth))
         while self.says("and"):
             self.place += 1
@@ -132,11 +154,11 @@ class _Reader:
         return tuple(filters)
 
     def single(self, depth: int) -> tuple[Filter, ...]:
-        """A negation, a group, or a condition."""
+        """Parse ``single``: a negation, a group in parentheses, or a condition."""
         if self.says("not") and (self.kind(1) == "word" or self.next(1) == "("):
             self.place += 1
             if depth >= MOST_DEPTH:
-                return self.one_of(depth + 1)  # refuses
+                return self.one_of(depth + 1)  # raises QueryError
             return (NoneOf(self.single(depth + 1)),)
         if self.next() != "(":
             return (self.condition(),)
@@ -151,7 +173,7 @@ class _Reader:
         return filters
 
     def condition(self) -> Filter:
-        """A comparison, or a name among values."""
+        """Parse ``condition``: a comparison, or a name and the list of its values."""
         start = self.place
         while self.kind() == "word" and not self.says("and", "or") and not self._begins_list():
             self.place += 1
@@ -175,7 +197,7 @@ class _Reader:
         return self.says("in", offset=offset) and self.next(offset + 1) == "("
 
     def _list(self, name: str, start: int) -> Filter:
-        """``in (value, value)`` and ``not in (...)``."""
+        """Parse ``in (value, value)`` or ``not in (value, value)`` after a name."""
         negated = self.says("not")
         self.place += 3 if negated else 2
         values = [self._value(start, (",",))]
@@ -189,7 +211,7 @@ class _Reader:
         return NoneOf((listed,)) if negated else listed
 
     def _value(self, start: int, stops: tuple[str, ...]) -> str:
-        """A quoted value, or text up to what ends it."""
+        """Parse a value: a quoted text, or text up to what ends it."""
         first = self.place
         if self.kind() == "quoted":
             self.place += 1

@@ -1,1 +1,1 @@
-"""The tables of grammars, of sequences derived from them, and of scenes."""
+"""Tables of grammars, of the derivations of generated captures, and of scenes."""

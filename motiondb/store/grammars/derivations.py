@@ -1,7 +1,7 @@
 """Derivations: how generated captures were derived from grammars, so that they can be edited.
 
-A derivation is removed with its grammar, also when that is learned anew, because numbers of rules
-mean nothing in another grammar. The capture stays.
+A derivation is removed when its grammar is removed or learned again, because its rule numbers are
+valid only in that grammar. The capture stays.
 """
 
 from __future__ import annotations
@@ -14,7 +14,17 @@ from motiondb.store.connection.transactions import transaction
 
 @dataclass(frozen=True)
 class Derivation:
-    """The rules of a generated capture's tree, in preorder, and the clip of every leaf."""
+    """The derivation tree of a generated capture, and the clips of its leaves.
+
+    Attributes
+    ----------
+    grammar : str
+        Name of the grammar.
+    rules : tuple of int
+        Numbers of the rules of the tree, in preorder (``derive_by``).
+    clips : tuple of int
+        For each leaf of the tree, from left to right, the segment of the grammar that plays it.
+    """
 
     grammar: str
     rules: tuple[int, ...]
@@ -24,7 +34,21 @@ class Derivation:
 def save_derivation(
     store: Store, capture_id: int, grammar_id: int, derivation: Derivation, run_id: int
 ) -> None:
-    """Save how a generated capture was derived."""
+    """Save the derivation of a generated capture.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    capture_id : int
+        Number of the generated capture.
+    grammar_id : int
+        Number of the grammar that derived it.
+    derivation : Derivation
+        The tree and its clips. Its name of the grammar is not saved; ``grammar_id`` stands for it.
+    run_id : int
+        The run that generated the capture.
+    """
     with transaction(store) as connection:
         connection.execute(
             "INSERT INTO derivation VALUES (?, ?, ?, ?, ?)",
@@ -33,7 +57,21 @@ def save_derivation(
 
 
 def load_derivation(store: Store, capture_id: int) -> Derivation | None:
-    """Load how a capture was derived; None where no grammar made it."""
+    """Load the derivation of a capture.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    capture_id : int
+        Number of the capture.
+
+    Returns
+    -------
+    Derivation or None
+        The derivation; None if the capture was not derived from a grammar, or if that grammar has
+        since been removed or learned again.
+    """
     row = store.connection.execute(
         "SELECT name, rules, clips FROM derivation JOIN grammar USING (grammar_id) "
         "WHERE capture_id = ?",

@@ -1,8 +1,8 @@
 """Grammars with their terminals, sentences and parses.
 
 A grammar is saved, replaced (by its name) and removed as a whole, in one transaction. It keeps the
-names and digests of the captures that it was learned from, not their numbers: when one is removed,
-the grammar stays; when the same content is added again, it is recognised by its digest.
+names and digests of the captures that it was learned from, not their numbers. So the grammar stays
+when one of them is removed. When the same content is added again, its digest identifies it.
 """
 
 from __future__ import annotations
@@ -48,30 +48,31 @@ class GrammarSource:
 
 @dataclass(frozen=True, eq=False)
 class LearnedGrammar:
-    """What ``grammar learn`` makes.
+    """The result of ``grammar learn``.
 
     Attributes
     ----------
     name : str
-        Of the grammar.
+        Name of the grammar.
     sources : tuple of GrammarSource
-        The takes, in the order of ``terminals.takes``.
+        The takes, numbered as in ``terminals.takes``.
     terminals : Terminals
-        Segments and their terminals.
+        Segments of the takes and their terminals.
     symbols : array (terminals,)
-        The motion symbol that each terminal was when it was learned; -1: none.
+        The motion symbol from which each terminal was made, -1 where it was made from none.
     grammar : Grammar
-        The rules, with probabilities.
+        The rules, with their probabilities.
     sentences : array (sentences, 2)
-        Segments [first, end) of each; they tile the segments, and none crosses takes.
+        Segments [first, end) of each sentence. The sentences tile the segments, and no sentence
+        spans two takes.
     parses : tuple of tuple of int
-        For each sentence the numbers of its tree's rules, in preorder (``derive_by``).
+        For each sentence the numbers of the rules of its tree, in preorder (``derive_by``).
     bits : mapping of str to float
-        Description length of every part.
+        Name of each part of the description -> its length, bits.
     run_id : int
-        Set when it is saved.
+        The run that learned the grammar; set when it is saved.
     grammar_id : int
-        Set when it is saved.
+        Number of the grammar in the store; set when it is saved.
     """
 
     name: str
@@ -86,7 +87,7 @@ class LearnedGrammar:
     grammar_id: int = 0
 
     def string(self, first: int, end: int) -> tuple[str, ...]:
-        """The terminals of segments [first, end)."""
+        """Return the names of the terminals of segments [first, end)."""
         return tuple(self.terminals.names[k] for k in self.terminals.labels[first:end])
 
     @property
@@ -97,7 +98,7 @@ class LearnedGrammar:
 
 @dataclass(frozen=True)
 class GrammarSize:
-    """Counts of a grammar; frames at 30 a second, description lengths in bits."""
+    """Counts of a grammar; frames at 30 a second, description lengths of its parts in bits."""
 
     name: str
     run_id: int
@@ -112,26 +113,26 @@ class GrammarSize:
 
     @property
     def seconds(self) -> float:
-        """Duration of all captures."""
+        """Duration of all captures, seconds."""
         return self.frames / MOTION_FPS
 
 
 def save_grammar(store: Store, learned: LearnedGrammar, run_id: int) -> list[str]:
-    """Save a grammar in place of the one of the same name, if there is one.
+    """Save a grammar, replacing any grammar of the same name.
 
     Parameters
     ----------
     store : Store
         The open database.
     learned : LearnedGrammar
-        The grammar.
+        The grammar. Its ``run_id`` and ``grammar_id`` are ignored and set here.
     run_id : int
-        The run that made it.
+        The run that learned it.
 
     Returns
     -------
     list of str
-        Names of the generated captures that were derived by the replaced grammar: they stay, but
+        Names of the generated captures that were derived from the replaced grammar. They stay, but
         can no longer be edited.
     """
     with transaction(store) as connection:
@@ -225,7 +226,7 @@ def load_grammar(store: Store, name: str) -> LearnedGrammar:
     Raises
     ------
     QueryError
-        There is none; suggests the nearest names.
+        There is no such grammar. The message suggests the nearest names.
     """
     row = store.connection.execute(
         "SELECT grammar_id, start_symbol, objective, run_id FROM grammar WHERE name = ?", [name]
@@ -296,12 +297,12 @@ def _load_terminals(
 
 
 def grammar_mark(store: Store, name: str) -> str:
-    """Make a mark that changes when the grammar is learned anew, or captures are added or removed.
+    """Return a mark that changes when the grammar is learned again or the store's motions change.
 
     Raises
     ------
     QueryError
-        There is no such grammar.
+        There is no such grammar. The message suggests the nearest names.
     """
     row = store.connection.execute(
         "SELECT grammar_id, run_id FROM grammar WHERE name = ?", [name]
@@ -312,13 +313,13 @@ def grammar_mark(store: Store, name: str) -> str:
 
 
 def load_grammar_names(store: Store) -> list[str]:
-    """Load the names of all grammars, sorted."""
+    """Load the names of all grammars, in alphabetical order."""
     rows = store.connection.execute("SELECT name FROM grammar ORDER BY name").fetchall()
     return [row[0] for row in rows]
 
 
 def load_grammar_sizes(store: Store) -> list[GrammarSize]:
-    """Count what each grammar holds, by name, without loading it."""
+    """Count what each grammar holds, in order of name, without loading the grammars."""
     rows = store.connection.execute(
         """SELECT name, run_id,
            (SELECT count(*) FROM grammar_source s WHERE s.grammar_id = g.grammar_id),
@@ -337,14 +338,17 @@ def load_grammar_sizes(store: Store) -> list[GrammarSize]:
 
 
 def remove_grammar(store: Store, name: str) -> list[str]:
-    """Remove a grammar; gives the generated captures that can no longer be edited.
+    """Remove a grammar and its derivations; the derived captures stay, with their provenance.
 
-    These captures stay, with the origin of their frames.
+    Returns
+    -------
+    list of str
+        Names of the generated captures that can no longer be edited, in alphabetical order.
 
     Raises
     ------
     QueryError
-        There is no such grammar.
+        There is no such grammar. The message suggests the nearest names.
     """
     if name not in load_grammar_names(store):
         raise QueryError(_unknown(store, name))
@@ -372,7 +376,14 @@ def _unknown(store: Store, name: str) -> str:
 
 
 def load_source_numbers(store: Store, learned: LearnedGrammar) -> dict[int, int]:
-    """Load take -> number of its capture, for those that are still there as they were."""
+    """Load the numbers of the captures that a grammar was learned from.
+
+    Returns
+    -------
+    dict
+        Index into ``learned.sources`` -> number of the capture. Captures that are no longer in the
+        store, or whose number of frames differs, are left out.
+    """
     known = {
         sha256: (number, n_frames)
         for number, sha256, n_frames in store.connection.execute(

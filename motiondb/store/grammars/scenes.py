@@ -1,8 +1,9 @@
-"""Scenes: what each player does, where and when, from which clips, and how far rules are broken.
+"""Scenes: the players' actions, places, times and clips, and how well the rules are kept.
 
 A scene is saved, replaced (by its name) and removed as a whole, in one transaction. It keeps the
-texts of its diagram and grammar, and names and digests of the captures that its clips come from. So
-it stays when one of them is removed. The motions of players are captures, where they are kept.
+texts of its diagram and grammar, and the names and digests of the captures that its clips come
+from. So it stays when one of these captures is removed. The players' motions, if they are kept, are
+captures of their own.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ TABLES = ("scene", "scene_player", "scene_clip", "scene_rule", "scene_ball")
 
 @dataclass(frozen=True)
 class SceneClip:
-    """A piece of a capture that plays an action; see ``scene.clips.ClipSource``.
+    """A part of a capture that plays an action; see ``scene.clips.ClipSource``.
 
     Attributes
     ----------
@@ -35,17 +36,17 @@ class SceneClip:
     capture : str
         Name of the capture.
     sha256 : str
-        Its digest.
+        Digest of the capture, hexadecimal.
     start : int
-        First frame of the capture.
+        Its first frame in the capture, at 30 a second.
     end : int
-        Frame behind the last.
+        The frame of the capture after its last one.
     mirrored : bool
-        Whether left and right change places.
+        Whether left and right are exchanged.
     bend : float
-        By which its path is bent, radians.
+        Angle by which its path is bent, radians.
     stretch : float
-        Factor on the lengths of its steps.
+        Factor by which the lengths of its steps are multiplied.
     begin : int
         Frame of the scene, as sampled, at which it begins.
     """
@@ -68,19 +69,19 @@ class ScenePlayer:
     Attributes
     ----------
     name : str
-        As in the diagram.
+        Name in the diagram.
     team : str
-        As in the diagram.
+        Team in the diagram.
     rules : tuple of int
-        Numbers of the rules of the tree, in preorder.
+        Numbers of the rules of the player's tree, in preorder.
     origin : tuple of float
-        x and z, metres, and heading, radians.
+        Place and heading at the start: x and z in metres, heading in radians.
     delay : int
-        Frames before the first clip.
+        Frames before the first clip, at 30 a second.
     clips : tuple of SceneClip
-        What is played, in order.
+        The clips, in the order in which they are played.
     capture_id : int
-        Of the motion, where it is kept as a capture; -1 where not.
+        Number of the capture that holds the player's motion, -1 where it is not kept.
     """
 
     name: str
@@ -94,7 +95,33 @@ class ScenePlayer:
 
 @dataclass(frozen=True)
 class SceneRule:
-    """How far a rule about a player or an object is from being kept, in its unit."""
+    """A rule about a player or an object, and how well it is kept.
+
+    Attributes
+    ----------
+    player : str
+        Name of the player whose rule it is.
+    action : str
+        The first action that the rule is about.
+    clip : int
+        Index of this action in the player's string.
+    kind : str
+        The kind of rule.
+    about : str
+        Whom or what the rule is about, in words.
+    unit : str
+        Unit of ``before``, ``after`` and ``threshold``.
+    before : float
+        Value before the scene was polished.
+    after : float
+        Value after the scene was polished.
+    threshold : float
+        Largest accepted value.
+    frame : int
+        Frame of the polished scene where the rule fails most.
+    kept : bool
+        Whether the polished scene keeps the rule.
+    """
 
     player: str
     action: str
@@ -111,32 +138,32 @@ class SceneRule:
 
 @dataclass(frozen=True, eq=False)
 class StoredScene:
-    """A scene as it is kept.
+    """A scene as it is stored.
 
     Attributes
     ----------
     name : str
-        Of the scene.
+        Name of the scene.
     diagram : str
         Text of the tactics diagram.
     grammar : str
         Text of the motion grammar.
     settings : mapping
-        What JSON can hold.
+        Settings with which the scene was made; only values that JSON can hold.
     error : float
-        -log P(Z) of what was sampled.
+        -log P(Z) of the sampled scene, nats.
     n_frames : int
-        Frames, at 30 a second.
+        Number of frames, at 30 a second.
     players : tuple of ScenePlayer
-        In the order of the diagram.
+        The players, in the order of the diagram.
     rules : tuple of SceneRule
-        How far each is from being kept.
+        The rules, and how well each is kept.
     ball : array (frames, 3)
-        Its middle, metres; (0, 3) where there is no ball.
+        Centre of the ball (x, y, z), metres; (0, 3) where there is no ball.
     report : mapping
-        What JSON can hold.
+        Further facts about the scene; only values that JSON can hold.
     run_id : int
-        Set when it is saved.
+        The run that made the scene; set when it is saved.
     """
 
     name: str
@@ -153,7 +180,7 @@ class StoredScene:
 
 
 def save_scene(store: Store, scene: StoredScene, run_id: int) -> None:
-    """Save a scene in place of the one of the same name, if there is one."""
+    """Save a scene made by run ``run_id``, replacing any scene of the same name."""
     with transaction(store) as connection:
         _remove(store, scene.name)
         row = connection.execute("SELECT coalesce(max(scene_id), 0) + 1 FROM scene").fetchone()
@@ -253,7 +280,7 @@ def load_scene(store: Store, name: str) -> StoredScene:
     Raises
     ------
     QueryError
-        There is none; suggests the nearest names.
+        There is no such scene. The message suggests the nearest names.
     """
     row = store.connection.execute(
         "SELECT scene_id, diagram, grammar, settings, error, report, n_frames, run_id FROM scene"
@@ -311,13 +338,13 @@ def _load_players(store: Store, number: int) -> tuple[ScenePlayer, ...]:
 
 
 def load_scene_names(store: Store) -> list[str]:
-    """Load the names of all scenes, sorted."""
+    """Load the names of all scenes, in alphabetical order."""
     rows = store.connection.execute("SELECT name FROM scene ORDER BY name").fetchall()
     return [name for (name,) in rows]
 
 
 def load_scene_captures(store: Store, name: str) -> list[str]:
-    """Load the names of the captures that keep the players' motions, in the order of players."""
+    """Load the names of the captures that hold the players' motions, in the order of players."""
     rows = store.connection.execute(
         "SELECT c.name FROM scene s JOIN scene_player p USING (scene_id) JOIN capture c ON"
         " c.capture_id = p.capture_id WHERE s.name = ? ORDER BY ordinal",
@@ -327,12 +354,12 @@ def load_scene_captures(store: Store, name: str) -> list[str]:
 
 
 def remove_scene(store: Store, name: str) -> None:
-    """Remove a scene; captures that keep its players' motions stay.
+    """Remove a scene; the captures that hold its players' motions stay.
 
     Raises
     ------
     QueryError
-        There is no such scene.
+        There is no such scene. The message suggests the nearest names.
     """
     if name not in load_scene_names(store):
         raise QueryError(_unknown(store, name))
