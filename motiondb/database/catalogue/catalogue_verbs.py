@@ -123,7 +123,8 @@ class CatalogueVerbs:
 
     def all_captions(self) -> dict[int, tuple[Caption, ...]]:
         """What people wrote about all captures, by capture number."""
-        return dict(store.load_captions(self.store))
+        with self.session.reading():
+            return dict(store.load_captions(self.store))
 
     def relations(self, name: str | None = None) -> list[Relation]:
         """Copies, mirror images and cuts.
@@ -323,7 +324,8 @@ class CatalogueVerbs:
 
     def all_events(self) -> dict[int, tuple[Event, ...]]:
         """Instants of all captures that have any, by capture number."""
-        return dict(store.load_events(self.store))
+        with self.session.reading():
+            return dict(store.load_events(self.store))
 
     def import_events(self, sheet: str | Path) -> importing.EventReport:
         """Replace the events of the captures that a sheet names.

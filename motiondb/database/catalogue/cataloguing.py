@@ -337,7 +337,9 @@ def check_name_free(opened: store.Store, name: str) -> None:
     if not name.strip():
         raise QueryError("name: expected a name for the capture, found nothing. Give one.")
     store.check_new_name(name, "capture")
-    if any(info.name == name for info in store.load_captures(opened)):
+    with store.reading(opened):
+        names = {info.name for info in store.load_captures(opened)}
+    if name in names:
         raise QueryError(
             f"{name}: expected a name that is free, found a capture of that name. Remove that "
             f"one first (motiondb remove {name}), or give another name."

@@ -48,7 +48,8 @@ def import_words(opened: store.Store, path: str | Path) -> ImportReport:
     is read, so they do nothing for captures that are there.
     """
     sheet = read_sheet(path)
-    infos = {info.name: info for info in store.load_captures(opened)}
+    with store.reading(opened):
+        infos = {info.name: info for info in store.load_captures(opened)}
     named = [(infos[name], entry) for name, entry in sheet.entries.items() if name in infos]
     notes = [*sheet.notes, *_read_already(sheet, infos)]
     numbers = [info.capture_id for info, _ in named]
@@ -84,7 +85,8 @@ def import_events(opened: store.Store, path: str | Path) -> EventReport:
     Nothing is learned from events, so that what was learned stays as it is.
     """
     sheet = read_event_sheet(path)
-    infos = {info.name: info for info in store.load_captures(opened)}
+    with store.reading(opened):
+        infos = {info.name: info for info in store.load_captures(opened)}
     problems = sheet.unknown(infos)
     captures = count = 0
     with store.transaction(opened):
