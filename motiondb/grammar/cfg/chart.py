@@ -31,12 +31,16 @@ class Chart(NamedTuple):
 
     Attributes
     ----------
-    begin, end : arrays (n + 1, n + 1)
-        Where the entries of each cell begin and end.
+    begin : array (n + 1, n + 1)
+        Where the entries of each cell begin.
+    end : array (n + 1, n + 1)
+        Where the entries of each cell end.
     exponents : array (n + 1, n + 1)
         The power of two of each cell.
-    symbols, values : arrays (entries,)
-        Symbols, ascending within a cell, and their values.
+    symbols : array (entries,)
+        Symbol of each entry, ascending within a cell.
+    values : array (entries,)
+        Value of each entry, before the power of two of its cell.
     """
 
     begin: IntArray
@@ -65,8 +69,10 @@ class Forms(NamedTuple):
 
     Attributes
     ----------
-    left, right : arrays (S,)
-        Children of a tail, else -1.
+    left : array (S,)
+        Left child of each symbol that is a tail, else -1.
+    right : array (S,)
+        Right child of each symbol that is a tail, else -1.
     rule_of : array (S + 1,)
         Where the rules of a symbol begin.
     rule_right : array (R,)
@@ -87,10 +93,14 @@ class _Work(NamedTuple):
 
     Attributes
     ----------
-    base, full : arrays (S,)
-        Values of a cell before and after the chains.
-    touched, reached : arrays (S,)
-        Symbols with a value in ``base`` and in ``full``.
+    base : array (S,)
+        Values of a cell before the chains.
+    full : array (S,)
+        Values of a cell after the chains.
+    touched : array (S,)
+        List of the symbols with a value in ``base``.
+    reached : array (S,)
+        List of the symbols with a value in ``full``.
     """
 
     base: FloatArray

@@ -70,8 +70,10 @@ class _Component(NamedTuple):
         Weights of steps inside the component.
     outer : array (largest m, n)
         Weights from a node of the component to any node.
-    reached, is_reached : arrays (n,)
-        Nodes with a weight in ``outer``: a list, and marks.
+    reached : array (n,)
+        List of the nodes with a weight in ``outer``.
+    is_reached : array (n,)
+        Whether each node has a weight in ``outer``.
     """
 
     place: IntArray

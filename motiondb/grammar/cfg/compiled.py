@@ -63,14 +63,18 @@ class CompiledGrammar:
         Nonterminals, then terminals.
     n_nonterminals : int
         Number of nonterminals.
-    left, right : arrays (S,)
-        Children of a tail, else -1.
+    left : array (S,)
+        Left child of each symbol that is a tail, else -1.
+    right : array (S,)
+        Right child of each symbol that is a tail, else -1.
     rule_numbers : array (R,)
         Numbers in ``grammar.rules``, sorted by left side, then number.
     rule_of : array (S + 1,)
         Where the rules of a nonterminal begin.
-    rule_left, rule_right : arrays (R,)
-        The sides of a rule; right -1 for the empty string.
+    rule_left : array (R,)
+        Left side of a rule.
+    rule_right : array (R,)
+        Right side of a rule, -1 for the empty string.
     probabilities : array (R,)
         p.
     """
@@ -296,8 +300,14 @@ def list_steps(
 
     Returns
     -------
-    sources, targets, values, origins : arrays (steps,)
-        From, to, weight, and the rule in use, -1 for a step of a tail.
+    sources : array (steps,)
+        Symbol that each step leads from.
+    targets : array (steps,)
+        Symbol that each step leads to.
+    values : array (steps,)
+        Weight of each step.
+    origins : array (steps,)
+        The rule in use of each step, -1 for a step of a tail.
     """
     tails = np.flatnonzero(compiled.left >= 0)
     left, right = compiled.left[tails], compiled.right[tails]

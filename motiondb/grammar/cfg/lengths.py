@@ -28,8 +28,10 @@ class _Forms(NamedTuple):
     ----------
     terminals : tuple of int
         First terminal, and the symbol after the last.
-    left, right : arrays (S,)
-        Children of a tail, else -1.
+    left : array (S,)
+        Left child of each symbol that is a tail, else -1.
+    right : array (S,)
+        Right child of each symbol that is a tail, else -1.
     chains : Sparse
         What leads to each symbol without reading anything.
     empties : array (S,)

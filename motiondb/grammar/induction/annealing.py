@@ -83,8 +83,10 @@ def anneal(
         The same generator state gives the same rules.
     tries : int
         Changes that are tried.
-    warmest, coldest : float
-        First and last temperature, bits.
+    warmest : float
+        First temperature, bits.
+    coldest : float
+        Last temperature, bits.
     """
     size = sum(len(right) + 2 for _, right in rule_set.uses())
     n_rows = 2 * len(list(rule_set.uses())) + size // 4 + 32

@@ -80,8 +80,10 @@ class Induction:
     ----------
     grammar : Grammar
         The grammar; probabilities are the shares of the uses of each rule.
-    family, selection : str
-        How its rules were found; "flat" for rules found from the plain sentences.
+    family : str
+        How its hypotheses were found; "flat" for rules found from the plain sentences.
+    selection : str
+        How they were selected; "flat" for rules found from the plain sentences.
     bits : DescriptionLength
         Bits of the grammar and of the sentences it was learned from.
     """
@@ -191,8 +193,10 @@ def aligned_rules(
         Sentences as terminal numbers, and how often each occurs.
     n_terminals : int
         Number of terminals.
-    families, selections : sequences of str
-        What is tried.
+    families : sequence of str
+        Ways to find hypotheses that are tried.
+    selections : sequence of str
+        Ways to select among the hypotheses that are tried with each family.
     """
     ordered = sorted(counted)
     weights = [counted[sentence] for sentence in ordered]

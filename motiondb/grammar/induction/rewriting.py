@@ -121,8 +121,10 @@ def edit_places(source: RuleTable, goal: RuleTable, one: Place, other: Place, sy
         The rules.
     goal : RuleTable
         Filled with the changed rules.
-    one, other : Place
-        The places. In one row, the first must end before the second begins.
+    one : Place
+        The first place. In one row, it must end before the second begins.
+    other : Place
+        The second place.
     symbol : int
         The nonterminal. A part that is this symbol itself makes no rule.
     """
@@ -277,8 +279,10 @@ def tidy(table: RuleTable, spare: RuleTable, alternatives: IntArray, numbers: In
         The rules; changed in place.
     spare : RuleTable
         Room for the work.
-    alternatives, numbers : arrays (nonterminals,)
-        Filled with the rules of each nonterminal, and with its uses.
+    alternatives : array (nonterminals,)
+        Filled with the number of rules of each nonterminal.
+    numbers : array (nonterminals,)
+        Filled with the number of uses of each nonterminal.
     """
     while True:
         count_references(table, numbers)
