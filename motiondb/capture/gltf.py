@@ -43,14 +43,8 @@ _FACES = (
 class Buffer:
     """A binary buffer that grows, with the views and accessors that describe it.
 
-    Attributes
-    ----------
-    data : bytearray
-        The arrays, each aligned to 4 bytes.
-    views : list of dict
-        Buffer views of the glTF document.
-    accessors : list of dict
-        Accessors of the glTF document.
+    ``data`` holds the arrays, each aligned to 4 bytes; ``views`` and ``accessors`` are the buffer
+    views and the accessors of the glTF document.
     """
 
     def __init__(self) -> None:

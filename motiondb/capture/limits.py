@@ -143,8 +143,10 @@ def check_clip_size(
 
     Parameters
     ----------
-    n_frames, n_joints : int
-        Size of the clip.
+    n_frames : int
+        Frames of the clip.
+    n_joints : int
+        Joints of the clip.
     n_bytes : int
         Size of the file.
     path : object

@@ -35,8 +35,10 @@ class Cells:
     ----------
     cuts : array (cuts,)
         Frames of all takes in a row, ascending; begins and ends of takes are among them.
-    firsts, lasts : arrays (cells,)
-        Numbers of the cuts that a cell lies between.
+    firsts : array (cells,)
+        Number of the cut at which each cell begins.
+    lasts : array (cells,)
+        Number of the cut at which each cell ends.
     pointers : array (cuts + 1,)
         Cells ``pointers[j]`` to ``pointers[j + 1]`` end at cut j.
     """
@@ -128,12 +130,16 @@ def make_cells(
 
     Parameters
     ----------
-    cuts, bounds : arrays
-        In thinned frames: candidate cuts, and the ends of takes among them.
+    cuts : array (cuts,)
+        Candidate cuts in thinned frames, ascending.
+    bounds : array (bounds,)
+        The ends of takes among the cuts, in thinned frames.
     frames : array (cuts,)
         The cuts in frames of the takes, in which lengths are measured.
-    shortest, longest : int
-        Frames of a cell.
+    shortest : int
+        Frames of a cell at least.
+    longest : int
+        Frames of a cell at most.
     """
     is_bound = np.isin(cuts, bounds)
     longest = max(longest, 2 * shortest + int(np.diff(frames).max()))
@@ -168,14 +174,18 @@ def path_costs(
 
     Parameters
     ----------
-    firsts, pointers : arrays
-        As in :class:`Cells`.
+    firsts : array (cells,)
+        Number of the cut at which each cell begins.
+    pointers : array (cuts + 1,)
+        Cells ``pointers[j]`` to ``pointers[j + 1]`` end at cut j.
     costs : array (cells,)
         Cost of every cell.
     cut_costs : array (cuts,)
         Cost of every cut.
-    least, before : arrays (cuts,)
-        Filled with the costs and the cells.
+    least : array (cuts,)
+        Filled with the cost of the cheapest path to every cut.
+    before : array (cuts,)
+        Filled with the last cell of that path; the first cut has none and is left out.
     """
     least[0] = 0.0
     for j in range(1, len(least)):
@@ -231,10 +241,16 @@ def bounded_path(
 
     Parameters
     ----------
-    cells, costs, cut_costs
-        As in :func:`cheapest_path`.
-    fewest, most : int
-        Cells of the path; no upper bound if ``most`` is None.
+    cells : Cells
+        The segments that are allowed.
+    costs : array (cells,)
+        Cost of every cell.
+    cut_costs : array (cuts,)
+        Paid for every cell at its end.
+    fewest : int
+        Cells of the path at least.
+    most : int or None
+        Cells of the path at most; no bound if None.
     """
     paid = np.asarray(costs, dtype=np.float64)
     size = float(np.abs(paid).sum() + np.abs(cut_costs).sum()) + 1.0

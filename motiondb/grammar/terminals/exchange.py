@@ -118,8 +118,10 @@ class State:
         The cheapest path, cells.
     cost : float
         G.
-    least, second : arrays (cells,)
-        Least and second least cost of each cell.
+    least : array (cells,)
+        Least cost of each cell to a medoid.
+    second : array (cells,)
+        Second least cost of each cell to a medoid.
     nearest : array (cells,)
         Which medoid has the least cost.
     """

@@ -35,8 +35,10 @@ class GeneticSettings:
 
     Attributes
     ----------
-    population, generations : int
-        Solutions, and how often they are replaced.
+    population : int
+        Solutions at a time.
+    generations : int
+        How often the solutions are replaced.
     mutation : float
         Flips of a solution on average.
     part : int

@@ -44,8 +44,14 @@ def segment_distance(values: Float32Array, a: int, b: int, a2: int, b2: int) -> 
     ----------
     values : array (frames, dimensions), float32
         Poses, :attr:`motiondb.grammar.terminals.pose_distance.Poses.values`.
-    a, b, a2, b2 : int
-        Frames.
+    a : int
+        First frame of the first segment.
+    b : int
+        Frame after the last of the first segment.
+    a2 : int
+        First frame of the second segment.
+    b2 : int
+        Frame after the last of the second segment.
     """
     if b - a < b2 - a2:
         a, b, a2, b2 = a2, b2, a, b

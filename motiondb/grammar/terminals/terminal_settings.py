@@ -25,8 +25,10 @@ class TerminalSettings:
 
     Attributes
     ----------
-    shortest, longest : int
-        Frames of a segment.
+    shortest : int
+        Frames of a segment at least.
+    longest : int
+        Frames of a segment at most.
     grid : int
         Frames between candidate cuts at most.
     weight : float

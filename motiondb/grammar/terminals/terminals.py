@@ -57,8 +57,10 @@ class Terminals:
         K names, numbered as ``labels`` number them.
     takes : array (segments,)
         Number of the take, in the order given.
-    starts, ends : arrays (segments,)
-        Frames of the canonical motion, half-open; the segments of a take tile it.
+    starts : array (segments,)
+        First frame of each segment in the canonical motion; the segments of a take tile it.
+    ends : array (segments,)
+        Frame after the last of each segment.
     labels : array (segments,)
         Number of the terminal; every terminal is used.
     medoids : array (K,)

@@ -50,8 +50,10 @@ class TuningSettings:
 
     Attributes
     ----------
-    largest_step, smallest_step : int
-        Frames, first and last d.
+    largest_step : int
+        First d, in frames.
+    smallest_step : int
+        Last d, in frames.
     patience : float
         Steps without gain before d is halved, as a multiple of the number of segments.
     temperature : float

@@ -46,8 +46,12 @@ class State(NamedTuple):
 
     Attributes
     ----------
-    cuts, labels, medoids : arrays
-        As in :class:`Grouping`.
+    cuts : array (segments + 1,)
+        Frames of all takes in a row.
+    labels : array (segments,)
+        Group of each segment.
+    medoids : array (K,)
+        Medoid of each group, a segment.
     distances : array (segments, segments)
         D, valid within groups.
     sums : array (segments,)
