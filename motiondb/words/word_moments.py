@@ -91,7 +91,10 @@ def solve_word_map(moments: WordMoments, ridge: float, calibration: FloatArray) 
     mean_y: FloatArray = moments.words / n
     gram = moments.gram - n * np.outer(mean_v, mean_v) + ridge * np.eye(len(mean_v))
     target = moments.cross - n * np.outer(mean_v, mean_y)
-    weights = np.linalg.solve(gram, target).astype(np.float64, copy=False)
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):  # sums of several threads differ in their last bits
+        weights = np.linalg.solve(gram, target).astype(np.float64, copy=False)
     priors = np.clip(mean_y, 0.5 / n, 1.0 - 0.5 / n)
     spreads = word_spreads(priors)
     # one order of summation: a matrix product's last bits depend on the number of threads
