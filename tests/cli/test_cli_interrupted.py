@@ -75,7 +75,7 @@ def test_killed(
     process = started([*words, "--db", path])
     time.sleep(share * seconds)
     process.kill()
-    process.communicate(timeout=30)
+    process.communicate(timeout=120)
     with motiondb.open(path) as db:
         assert db.check() == []
         n_captures = len(db.captures())
@@ -98,7 +98,7 @@ def test_interrupted(
     process = started([*words, "--db", path])
     time.sleep(share * seconds)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
-    out = process.communicate(timeout=30)[0]
+    out = process.communicate(timeout=120)[0]
     assert "Traceback" not in out
     done = contents(path)["run"] != contents(before)["run"]
     if process.returncode == 0 or (done and process.returncode == -signal.SIGINT):
@@ -116,7 +116,7 @@ def test_killed_while_other_processes_read(tmp_path: Path, samples_folder: Path)
     process = started(["add", samples_folder / "ana", "--db", path])
     time.sleep(1.5)
     process.kill()
-    process.communicate(timeout=30)  # ends when the processes that read files have ended, too
+    process.communicate(timeout=120)  # ends when the processes that read files have ended, too
     with motiondb.open(path) as db:
         assert len(db.captures()) in (0, 12)
         assert db.check() == []
@@ -137,6 +137,8 @@ main.main()
 
 
 def test_an_interrupt_inside_a_callback_is_not_lost() -> None:
-    ended = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, timeout=60)
+    ended = subprocess.run(
+        [sys.executable, "-c", LOST], capture_output=True, text=True, timeout=120
+    )
     assert ended.returncode == 130
     assert ended.stderr == "interrupted: the database is as it was\n"
