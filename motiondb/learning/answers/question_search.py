@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.learning.answers.placing import counts_or_lasts
 from motiondb.learning.learned import Learned
 from motiondb.search import by_question, certainty, reasons
 from motiondb.search.by_question import QuestionHit
@@ -74,7 +75,7 @@ def is_calibrated(tree: Node, hit: QuestionHit, reading: Reading) -> bool:
     """
     if any(isinstance(node, AnyOf) for node in walk(tree)):
         return False
-    if any(part.seconds > 0.0 or part.repeat_of != k for k, part in enumerate(reading.parts)):
+    if counts_or_lasts(reading):
         return False
     return len({statement.exclusion >= 0 for statement in hit.statements}) == 1
 
