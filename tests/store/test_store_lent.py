@@ -1,10 +1,18 @@
-"""A file that one thread has let go of, as `learn` does, can be written by another thread."""
+"""A file that one thread has let go of, as `learn` does: other threads ask and write meanwhile."""
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from motiondb import store
+from motiondb.errors import StoreError
+from motiondb.store.connection.transactions import revision
+
+THREADS, TURNS = 8, 16
 
 
 def test_a_lent_store_is_written_and_lent_again(database: store.Store) -> None:
@@ -19,3 +27,113 @@ def test_a_lent_store_is_written_and_lent_again(database: store.Store) -> None:
     store.save_synonyms(database, {"stroll": "run"})
     assert store.load_synonyms(database) == {"stroll": "run"}
     assert Path(database.path).is_file()
+
+
+def test_an_answer_is_fetched_after_the_file_was_let_go(database: store.Store) -> None:
+    answer = database.connection.execute("SELECT value FROM meta WHERE key = ?", ["revision"])
+    beside(database.lend)
+    first = answer.fetchone()
+    beside(database.take_back)
+    assert first == answer.execute("SELECT value FROM meta WHERE key = 'revision'").fetchone()
+    assert first is not None
+
+
+def test_an_answer_of_a_block_is_not_asked_again(database: store.Store) -> None:
+    with store.reading(database):
+        answer = database.connection.execute("SELECT 1")
+        assert answer.fetchall() == [(1,)]
+    beside(database.lend)
+    with pytest.raises(StoreError):
+        answer.fetchall()
+    database.take_back()
+
+
+def test_a_lender_waits_for_blocks_and_not_for_answers(database: store.Store) -> None:
+    lent = threading.Event()
+    with store.reading(database):
+        lender = threading.Thread(target=lambda: (database.lend(), lent.set()))
+        lender.start()
+        assert not lent.wait(0.2)
+        assert store.load_synonyms(database) == {}
+    assert lent.wait(60.0)
+    lender.join()
+    database.take_back()
+
+
+def test_threads_that_ask_outside_any_block_never_meet_a_closed_file(
+    database: store.Store,
+) -> None:
+    """Without the rules of `statements`, some thousand reads beside a lender meet a closed one."""
+    store.save_synonyms(database, {"stroll": "walk"})
+    done, faults = threading.Event(), []
+
+    def guarded(work: Callable[[], None]) -> Callable[[], None]:
+        def run() -> None:
+            try:
+                work()
+            except BaseException as error:
+                faults.append(repr(error))
+
+        return run
+
+    def ask() -> None:
+        while not done.is_set():
+            connection = database.connection
+            answer = connection.execute("SELECT canonical FROM synonym")
+            assert answer.fetchall() == [("walk",)]
+            assert revision(database) > 0
+
+    def write() -> None:
+        for turn in range(TURNS // 4):
+            store.save_synonyms(database, {f"word{turn}": "walk"})
+            store.save_synonyms(database, {"stroll": "walk"})
+
+    def lend() -> None:
+        for _ in range(TURNS):
+            with store.released(database) as let_go:
+                assert len(store.load_synonyms(database)) == 1
+                let_go()
+
+    asking = [threading.Thread(target=guarded(ask)) for _ in range(THREADS)]
+    working = [threading.Thread(target=guarded(work)) for work in (lend, write)]
+    for thread in [*asking, *working]:
+        thread.start()
+    for thread in working:
+        thread.join(300.0)
+    done.set()
+    for thread in asking:
+        thread.join(300.0)
+    assert faults == []
+    assert not any(thread.is_alive() for thread in [*asking, *working])
+    assert store.load_synonyms(database) == {"stroll": "walk"}
+
+
+def test_a_change_inside_reading_is_refused_while_another_thread_changes(
+    database: store.Store,
+) -> None:
+    inside, leave = threading.Event(), threading.Event()
+
+    def change() -> None:
+        with store.transaction(database):
+            inside.set()
+            leave.wait(60.0)
+
+    thread = threading.Thread(target=change)
+    thread.start()
+    assert inside.wait(60.0)
+    try:
+        with (
+            store.reading(database),
+            pytest.raises(StoreError, match="expected to change the database outside `reading`"),
+        ):
+            store.save_synonyms(database, {})
+    finally:
+        leave.set()
+        thread.join()
+
+
+def beside(work: Callable[[], None]) -> None:
+    """Run ``work`` in another thread, to its end."""
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()

@@ -20,7 +20,8 @@ from motiondb.store.catalogue.poses import POSE_SIZE, flatten_motion, unflatten_
 from motiondb.store.catalogue.sources import Source
 from motiondb.store.catalogue.where import COLUMNS, asks_captions, check_names, matches, parse_where
 from motiondb.store.connection.columns import fetch, from_rows, insert, to_rows
-from motiondb.store.connection.handle import Connection, Store
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.statements import Connection
 from motiondb.store.connection.transactions import read_meta, touch, transaction, write_meta
 
 _INFO = f"SELECT {', '.join(COLUMNS)}, notes FROM capture"

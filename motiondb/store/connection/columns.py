@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.store.connection.handle import Connection
+from motiondb.store.connection.statements import Connection
 
 Column = NDArray[Any] | Sequence[Any]
 

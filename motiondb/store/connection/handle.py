@@ -5,104 +5,25 @@ one would mix their results. So a :class:`Store` keeps a root connection and giv
 cursor of its own, with its own transaction: a thread sees what is committed, and what it changed.
 
 The root can be closed and opened again while the :class:`Store` stays (see
-:mod:`motiondb.store.connection.sharing`); cursors of an earlier root are replaced.
+:mod:`motiondb.store.connection.sharing`). It is closed only when no thread runs a statement or a
+block that needs it (:meth:`Store.in_use`); cursors of an earlier root are replaced.
 """
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, ClassVar, NoReturn
+from typing import ClassVar
 
 import duckdb
-from numpy.typing import NDArray
 
 from motiondb.errors import StoreError
-from motiondb.store.connection.faults import ABORTED, OtherModeError, translate
-
-
-class Connection:
-    """A DuckDB connection whose errors are motiondb's.
-
-    Parameters
-    ----------
-    raw : duckdb.DuckDBPyConnection
-        The connection of DuckDB.
-    path : Path
-        The database file, for messages.
-    """
-
-    def __init__(self, raw: duckdb.DuckDBPyConnection, path: Path) -> None:
-        self.raw = raw
-        self.path = path
-        self._first_error: duckdb.Error | None = None
-
-    def execute(self, query: str, parameters: Sequence[Any] | Mapping[str, Any] = ()) -> Connection:
-        """Run statements; the answer is fetched from the object returned.
-
-        Raises
-        ------
-        StoreError
-            DuckDB refuses. In a transaction that an earlier error has ended, that error is told.
-        """
-        try:
-            self.raw.execute(query, parameters)
-        except duckdb.Error as error:
-            self._fail(error)
-        if query in ("BEGIN", "COMMIT", "ROLLBACK"):
-            self._first_error = None
-        return self
-
-    def fetchall(self) -> list[tuple[Any, ...]]:
-        """All rows of the answer."""
-        try:
-            return self.raw.fetchall()
-        except duckdb.Error as error:
-            self._fail(error)
-
-    def fetchone(self) -> tuple[Any, ...] | None:
-        """The next row of the answer; None after the last."""
-        try:
-            return self.raw.fetchone()
-        except duckdb.Error as error:
-            self._fail(error)
-
-    def fetchnumpy(self) -> Mapping[str, NDArray[Any]]:
-        """The answer as arrays by column name."""
-        try:
-            answer: Mapping[str, NDArray[Any]] = self.raw.fetchnumpy()
-        except duckdb.Error as error:
-            self._fail(error)
-        return answer
-
-    def register(self, name: str, table: object) -> None:
-        """Make arrays visible to this connection as a table."""
-        try:
-            self.raw.register(name, table)
-        except duckdb.Error as error:
-            self._fail(error)
-
-    def unregister(self, name: str) -> None:
-        """Undo :meth:`register`."""
-        try:
-            self.raw.unregister(name)
-        except duckdb.Error:  # the transaction is aborted: the view goes with it
-            return
-
-    def close(self) -> None:
-        """Close the connection; a second call does nothing."""
-        self.raw.close()
-
-    def _fail(self, error: duckdb.Error) -> NoReturn:
-        """Raise motiondb's error; that of the first in the transaction, where that is why."""
-        if ABORTED in str(error) and self._first_error is not None:
-            error = self._first_error
-        self._first_error = error
-        raise translate(self.path, error) from error
+from motiondb.store.connection.faults import OtherModeError, translate
+from motiondb.store.connection.statements import Connection
 
 
 def _close(connection: duckdb.DuckDBPyConnection) -> None:
@@ -121,7 +42,8 @@ class _ThreadState(threading.local):
     """What each thread has of a store: its connection and its transaction."""
 
     connection: Connection | None = None
-    opening = -1  # the root that the connection is a cursor of
+    cursor: duckdb.DuckDBPyConnection | None = None
+    opening = -1  # the root that the cursor belongs to
     in_transaction = False
     depth = 0  # of blocks that need the root to stay
 
@@ -179,14 +101,8 @@ class Store:
     def connection(self) -> Connection:
         """The connection of the current thread."""
         local = self._local
-        if local.connection is None or local.opening != self._opening or self._root is None:
-            with self._turn:
-                try:
-                    cursor = self._open_root().cursor()
-                except duckdb.Error as error:
-                    raise translate(self.path, error) from error
-                local.connection = Connection(cursor, self.path)
-                local.opening = self._opening
+        if local.connection is None:
+            local.connection = Connection(self.path, self._cursor, self.in_use)
         return local.connection
 
     @connection.setter
@@ -206,6 +122,11 @@ class Store:
     def changed(self) -> set[str]:
         """Marks in the table ``meta`` that the current thread's transaction will renew."""
         return self._local.changed
+
+    @property
+    def is_in_use(self) -> bool:
+        """Whether the current thread is in a block that keeps the root open."""
+        return self._local.depth > 0
 
     @contextmanager
     def in_use(self) -> Iterator[bool]:
@@ -227,17 +148,20 @@ class Store:
 
     def lend(self) -> None:
         """Let go of the file once no block needs it; a question meanwhile opens it for reading."""
-        self._swap_root(is_lent=True)
+        with self.write_lock:  # a transaction that has begun keeps the mode that it found
+            self._swap_root(is_lent=True)
 
     def take_back(self, wait: float | None = None) -> None:
         """Open the file again as it was, waiting at most ``wait`` seconds for other processes."""
-        self._swap_root(is_lent=False)
-        with self._turn:
-            self._open_root(wait)
+        with self.write_lock:
+            self._swap_root(is_lent=False)
+            with self._turn:
+                self._open_root(wait)
 
     def take_back_later(self) -> None:
         """Open the file again as it was at the next use."""
-        self._swap_root(is_lent=False)
+        with self.write_lock:
+            self._swap_root(is_lent=False)
 
     @contextmanager
     def open_for_writing(self) -> Iterator[None]:
@@ -284,6 +208,18 @@ class Store:
             finally:
                 self._is_swapping = False
                 self._turn.notify_all()
+
+    def _cursor(self) -> duckdb.DuckDBPyConnection:
+        """The cursor of the current thread, which is in a block that keeps the root open."""
+        local = self._local
+        if local.cursor is None or local.opening != self._opening or self._root is None:
+            with self._turn:
+                try:
+                    local.cursor = self._open_root().cursor()
+                except duckdb.Error as error:
+                    raise translate(self.path, error) from error
+                local.opening = self._opening
+        return local.cursor
 
     def _open_root(self, wait: float | None = None) -> duckdb.DuckDBPyConnection:
         if self._is_closed:

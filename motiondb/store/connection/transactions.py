@@ -16,7 +16,8 @@ import duckdb
 
 from motiondb.errors import StoreError
 from motiondb.store.connection.faults import damage_sentence, first_sentence, is_damage
-from motiondb.store.connection.handle import Connection, Store
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.statements import Connection
 
 _OTHER_WRITER = 60.0
 """Seconds to wait for another connection of this process that writes. Chosen by hand: the longest
@@ -42,12 +43,12 @@ def transaction(store: Store) -> Iterator[Connection]:
     if store.in_transaction:
         yield store.connection
         return
-    with store.write_lock, store.open_for_writing(), store.in_use() as is_outermost:
-        if not is_outermost:
-            raise StoreError(
-                f"{store.path}: expected to change the database outside `reading`, found it inside."
-                " Save after that block."
-            )
+    if store.is_in_use:  # before any lock: whoever holds it may wait for the end of this block
+        raise StoreError(
+            f"{store.path}: expected to change the database outside `reading`, found it inside."
+            " Save after that block."
+        )
+    with store.write_lock, store.open_for_writing(), store.in_use():
         _begin(store)
         store.in_transaction = True
         try:

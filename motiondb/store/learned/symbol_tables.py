@@ -6,7 +6,7 @@ import numpy as np
 
 from motiondb.records import MotionSymbols, SymbolSpace
 from motiondb.store.connection.columns import fetch, from_rows, insert, to_rows
-from motiondb.store.connection.handle import Connection
+from motiondb.store.connection.statements import Connection
 
 TABLES = ("symbol", "symbol_state", "symbol_distance", "space_stress", "cluster")
 

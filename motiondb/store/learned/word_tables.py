@@ -8,7 +8,7 @@ import numpy as np
 
 from motiondb.records import Association, FloatArray
 from motiondb.store.connection.columns import fetch, from_rows, insert, to_rows
-from motiondb.store.connection.handle import Connection
+from motiondb.store.connection.statements import Connection
 
 TABLES = ("word", "translation", "alignment", "association_step", "transition_count", "parameter")
 PIECE = 65_536
