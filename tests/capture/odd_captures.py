@@ -8,14 +8,13 @@ built to be hostile as a whole, such as compressed zeros and deep nesting.
 
 from __future__ import annotations
 
-import io
 import json
-import struct
-import zipfile
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 import numpy as np
+from odd_damage import NUMBERS, damage
+from odd_npz import mutated_npz, odd_npz, strange_npz
 
 Companions = dict[str, bytes]
 """Name -> content of further files that belong to a case, such as the ASF of an AMC."""
@@ -91,19 +90,6 @@ DEEPMIMIC = json.dumps({"Loop": "wrap", "Frames": [FRAME] * 8})
 SHEET = 'file\twords\tstart\tend\tfps\tperformer\na/b.bvh\tsome "words"\t0.5\t1.5\t120\tAnn\n'
 SHEET += "c.bvh\twalks, then runs\t\t\t\tBen\n"
 EVENTS = "file,event,frame,time,joint,other\na/b.bvh,catch,12,,r_wrist,ball\nc.bvh,step,,1.5,,\n"
-
-NUMBERS = (
-    "nan", "inf", "-inf", "1e999", "-1e999", "1e308", "-1e308", "1e-320", "1_0", "0x10", "²", "١٢",
-    "1,5", "--1", "+-1", "1e", ".", "-", "", "9" * 400, "9" * 5000, "1" + "0" * 18, "1000000000",
-    "-1", "0", "1e-300", "½", "1.2.3", "True", "None", "1j", "1e5", "\u00a0", "∞", "1e19",
-    "2147483648",
-)  # fmt: skip
-"""Numbers that are none, or that break what is computed from them."""
-BYTES = (
-    b"\0", b"\r", b"\r\n", b"\n\n", b"\x1c", b"\xff", b"\xff\xfe", b"\xef\xbb\xbf", b"\x85",
-    b"\x0b", b"{", b"}", b'"', b"'",
-    b"\t", b"\xc2\xa0", b"\xe2\x80\xa8", b"\xed\xb3\xa9", b"#", b":", b"\\",
-)  # fmt: skip
 
 
 def case(seed: int) -> tuple[str, bytes, Companions]:
@@ -204,53 +190,6 @@ def strange_json(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
     return ".json", texts[int(rng.integers(len(texts)))].encode(), {}
 
 
-def odd_npz(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
-    """Build an npz with arrays of odd types and shapes, then perhaps damage its bytes."""
-    n_frames = int(rng.integers(0, 6))
-    kinds = ("f8", "f4", "f2", "i4", "u1", "?", "c16", "M8[s]", "m8[s]", "U3", "S5")
-    arrays: dict[str, object] = {
-        "poses": _array(rng, (n_frames, 66), kinds),
-        "trans": _array(rng, (n_frames, 3), kinds),
-        str(rng.choice(["fps", "mocap_framerate", "mocap_frame_rate"])): _rate(rng),
-    }
-    if rng.random() < 0.2:
-        arrays["root_orient"] = _array(rng, (n_frames, 3), kinds)
-        arrays["pose_body"] = _array(rng, (n_frames, 63), kinds)
-        del arrays["poses"]
-    if rng.random() < 0.1:
-        arrays["poses"] = np.array([{}] * 3, dtype=object)
-    buffer = io.BytesIO()
-    np.savez(buffer, **arrays)  # type: ignore[arg-type]  # odd values on purpose
-    data = buffer.getvalue()
-    return ".npz", damage(data, rng) if rng.random() < 0.4 else data, {}
-
-
-def strange_npz(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
-    """Build an npz that unpacks to much, or whose headers say what is not there."""
-    headers = (
-        "{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000, 66), }",
-        "{'descr': '<f8', 'fortran_order': False, 'shape': (-1, 66), }",
-        "{'descr': '<f8', 'fortran_order': False, 'shape': (" + "9" * 5000 + ",), }",
-        "{'descr': '<f8', 'fortran_order': False, 'shape': (" + "(" * 300 + ")" * 300 + "), }",
-        "{'descr': '|O', 'fortran_order': False, 'shape': (1,), }",
-        "{'descr': '|V0', 'fortran_order': False, 'shape': (1000000000,), }",
-        "{'descr': '<U0', 'fortran_order': False, 'shape': (1000000000, 66), }",
-        "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 66), ",
-        "{'descr': '<f8', 'fortran_order': False, 'shape': (0, 66), }",
-        "'" * 3,
-        "(" * 200,
-    )
-    size = int(10 ** rng.uniform(3, 8.7)) if rng.random() < 0.05 else 1000
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as file:
-        for name in ("poses", "trans", "fps"):
-            text = headers[int(rng.integers(len(headers)))].encode() + b"\n"
-            version = bytes([int(rng.integers(0, 5)), 0])
-            length = struct.pack("<H" if version[0] == 1 else "<I", len(text) % 65536)
-            file.writestr(f"{name}.npy", b"\x93NUMPY" + version + length + text + bytes(size))
-    return ".npz", buffer.getvalue(), {}
-
-
 def odd_c3d(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
     """Build a header of a C3D file with random counts, then random or empty blocks."""
     words = rng.integers(0, 1000, 256)
@@ -289,6 +228,7 @@ MAKERS = MappingProxyType(
         "deepmimic": odd_deepmimic,
         "json structure": strange_json,
         "npz": odd_npz,
+        "npz mutated": mutated_npz,
         "npz structure": strange_npz,
         "sheet": odd_sheet,
         "events": odd_events,
@@ -296,97 +236,3 @@ MAKERS = MappingProxyType(
     }
 )
 """Kind of case -> its maker. C3D is apart (:func:`odd_c3d`): each case starts a process."""
-
-
-def damage(data: bytes, rng: np.random.Generator) -> bytes:
-    """Damage a file in one to four places."""
-    for _ in range(int(rng.integers(1, 5))):
-        how = DAMAGES[int(rng.integers(len(DAMAGES)))]
-        data = how(data, rng) or b" "
-    return data
-
-
-def _exchange_token(data: bytes, rng: np.random.Generator) -> bytes:
-    """Put an odd number in place of a token."""
-    tokens = data.split(b" ")
-    place = int(rng.integers(len(tokens)))
-    tokens[place] = str(rng.choice(NUMBERS)).encode()
-    return b" ".join(tokens)
-
-
-def _exchange_number(data: bytes, rng: np.random.Generator) -> bytes:
-    """Put an odd number in place of a digit."""
-    digits = [n for n, character in enumerate(data) if 48 <= character < 58]
-    if not digits:
-        return data
-    place = digits[int(rng.integers(len(digits)))]
-    return data[:place] + str(rng.choice(NUMBERS)).encode() + data[place + 1 :]
-
-
-def _insert(data: bytes, rng: np.random.Generator) -> bytes:
-    """Insert bytes that separate or end things in some format."""
-    place = int(rng.integers(len(data) + 1))
-    return data[:place] + BYTES[int(rng.integers(len(BYTES)))] + data[place:]
-
-
-def _flip(data: bytes, rng: np.random.Generator) -> bytes:
-    """Change one byte."""
-    place = int(rng.integers(len(data)))
-    return data[:place] + bytes([int(rng.integers(256))]) + data[place + 1 :]
-
-
-def _cut(data: bytes, rng: np.random.Generator) -> bytes:
-    """Cut out a part, or the end."""
-    start, end = sorted(int(n) for n in rng.integers(0, len(data) + 1, 2))
-    return data[:start] if rng.random() < 0.5 else data[:start] + data[end:]
-
-
-def _repeat(data: bytes, rng: np.random.Generator) -> bytes:
-    """Repeat a line a few or many times."""
-    lines = data.split(b"\n")
-    place = int(rng.integers(len(lines)))
-    lines[place : place + 1] = [lines[place]] * int(10 ** rng.uniform(0, 2.5))
-    return b"\n".join(lines)[:200_000]
-
-
-def _swap_lines(data: bytes, rng: np.random.Generator) -> bytes:
-    """Exchange two lines."""
-    lines = data.split(b"\n")
-    a, b = (int(n) for n in rng.integers(0, len(lines), 2))
-    lines[a], lines[b] = lines[b], lines[a]
-    return b"\n".join(lines)
-
-
-def _encode(data: bytes, rng: np.random.Generator) -> bytes:
-    """Write the text in another encoding."""
-    text = data.decode("latin-1")
-    return text.encode(str(rng.choice(["utf-16", "utf-16-le", "utf-8-sig", "utf-7"])))
-
-
-DAMAGES = (
-    _exchange_token, _exchange_number, _exchange_number, _insert, _flip, _cut, _repeat,
-    _swap_lines, _encode,
-)  # fmt: skip
-
-
-def _array(rng: np.random.Generator, shape: tuple[int, ...], kinds: tuple[str, ...]) -> object:
-    """Make an array of an odd type or shape; most are ordinary."""
-    values = rng.normal(size=shape)
-    if rng.random() < 0.3:
-        values.reshape(-1)[:2] = rng.choice([np.nan, np.inf, 1e308, -1e200, 0.0])
-    if rng.random() < 0.2:
-        values = values.reshape(-1)[: int(rng.integers(1, 9))]
-    if rng.random() < 0.2:
-        values = values[None]
-    kind = str(rng.choice(kinds)) if rng.random() < 0.4 else "f8"
-    with np.errstate(all="ignore"):
-        return np.abs(values).astype("i8").astype(kind) if kind[0] in "Mm" else values.astype(kind)
-
-
-def _rate(rng: np.random.Generator) -> object:
-    """Make a frame rate, often none."""
-    rates: tuple[object, ...] = (
-        30.0, 120, np.array([60]), np.array([]), np.array([30, 60]), np.nan, np.inf, -1.0, 1e300,
-        "fast", np.array(None, dtype=object), np.datetime64("2020-01-01"), 1 + 2j, b"60", True,
-    )  # fmt: skip
-    return rates[int(rng.integers(len(rates)))]

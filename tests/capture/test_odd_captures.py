@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from odd_captures import AMC, ASF, BVH, DEEPMIMIC, case, odd_c3d
+from odd_captures import AMC, ASF, BVH, DEEPMIMIC, MAKERS, Companions, case, odd_c3d
+from odd_npz import as_member, good_arrays, mutated_npz, packed
 
 from motiondb.capture import AsfFile, capture_format, guarded, read_capture_bytes
 from motiondb.capture.event_sheet import read_event_sheet
@@ -21,7 +22,11 @@ UNEXPECTED = "expected a file that its reader knows"
 
 def read_case(seed: int, folder: Path) -> str:
     """Read a case as ``add`` does; the message of its refusal, or nothing."""
-    suffix, data, companions = case(seed)
+    return read_file(*case(seed), folder)
+
+
+def read_file(suffix: str, data: bytes, companions: Companions, folder: Path) -> str:
+    """Read a file as ``add`` does; the message of its refusal, or nothing."""
     try:
         if suffix in (".tsv", ".csv"):
             path = folder / f"sheet{suffix}"
@@ -58,6 +63,37 @@ def test_the_whole_files_that_cases_damage_are_read() -> None:
         motion = retarget.to_motion(clip, keep_implausible=False)
         assert clip.n_frames == 8
         assert motion.notes == ()
+
+
+def test_the_whole_npz_that_cases_change_is_read() -> None:
+    members = {f"{name}.npy": as_member(array) for name, array in good_arrays().items()}
+    clip = read_capture_bytes(packed(members), "amass")
+    motion = retarget.to_motion(clip, keep_implausible=False)
+    assert (clip.n_frames, clip.fps, motion.notes) == (12, 60.0, ())
+
+
+def test_changed_npz_files_are_read_and_refused(tmp_path: Path) -> None:
+    messages = [
+        read_file(*mutated_npz(np.random.default_rng([seed, 1])), tmp_path) for seed in range(120)
+    ]
+    assert not any(UNEXPECTED in message for message in messages)
+    n_read = messages.count("")
+    assert 30 <= n_read <= 90  # the cases are fixed by their seeds
+    refused = " ".join(messages)
+    for reason in (
+        "expected an array 'poses'", "found NaN or infinity", "expected poses of shape",
+        "expected trans of shape", "expected mocap_framerate from", "expected an npz file",
+    ):  # fmt: skip
+        assert reason in refused, reason
+
+
+@pytest.mark.parametrize("kind", ["bvh", "amc", "deepmimic", "npz mutated", "sheet", "events"])
+def test_every_kind_of_case_is_both_read_and_refused(tmp_path: Path, kind: str) -> None:
+    answers = {
+        read_file(*MAKERS[kind](np.random.default_rng([seed, 2])), tmp_path) == ""
+        for seed in range(60)
+    }
+    assert answers == {True, False}
 
 
 @pytest.mark.parametrize("seed", range(4))
