@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 _TESTS = Path(__file__).resolve().parents[1] / "tests"
-sys.path[:0] = [str(_TESTS / "capture"), str(_TESTS / "store")]  # odd_captures, damage_runs
+sys.path[:0] = [str(_TESTS / name) for name in ("capture", "store", "fetch")]  # odd files, sites
 
 PARTS = ("fuzz", "kills", "damage", "together", "questions")
 CASES = {"fuzz": 50_000, "kills": 200, "damage": 200}

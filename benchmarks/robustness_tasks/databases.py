@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
 import os
+import pkgutil
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+
+import motiondb as motiondb_package
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 SMALL = (
@@ -15,6 +19,15 @@ SMALL = (
 """Captures of the small database: enough to learn symbols, words and a grammar from."""
 GRAMMAR = "moves"
 """Name of the grammar that is learned from the long takes."""
+
+
+def import_everything() -> None:
+    """Import all of motiondb, so that processes that part from this one need not."""
+    from motiondb.words.lemmas import lemma
+
+    for found in pkgutil.walk_packages(motiondb_package.__path__, "motiondb."):
+        importlib.import_module(found.name)
+    lemma("walks")  # loads the table of lemmas
 
 
 def motiondb(*words: object) -> str:

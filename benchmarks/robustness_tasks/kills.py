@@ -1,14 +1,17 @@
 """SIGKILL at random moments of every command that writes; then: is everything there?
 
-A case copies the small database, sets words of a capture (an acknowledged change), starts a command
-and kills it after a random share of the time that it takes undisturbed. What must hold afterwards:
+A case copies a folder with the small database, in which words of a capture were set (an
+acknowledged change), starts a command and kills it after a random share of the time that it takes
+undisturbed. What must hold afterwards:
 
 * the database opens and ``check`` finds nothing;
 * its rows are those from before the command or those from after it, and the latter where the
   command had printed that it was done;
-* files that the command writes are not there, or whole;
-* after a further command no file is left that two undisturbed commands would not leave, and no
-  process of the command goes on.
+* files that the command writes are not there, or whole; all are there where it ended;
+* no process of the command goes on;
+* after a further command, and the same one again where it writes files, no file is left that these
+  commands would not leave undisturbed. What a kill leaves beside a file of the user's is removed by
+  the command that writes that file again, since no other one knows its name.
 
 Commands run in processes that are forked from one in which motiondb is imported, so that the kills
 meet the work and not the start of Python.
@@ -16,8 +19,8 @@ meet the work and not the start of Python.
 
 from __future__ import annotations
 
-import functools
 import hashlib
+import json
 import multiprocessing
 import os
 import shutil
@@ -26,47 +29,22 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from robustness_tasks.databases import GRAMMAR, SAMPLES, copy_captures
+from robustness_tasks import commands
+from robustness_tasks.commands import COMMANDS, DB, MARK, NEXT, SCENE, words_of
+from robustness_tasks.databases import import_everything
 
-DB = "motions.duckdb"
-MARK = ("words", "set", "ana/jump_1", "a marked jump", "--db", DB)
-NEXT = ("words", "set", "ana/walk_1", "a later walk", "--db", DB)
+_URL = "site.txt"
 LATEST = 1.1
 """Kills come at a random share of the undisturbed time, up to this one, so that some come late."""
 PATIENCE = 600.0
 """Seconds after which a command counts as hanging, on a computer that does other work too."""
-
-COMMANDS: dict[str, tuple[str, ...]] = {
-    "add": ("add", "more", "--words", "more/captions.tsv"),
-    "add one": ("add", "more/ana/wave_1.bvh"),
-    "learn": ("learn", "--symbols", "3"),
-    "words set": ("words", "set", "ana/bow_1", "bow to the audience", "--keep"),
-    "words import": ("words", "import", "words.tsv"),
-    "words synonyms": ("words", "synonyms", "synonyms.txt"),
-    "events import": ("events", "import", "events.tsv"),
-    "remove": ("remove", "ana/bow_1", "boris/kick_1"),
-    "generate": ("generate", "walk", "-o", "made.bvh", "--save", "made", "--png", "made.png"),
-    "grammar learn": (
-        "grammar", "learn", "boris/long_2", "chidi/long_3", "--terminals", "4", "--name", "other",
-    ),
-    "grammar generate": (
-        "grammar", "generate", GRAMMAR, "-o", "new.glb", "--length", "10", "--save", "new",
-    ),
-    "grammar edit": (
-        "grammar", "edit", GRAMMAR, "kept", "--at", "2", "--choose", "1", "--save", "edited",
-    ),
-    "grammar remove": ("grammar", "remove", GRAMMAR),
-    "compact": ("compact",),
-    "rescue": ("rescue", DB, "-o", "rescued.duckdb"),
-}  # fmt: skip
-"""Name -> words of each command that writes; ``--db`` is added, but to ``rescue``."""
 
 
 @dataclass(frozen=True)
@@ -111,64 +89,89 @@ class Reference:
 
 
 def run(seeds: range, database: Path) -> Iterator[Outcome]:
-    """Kill one command for each seed, all kinds in turn."""
-    import motiondb.database.motion_db
-    import motiondb.pictures  # once, before the processes part
+    """Kill one command for each seed, all kinds in turn.
 
-    assert motiondb
-    kinds = tuple(COMMANDS)
-    with tempfile.TemporaryDirectory() as folder:
-        base = prepared(Path(folder) / "base", database)
-        usual = functools.cache(functools.partial(reference, base))
+    The folder that the cases copy, and what commands do undisturbed, are kept beside the database,
+    so that a run can be continued.
+    """
+    import_everything()  # once, before the processes part
+    base, kinds = database.with_name("kills") / "base", tuple(COMMANDS)
+    with commands.site() as url:
+        if not base.exists():
+            base.parent.mkdir(exist_ok=True)
+            prepared(base.with_name(f"new-{os.getpid()}"), database).rename(base)
+        (base / _URL).write_text(url)
         for seed in seeds:
             kind = kinds[seed % len(kinds)]
-            yield kill(seed, kind, base, usual(kind))
+            yield kill(seed, kind, base, _kept_reference(base, kind))
 
 
-def words_of(kind: str) -> tuple[str, ...]:
-    """The words of a command."""
-    words = COMMANDS[kind]
-    return words if kind == "rescue" else (*words, "--db", DB)
+def prepared(base: Path, database: Path, url: str = "") -> Path:
+    """A folder with the database and everything that commands read; a scene and the mark are in it.
 
-
-def prepared(base: Path, database: Path) -> Path:
-    """A folder with the database and everything that commands read; the mark is set in it."""
-    base.mkdir()
-    shutil.copy(database, base / DB)
-    if Path(f"{database}.cache").is_dir():
-        shutil.copytree(f"{database}.cache", base / f"{DB}.cache")
-    names = ("ana/wave_1", "boris/punch_1", "dora/idle_1", "emil/jump_1", "fatou/run_1")
-    copy_captures(names, base / "more")
-    (base / "words.tsv").write_text(
-        "file\twords\tperformer\nana/bow_1\tbow low\tann\nboris/kick_1\tkick high\tbob\n"
-    )
-    (base / "synonyms.txt").write_text("stroll = walk\nleap = jump\n")
-    head, *rows = (SAMPLES / "events.tsv").read_text(encoding="utf-8").splitlines()
-    kept = [row for row in rows if row.startswith(("ana/walk_1", "boris/kick_1"))]
-    (base / "events.tsv").write_text("\n".join([head, *kept]) + "\n")
-    ended = _start(base, MARK)
-    ended.join(PATIENCE)
-    if ended.exitcode:
-        raise RuntimeError((base / "errors.txt").read_text())
+    Parameters
+    ----------
+    base : Path
+        The folder to make.
+    database : Path
+        The database to copy.
+    url : str
+        Address of the site that ``fetch cmu`` downloads from.
+    """
+    commands.prepare(base, database)
+    (base / _URL).write_text(url)
+    _do(base, MARK, SCENE)
     for name in ("printed.txt", "errors.txt"):
         (base / name).unlink()
     return base
 
 
 def reference(base: Path, kind: str) -> Reference:
-    """Run a command undisturbed, and the next one."""
+    """Run a command undisturbed, and those that follow a kill."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "case"
         shutil.copytree(base, place)
-        before = _beside(_rows, place)
-        process, began = _start(place, words_of(kind)), time.monotonic()
-        process.join(PATIENCE)
+        before, began = _beside(_rows, place), time.monotonic()
+        _do(place, words_of(kind))
         seconds = time.monotonic() - began
-        if process.exitcode != 0:
-            raise RuntimeError(f"{kind}: {(place / 'errors.txt').read_text()}")
         after, outputs = _beside(_rows, place), _outputs(base, place)
-        _start(place, NEXT).join(PATIENCE)
+        _do(place, *_further(kind, place))
         return Reference(seconds, before, after, outputs, frozenset(_names(place)))
+
+
+def _kept_reference(base: Path, kind: str) -> Reference:
+    """The :func:`reference` of an earlier piece of this run, or a new one."""
+    path = base.with_name(f"{kind}.json")
+    if not path.exists():
+        made = asdict(reference(base, kind))
+        path.write_text(json.dumps(made | {"names": sorted(made["names"])}))
+    kept = json.loads(path.read_text())
+    return Reference(**kept | {"names": frozenset(kept["names"])})
+
+
+def _do(place: Path, *commands_in_turn: tuple[str, ...]) -> None:
+    """Run commands to their end, one after the other in one process.
+
+    Raises
+    ------
+    RuntimeError
+        One fails, or does not end.
+    """
+    process = _start(place, *commands_in_turn)
+    process.join(PATIENCE)
+    if process.exitcode != 0:
+        process.kill()
+        told = (place / "errors.txt").read_text().strip()
+        what = "; ".join(" ".join(words) for words in commands_in_turn)
+        raise RuntimeError(f"{what}: {told[-200:] or process.exitcode}")
+
+
+def _further(kind: str, place: Path) -> list[tuple[str, ...]]:
+    """The commands that follow: another change, and the same files once more."""
+    again = commands.again_of(kind)
+    if kind == "rescue" and (place / "rescued.duckdb").exists():
+        again = ()  # it writes new files only
+    return [NEXT, again] if again else [NEXT]
 
 
 def kill(seed: int, kind: str, base: Path, usual: Reference) -> Outcome:
@@ -182,8 +185,7 @@ def kill(seed: int, kind: str, base: Path, usual: Reference) -> Outcome:
         ended = process.exitcode is not None
         process.kill()
         process.join()
-        printed = place / "printed.txt"
-        told = printed.exists() and bool(printed.read_text().strip())
+        told = _is_told(kind, place)
         faults = [] if not ended or process.exitcode == 0 else [f"ended with {process.exitcode}"]
         faults += _going_on(process)
         found = _beside(_examine, place)
@@ -202,30 +204,48 @@ def kill(seed: int, kind: str, base: Path, usual: Reference) -> Outcome:
             faults.append(f"rows of neither: {', '.join(parts) or 'a mixture of tables'}")
         elif done and rows != usual.after:
             faults.append("said to be done, and it is not there")
-        faults += [
-            f"{name} is not whole"
-            for name, digest in _outputs(base, place).items()
-            if name in usual.outputs and digest != usual.outputs[name]
-        ]
-        faults += _beside(_examine_rescued, place)
-        later = _start(place, NEXT)
-        later.join(PATIENCE)
-        if later.exitcode != 0:
-            faults.append(f"the next command: {(place / 'errors.txt').read_text().strip()[-200:]}")
+        faults += _wrong_outputs(_outputs(base, place), usual.outputs, process.exitcode == 0)
+        try:
+            _do(place, *_further(kind, place))
+        except RuntimeError as error:
+            faults.append(f"a further command: {error}")
         faults += [f"left over: {name}" for name in sorted(_names(place) - usual.names)]
     return Outcome(
         seed, kind, share * usual.seconds, usual.seconds, ended, told, state, tuple(faults)
     )
 
 
-def _start(place: Path, words: tuple[str, ...]) -> BaseProcess:
-    """Run a command in a process, and a session, of its own."""
-    process = multiprocessing.get_context("fork").Process(target=_command, args=(place, words))
+def _is_told(kind: str, place: Path) -> bool:
+    """Whether a command has printed that it was done."""
+    path = place / "printed.txt"
+    printed = path.read_text().strip() if path.exists() else ""
+    return "added" in printed if kind == "fetch cmu" else bool(printed)
+
+
+def _wrong_outputs(found: dict[str, str], usual: dict[str, str], is_done: bool) -> list[str]:
+    """What is wrong with the files that a command wrote; drafts are looked at in the end.
+
+    A scene's folder is written as a whole; a download is not, and goes on at the next time.
+    """
+    faults = [
+        f"{name} is not whole" for name in found if found[name] != usual.get(name, found[name])
+    ]
+    begun = {name.partition("/")[0] for name in found if "/" in name} - {"cmu"}
+    missing = sorted(set(usual) - set(found))
+    faults += [f"{name} is missing" for name in missing if name.partition("/")[0] in begun]
+    return faults + [f"done, and {name} is not there" for name in missing if is_done]
+
+
+def _start(place: Path, *commands_in_turn: tuple[str, ...]) -> BaseProcess:
+    """Run commands in a process, and a session, of its own."""
+    process = multiprocessing.get_context("fork").Process(
+        target=_command, args=(place, commands_in_turn)
+    )
     process.start()
     return process
 
 
-def _command(place: Path, words: tuple[str, ...]) -> None:
+def _command(place: Path, commands_in_turn: tuple[tuple[str, ...], ...]) -> None:
     """Be the command line: its own folder, output into files."""
     from motiondb.cli.main import main
 
@@ -234,14 +254,19 @@ def _command(place: Path, words: tuple[str, ...]) -> None:
     for number, name in ((1, "printed.txt"), (2, "errors.txt")):
         os.dup2(os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644), number)
     sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
-    sys.argv = ["motiondb", *words]
-    try:
-        main()
-    except SystemExit as ended:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        # at once: multiprocessing would wait for the readers of `add`, which wait for more work
-        os._exit(ended.code if isinstance(ended.code, int) else 1)
+    url, code = Path(_URL).read_text(), 0
+    for words in commands_in_turn:
+        sys.argv = ["motiondb", *commands.with_site(words, url)]
+        try:
+            main()
+        except SystemExit as ended:
+            code = ended.code if isinstance(ended.code, int) else int(ended.code is not None)
+        if code:
+            break
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # at once: multiprocessing would wait for the readers of `add`, which wait for more work
+    os._exit(code)
 
 
 def _going_on(process: BaseProcess) -> list[str]:
@@ -268,8 +293,8 @@ def _going_on(process: BaseProcess) -> list[str]:
 
 
 def _examine(place: Path) -> tuple[list[str], dict[str, str]]:
-    """What ``check`` finds, and the rows."""
-    return _check(place / DB), _rows(place)
+    """What ``check`` finds, also in a database that was rescued, and the rows."""
+    return _check(place / DB) + _examine_rescued(place), _rows(place)
 
 
 def _examine_rescued(place: Path) -> list[str]:
@@ -306,7 +331,7 @@ def _rows(place: Path) -> dict[str, str]:
 
 
 def _names(place: Path) -> set[str]:
-    """Files of a case; numbers in names of the cache are left out."""
+    """Files of a case, but whole parts of the cache."""
     found = set()
     for path in place.rglob("*"):
         name = path.relative_to(place).as_posix()
@@ -321,9 +346,18 @@ def _is_cached(path: Path) -> bool:
 
 
 def _outputs(base: Path, place: Path) -> dict[str, str]:
-    """Files that a command wrote for the user -> digest."""
-    new = _names(place) - _names(base) - {"printed.txt", "errors.txt", "rescued.duckdb"}
-    return {name: hashlib.sha256((place / name).read_bytes()).hexdigest() for name in new}
+    """Files that a command wrote for the user, new ones and changed ones -> digest."""
+    names = _names(place) - {"printed.txt", "errors.txt", "rescued.duckdb", DB, f"{DB}.wal"}
+    digests = {name: _digest(place / name) for name in names}
+    return {
+        name: digest
+        for name, digest in digests.items()
+        if not (base / name).exists() or digest != _digest(base / name)
+    }
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _beside(work: Callable[[Path], Any], place: Path) -> Any:

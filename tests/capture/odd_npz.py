@@ -212,9 +212,9 @@ def strange_npz(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
             text = headers[int(rng.integers(len(headers)))].encode() + b"\n"
             version = bytes([int(rng.integers(0, 5)), 0])
             length = struct.pack("<H" if version[0] == 1 else "<I", len(text) % 65536)
-            file.writestr(
-                zipfile.ZipInfo(f"{name}.npy"), b"\x93NUMPY" + version + length + text + bytes(size)
-            )
+            content = b"\x93NUMPY" + version + length + text + bytes(size)
+            info = zipfile.ZipInfo(f"{name}.npy")  # without a time, so that a case stays the same
+            file.writestr(info, content, compress_type=zipfile.ZIP_DEFLATED)
     return ".npz", buffer.getvalue(), {}
 
 
