@@ -6,7 +6,7 @@
 """
 
 from motiondb.capture.amc import AsfFile
-from motiondb.capture.bvh_writer import write_bvh
+from motiondb.capture.bvh_writer import to_bvh, write_bvh
 from motiondb.capture.folder import (
     CAPTURE_ENDINGS,
     find_captures,
@@ -42,6 +42,7 @@ __all__ = [
     "read_capture_bytes",
     "read_file",
     "skeleton_path",
+    "to_bvh",
     "unit_from_name",
     "write_bvh",
     "write_gltf",

@@ -10,8 +10,6 @@ spin. Resolution: 1e-6 degrees and 1e-8 m.
 from __future__ import annotations
 
 import math
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +17,7 @@ import numpy as np
 from motiondb.errors import CaptureError
 from motiondb.pose import rotation
 from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.whole_files import whole_file
 
 DEFAULT_ORDER = "ZYX"
 _CLOSE = 1e-7
@@ -87,21 +86,12 @@ def write_atomically(path: Path, data: bytes) -> None:
         When the file cannot be written.
     """
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        with whole_file(path) as draft:
+            draft.write_bytes(data)
     except OSError as error:
-        raise CaptureError(
-            path, f"expected a folder to write in, found {error.strerror}."
-        ) from error
-    temporary = Path(name)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        temporary.chmod(0o644)
-        temporary.replace(path)
-    except OSError as error:
-        raise CaptureError(path, f"expected to write the file, found {error.strerror}.") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+        expected = "to write the file" if path.parent.is_dir() else "a folder to write in"
+        found = error.strerror or error
+        raise CaptureError(path, f"expected {expected}, found {found}.") from error
 
 
 def _translations(clip: Clip) -> FloatArray:

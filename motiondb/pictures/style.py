@@ -8,15 +8,15 @@ of their own, never through pyplot, and files are renamed to their final name wh
 
 from __future__ import annotations
 
-import os
 import warnings
 import zlib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb.errors import MotionDBError, QueryError
+from motiondb.whole_files import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -123,7 +123,7 @@ def save_png(figure: Figure, path: str | Path) -> Path:
             f"{path}: expected a name that ends in .png, found {path.suffix or 'no ending'!r}. "
             "Pictures are written as PNG."
         )
-    with whole_file(path) as draft, drawing():
+    with _whole_picture(path) as draft, drawing():
         figure.savefig(draft, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
     return path
 
@@ -162,7 +162,7 @@ def save_gif(images: Sequence[Image], path: Path, frame_seconds: float) -> Path:
     frame_seconds : float
         Duration of a frame, in whole hundredths of a second.
     """
-    with whole_file(path) as draft:
+    with _whole_picture(path) as draft:
         images[0].save(
             draft,
             format="GIF",
@@ -176,28 +176,19 @@ def save_gif(images: Sequence[Image], path: Path, frame_seconds: float) -> Path:
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """Yield a temporary name that is renamed to ``path`` at the end, or removed after an error.
-
-    Parameters
-    ----------
-    path : Path
-        Final name of the file.
+def _whole_picture(path: Path) -> Iterator[Path]:
+    """Yield a draft of the file; it is renamed at the end, or removed after an error.
 
     Raises
     ------
     MotionDBError
         If the file cannot be written.
     """
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        yield draft
-        draft.replace(path)
+        with whole_file(path) as draft:
+            yield draft
     except OSError as error:
         raise MotionDBError(
             f"{path}: expected a file that can be written, found: {error.strerror or error}. "
             "Check the folder and the room on its disk."
         ) from None
-    finally:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)

@@ -10,6 +10,7 @@ import numpy as np
 from motiondb import capture
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.records import MOTION_FPS, Clip, Motion
+from motiondb.whole_files import whole_file
 
 
 def cut_motion(motion: Motion, start: float | None, end: float | None, step: int = 1) -> Motion:
@@ -79,10 +80,9 @@ def write_clip(clip: Clip, path: Path) -> Path:
 
 def write_bytes(path: Path, data: bytes) -> Path:
     """Write a file as a whole or not at all."""
-    new = path.with_name(f"{path.name}.part")
     try:
-        new.write_bytes(data)
-        new.replace(path)
+        with whole_file(path) as draft:
+            draft.write_bytes(data)
     except OSError as error:
         raise MotionDBError(
             f"{path}: expected a file that can be written, found {error.strerror}."

@@ -6,7 +6,6 @@ file again, a file by writing the motion as BVH. What was learned is not taken o
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -165,10 +164,8 @@ def _read_anew(
 def _written_anew(info: CaptureInfo, motion: Motion) -> tuple[CaptureInfo, store.Source]:
     """A file for a motion whose own was lost."""
     clip = retarget.to_clip(motion)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"{info.name.replace('/', '_')}.bvh"
-        capture.write_bvh(clip, file)
-        packed = store.pack_source(file.name, file.read_bytes(), "bvh")
+    file = f"{info.name.replace('/', '_')}.bvh"
+    packed = store.pack_source(file, capture.to_bvh(clip, file).encode(), "bvh")
     notes = (*info.notes, "the file was lost; this is the canonical motion, rescued")
     facts = replace(
         info, format="bvh", fps=clip.fps, n_frames=clip.n_frames, duration=clip.duration,

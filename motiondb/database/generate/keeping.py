@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable
-from pathlib import Path
 
 from motiondb import capture, store
 from motiondb.pose import retarget
@@ -38,10 +36,8 @@ def keep_generated(
     """
     store.check_new_name(name, "capture")
     clip = retarget.to_clip(motion)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"{name.replace('/', '_')}.bvh"
-        capture.write_bvh(clip, file)
-        source = store.pack_source(file.name, file.read_bytes(), "bvh")
+    file = f"{name.replace('/', '_')}.bvh"
+    source = store.pack_source(file, capture.to_bvh(clip, file).encode(), "bvh")
     licences = "; ".join(sorted({s.licence for s in provenance.sources if s.licence}))
     info = CaptureInfo(
         0, name, "", "bvh", "generated", MOTION_FPS, clip.n_frames, clip.duration, 0, 0.0, "",

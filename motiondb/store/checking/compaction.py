@@ -9,8 +9,8 @@ import duckdb
 from motiondb.errors import StoreError
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.statements import Connection
 from motiondb.store.connection.opening import open_store
+from motiondb.store.connection.statements import Connection
 
 
 def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:

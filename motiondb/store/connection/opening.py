@@ -23,6 +23,7 @@ from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import holder_sentence, is_lock
+from motiondb.whole_files import is_running
 
 _CONFIG: dict[str, Any] = {
     # Extensions are fetched at run time from a server; motiondb uses none.
@@ -123,7 +124,7 @@ def _sweep_drafts(path: Path) -> None:
         maker = re.search(r"\.new-([0-9]+)", left.name)
         with suppress(OSError):
             is_old = time.time() - left.stat().st_mtime > _ABANDONED
-            if is_old or (maker is not None and not _is_running(int(maker[1]))):
+            if is_old or (maker is not None and not is_running(int(maker[1]))):
                 left.unlink(missing_ok=True)
 
 
@@ -132,19 +133,6 @@ def _sweep_copies(path: Path) -> None:
     for left in path.parent.glob(f".{glob.escape(path.name)}.compact*"):
         with suppress(OSError):
             left.unlink(missing_ok=True)
-
-
-def _is_running(pid: int) -> bool:
-    """Whether this host has such a process, other than this one."""
-    if pid == os.getpid():
-        return False
-    try:
-        os.kill(pid, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except OSError:
-        return True  # of another user
-    return True
 
 
 def connect(

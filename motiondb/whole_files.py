@@ -1,0 +1,78 @@
+"""Files that appear whole or not at all, and drafts that a killed process left of them.
+
+A draft has the name ``.NAME.PROCESS.THREAD.part`` beside the file, with NAME cut to
+:data:`_LONGEST`. It is renamed when it is complete. A process that is killed leaves its draft; the
+next one that writes the same file removes it.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+_LONGEST = 120
+"""Bytes of a file's name that its draft keeps: a name has at most 255 on most file systems, and the
+numbers of a process and a thread take about 35."""
+_OWNER = re.compile(r"\.(\d+)\.\d+\.part$")
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Yield a draft that is renamed to ``path`` at the end, or removed after an error.
+
+    Parameters
+    ----------
+    path : Path
+        Final name of the file.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    stem = path.name.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore")
+    _sweep(path.parent, stem)
+    draft = path.with_name(f".{stem}.{os.getpid()}.{threading.get_ident()}.part")
+    try:
+        yield draft
+        draft.replace(path)
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+
+
+def is_running(process: int) -> bool:
+    """Return whether this host has another process of this number, or True if that is not known.
+
+    Parameters
+    ----------
+    process : int
+        Number of the process.
+    """
+    if process == os.getpid():
+        return False
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True  # of another user
+    return True
+
+
+def _sweep(folder: Path, stem: str) -> None:
+    """Delete drafts whose process has ended; those of this process are at work."""
+    for left in folder.glob(f".{glob.escape(stem)}.*.part"):
+        owner = _OWNER.search(left.name)
+        if owner is None or left.name != f".{stem}{owner[0]}" or int(owner[1]) == os.getpid():
+            continue
+        if not is_running(int(owner[1])):
+            with suppress(OSError):
+                left.unlink()
