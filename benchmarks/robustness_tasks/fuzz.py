@@ -24,6 +24,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
+from robustness_tasks.databases import import_everything
 from robustness_tasks.reading import Case, Place, make_case
 
 MOST_SECONDS, MOST_MEGABYTES = 10.0, 1000.0
@@ -31,7 +32,8 @@ MOST_SECONDS, MOST_MEGABYTES = 10.0, 1000.0
 HANGS = 300.0
 """Seconds after which a process that says nothing is ended."""
 CHUNK = 1000
-"""Cases that one process reads. Chosen by hand: a new process imports for some seconds."""
+"""Cases that one process reads. Chosen by hand: few enough to notice what grows with their number,
+and enough that loading compiled code once for each chunk takes little of the time."""
 SAFETY_NET = "expected a file that its reader knows"
 """How a refusal begins that no reader wrote: an exception was caught and translated."""
 
@@ -90,6 +92,7 @@ def measured(seed: int, case: Case, place: Place) -> Outcome:
 
 def run(seeds: range, database: Path, processes: int = 2) -> Iterator[Outcome]:
     """Read the cases of all seeds, several at a time; in no particular order."""
+    import_everything()  # once, before the processes part
     left = deque(seeds[n : n + CHUNK] for n in range(0, len(seeds), CHUNK))
     active: dict[Connection, tuple[BaseProcess, range, float]] = {}
     while left or active:

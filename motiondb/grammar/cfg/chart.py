@@ -20,10 +20,19 @@ import numpy as np
 from numba import njit
 
 from motiondb.grammar.cfg.closure import Sparse
+from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import FloatArray, IntArray
 
 TOLERANCE = 2.5e-10
 """Log-probabilities this near count as equal. It is below the rule penalty."""
+MOST_PRODUCTS = 500_000_000
+"""Products of two cells' entries in a chart, at most. They take 3 to 5 s, and a sentence that is
+refused needs two charts, so that the answer comes within 10 s. Learned grammars stay far below: a
+passage of 900 symbols takes 0.1 s."""
+_SPLIT = 4
+"""Products that take as long as a place to split a span. Chosen by hand; not tuned."""
+MOST_ENTRIES = 12_000_000
+"""Entries of a chart, at most: 192 MB, and twice that while the arrays grow."""
 
 
 class Chart(NamedTuple):
@@ -109,15 +118,14 @@ class _Work(NamedTuple):
     reached: IntArray
 
 
-class _Cell(NamedTuple):
-    """The entries of a cell, and the power of two that their products get."""
+class _Span(NamedTuple):
+    """A span i..j whose cell is filled, and the power of two that all its products share."""
 
-    symbols: IntArray
-    values: FloatArray
-    factor: float
+    i: int
+    j: int
+    top: int
 
 
-@njit(cache=True)
 def fill_chart(best: bool, sentence: IntArray, rules: TailRules, chains: Sparse) -> Chart:
     """Fill the chart of a sentence.
 
@@ -131,7 +139,27 @@ def fill_chart(best: bool, sentence: IntArray, rules: TailRules, chains: Sparse)
         How symbols combine.
     chains : Sparse
         For each symbol, the symbols that lead to it without reading anything, with weights.
+
+    Raises
+    ------
+    GrammarError
+        If the chart needs more than :data:`MOST_PRODUCTS` or :data:`MOST_ENTRIES`: the grammar
+        derives too many spans of the sentence by too many symbols.
     """
+    chart, is_whole = _fill(best, sentence, rules, chains)
+    if not is_whole:
+        raise GrammarError(
+            f"sentence: expected a chart of at most {MOST_PRODUCTS:,} products and"
+            f" {MOST_ENTRIES:,} entries, found more for {len(sentence):,} symbols: too many"
+            " symbols of the grammar derive the same spans. Give the sentence in parts, or use a"
+            " grammar with fewer alternatives."
+        )
+    return chart
+
+
+@njit(cache=True)
+def _fill(best: bool, sentence: IntArray, rules: TailRules, chains: Sparse) -> tuple[Chart, bool]:
+    """Fill the chart of a sentence; also whether it is whole, or grew too large."""
     n, n_symbols = len(sentence), len(rules.left)
     begin = np.zeros((n + 1, n + 1), np.int64)
     end, exponents = np.zeros((n + 1, n + 1), np.int64), np.zeros((n + 1, n + 1), np.int64)
@@ -141,26 +169,25 @@ def fill_chart(best: bool, sentence: IntArray, rules: TailRules, chains: Sparse)
         np.zeros(n_symbols), np.zeros(n_symbols),
         np.zeros(n_symbols, np.int64), np.zeros(n_symbols, np.int64),
     )  # fmt: skip
+    n_products = 0
     for i in range(n - 1, -1, -1):
         n_splits = 0
         for j in range(i + 1, n + 1):
             chart = Chart(begin, end, exponents, symbols, values)
             if j == i + 1:
                 work.base[sentence[i]], work.touched[0] = 1.0, sentence[i]
-            n_touched = int(j == i + 1)
-            top = _top_exponent(chart, splits[:n_splits], i, j)
-            for k in splits[:n_splits]:
-                factor = ldexp(1.0, exponents[i, k] + exponents[k, j] - top)
-                entries = slice(begin[k, j], end[k, j])
-                cell = _Cell(symbols[entries], values[entries], factor)
-                n_touched = _combine(best, row[k], cell, rules, work, n_touched)
+            span = _Span(i, j, _top_exponent(chart, splits[:n_splits], i, j))
+            n_touched, more = _combine(best, chart, row, splits[:n_splits], (rules, work, span))
+            n_products += more
             n_reached = _climb(best, n_touched, chains, work)
+            if n_products > MOST_PRODUCTS or used + n_reached > MOST_ENTRIES:
+                return chart, False
             if used + n_reached > len(symbols):
                 more = max(n_reached, len(symbols))
                 symbols = np.append(symbols, np.zeros(more, np.int64))
                 values = np.append(values, np.zeros(more))
             shift = _shift(work, n_reached)
-            begin[i, j], exponents[i, j] = used, top + shift
+            begin[i, j], exponents[i, j] = used, span.top + shift
             _sort(work.reached[:n_reached])
             for symbol in work.reached[:n_reached]:
                 value = ldexp(work.full[symbol], -shift)
@@ -173,31 +200,49 @@ def fill_chart(best: bool, sentence: IntArray, rules: TailRules, chains: Sparse)
                 n_splits += 1
         for j in range(i + 1, n + 1):
             row[j, symbols[begin[i, j] : end[i, j]]] = 0.0
-    return Chart(begin, end, exponents, symbols[:used], values[:used])
+    return Chart(begin, end, exponents, symbols[:used], values[:used]), True
 
 
 @njit(cache=True)
 def _combine(
-    best: bool, firsts: FloatArray, cell: _Cell, rules: TailRules, work: _Work, n_touched: int
-) -> int:
-    """Add the tails made of what ends at a place and the cell that begins there to ``base``."""
-    starts, tails = rules.by_right
-    base, touched = work.base, work.touched
-    for entry in range(len(cell.symbols)):
-        symbol = cell.symbols[entry]
-        for t in range(starts[symbol], starts[symbol + 1]):
-            tail = tails[t]
-            first = firsts[rules.left[tail]]
-            if first == 0.0:  # not there; an infinite count times 0 would be no number
-                continue
-            value = first * cell.values[entry] * cell.factor
-            if value == 0.0:
-                continue
-            if base[tail] == 0.0:
-                touched[n_touched] = tail
-                n_touched += 1
-            base[tail] = max(base[tail], value) if best else base[tail] + value
-    return n_touched
+    best: bool,
+    chart: Chart,
+    row: FloatArray,
+    splits: IntArray,
+    setting: tuple[TailRules, _Work, _Span],
+) -> tuple[int, int]:
+    """Add the tails over a span, split at every place, to ``base``.
+
+    ``row[k]`` (S,) holds the values of the cell (i, k). Returns how many symbols are touched, and
+    how many products were looked at; a split counts as :data:`_SPLIT` of them.
+    """
+    rules, work, span = setting
+    starts, tails, left = rules.by_right.starts, rules.by_right.tails, rules.left
+    base, touched, symbols, values = work.base, work.touched, chart.symbols, chart.values
+    n_touched, n_products = int(span.j == span.i + 1), _SPLIT * len(splits)
+    for k in splits:
+        low, high = chart.begin[k, span.j], chart.end[k, span.j]
+        if low == high:
+            continue
+        shift = chart.exponents[span.i, k] + chart.exponents[k, span.j] - span.top
+        factor = ldexp(1.0, shift) if shift else 1.0
+        for entry in range(low, high):
+            symbol = symbols[entry]
+            second = values[entry] * factor
+            n_products += starts[symbol + 1] - starts[symbol]
+            for t in range(starts[symbol], starts[symbol + 1]):
+                tail = tails[t]
+                first = row[k, left[tail]]
+                if first == 0.0:  # not there; an infinite count times 0 would be no number
+                    continue
+                value = first * second
+                if value == 0.0:
+                    continue
+                if base[tail] == 0.0:
+                    touched[n_touched] = tail
+                    n_touched += 1
+                base[tail] = max(base[tail], value) if best else base[tail] + value
+    return n_touched, n_products
 
 
 @njit(cache=True)

@@ -314,3 +314,18 @@ def test_a_thousand_recursive_alternatives_end_with_the_probability_of_few() -> 
     few = compile_grammar(read_grammar("S -> a S b S [0.6] | c [0.4]"))
     assert compiled.ends[0] == pytest.approx(few.ends[0])  # x = 0.6 x^2 + 0.4
     assert few.ends[0] == pytest.approx(2 / 3)
+
+
+def test_a_chart_that_would_grow_too_large_is_refused() -> None:
+    names = [f"N{k}" for k in range(40)]
+    rules = [f"{a} -> {' | '.join(f'{a} {b}' for b in names)} | a | b" for a in names]
+    dense = read_grammar(f"S -> {' | '.join(names)}\n" + "\n".join(rules))
+    for ask in (parse, log_probability, count_trees):
+        with pytest.raises(GrammarError) as error:
+            ask(dense, ["a", "b"] * 200)
+        assert str(error.value) == (
+            "sentence: expected a chart of at most 500,000,000 products and 12,000,000 entries, "
+            "found more for 400 symbols: too many symbols of the grammar derive the same spans. "
+            "Give the sentence in parts, or use a grammar with fewer alternatives."
+        )
+    assert len(list(parse(dense, ["a", "b"] * 10).leaves())) == 20
