@@ -17,10 +17,16 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import BoolArray, FloatArray, IntArray
 
 SUM, BEST, COUNT = 0, 1, 2
 """The semirings."""
+MOST_CHAINS = 4_000_000
+"""Pairs of symbols with a chain between them, at most: 64 MB. A grammar of 100 symbols, each of
+which leads to every other, has 10,000."""
+MOST_STEPS = 200_000_000
+"""Products of the closure of components, at most. They take about a second."""
 
 
 class Sparse(NamedTuple):
@@ -229,15 +235,15 @@ def _multiply(kind: int, nodes: IntArray, rows: _Rows, component: _Component, us
 
 
 @njit(cache=True)
-def _close_graph(kind: int, graph: _Graph, order: IntArray, largest: int) -> _Rows:
-    """Return the closure by rows; ``order`` lists the nodes by component."""
+def _close_graph(kind: int, graph: _Graph, order: IntArray, largest: int) -> tuple[_Rows, bool]:
+    """Return the closure by rows, and whether it is whole; ``order`` lists nodes by component."""
     label = graph.label
     n = len(label)
     row_begin, row_end = np.zeros(n, np.int64), np.zeros(n, np.int64)
     columns, values, used = np.zeros(2 * n + 16, np.int64), np.zeros(2 * n + 16), 0
     place, reached, is_reached = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.bool_)
     outer = np.zeros((largest, n))
-    first = 0
+    first = n_steps = 0
     while first < n:
         m = 0
         while first + m < n and label[order[first + m]] == label[order[first]]:
@@ -251,6 +257,9 @@ def _close_graph(kind: int, graph: _Graph, order: IntArray, largest: int) -> _Ro
         component = _Component(place, inner, outer, reached, is_reached)
         for node in nodes:
             n_reached = _gather(kind, node, graph, rows, component, n_reached)
+        n_steps += m * m * (m + n_reached)
+        if n_steps > MOST_STEPS or used + m * n_reached > MOST_CHAINS:
+            return rows, False
         _close_component(kind, inner)
         while used + m * n_reached > len(columns):
             columns = np.append(columns, np.zeros_like(columns))
@@ -259,7 +268,7 @@ def _close_graph(kind: int, graph: _Graph, order: IntArray, largest: int) -> _Ro
         component = _Component(place, inner, outer, reached[:n_reached], is_reached)
         used = _multiply(kind, nodes, rows, component, used)
         first += m
-    return _Rows(row_begin, row_end, columns, values)
+    return _Rows(row_begin, row_end, columns, values), True
 
 
 def close_graph(kind: int, graph: Sparse) -> Sparse:
@@ -278,18 +287,32 @@ def close_graph(kind: int, graph: Sparse) -> Sparse:
         Row a holds w*(a, b) for all b it leads to, in ascending order of b, itself with the empty
         chain included.
 
+    Raises
+    ------
+    GrammarError
+        If there are more than :data:`MOST_CHAINS`, or they take more than :data:`MOST_STEPS`.
+
     >>> graph = Sparse(np.array([0, 1, 2]), np.array([1, 0]), np.array([0.5, 0.5]))
     >>> close_graph(SUM, graph).values.round(4).tolist()
     [1.3333, 0.6667, 0.6667, 1.3333]
     """
     label = strong_components(graph.starts, graph.columns)
     order, largest = np.argsort(label, kind="stable"), int(np.bincount(label).max(initial=0))
-    begin, end, columns, values = _close_graph(kind, _Graph(*graph, label), order, largest)
+    is_whole = largest * len(label) <= MOST_STEPS // 8  # the dense rows of a component
+    if is_whole:
+        rows, is_whole = _close_graph(kind, _Graph(*graph, label), order, largest)
+    if not is_whole:
+        raise GrammarError(
+            f"grammar: expected at most {MOST_CHAINS:,} chains from symbol to symbol without"
+            " reading anything, found more. Use fewer rules of one symbol, and fewer that become"
+            " empty."
+        )
+    begin, end, columns, values = rows
     lengths = end - begin
     starts = np.concatenate(([0], np.cumsum(lengths)))
     take = np.repeat(begin - starts[:-1], lengths) + np.arange(starts[-1])
-    rows = np.repeat(np.arange(len(lengths)), lengths)
-    take = take[np.lexsort((columns[take], rows))]
+    row_of = np.repeat(np.arange(len(lengths)), lengths)
+    take = take[np.lexsort((columns[take], row_of))]
     return Sparse(starts, columns[take], values[take])
 
 

@@ -30,7 +30,12 @@ import numpy as np
 
 from motiondb.grammar.cfg.chart import TailRules, Tails
 from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, Sparse, close_graph, transpose
-from motiondb.grammar.cfg.context_free import Grammar, GrammarError, check_grammar
+from motiondb.grammar.cfg.context_free import (
+    Grammar,
+    GrammarError,
+    check_grammar,
+    derived_symbols,
+)
 from motiondb.grammar.cfg.least_solution import (
     best_empties,
     count_empties,
@@ -49,6 +54,13 @@ free. Small beside differences of probability that matter, large beside rounding
 MOST_SYMBOLS = 1_000
 """Symbols of a sentence at most. 1,000 take less than a second with a learned grammar; a grammar in
 which many symbols derive every span is refused earlier (:data:`.chart.MOST_PRODUCTS`)."""
+MOST_NONTERMINALS = 1_000
+"""Nonterminals of a grammar at most. The time of the equations of e and z, and of the chains, grows
+with their third power if each derives every other; 1,000 take 2 to 5 s."""
+LONGEST_RULE = 1_000
+"""Symbols on the right side of a rule at most, as a sentence has no more."""
+LARGEST_GRAMMAR = 20_000
+"""Symbols on all right sides at most. Learned grammars have some hundreds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,13 +196,14 @@ def compile_grammar(grammar: Grammar) -> CompiledGrammar:
     Raises
     ------
     GrammarError
-        The start symbol derives no string.
+        The start symbol derives no string, or the grammar is too large.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> compiled = compile_grammar(read_grammar("S -> S S [0.6] | a [0.3] | empty [0.1]"))
     >>> round(float(compiled.empties[0]), 4), round(float(compiled.ends[0]), 4)
     (0.1069, 0.6667)
     """
+    _check_size(grammar)
     totals: dict[str, float] = {}
     for rule in grammar.rules:
         totals[rule.left] = totals.get(rule.left, 0.0) + rule.probability
@@ -205,12 +218,12 @@ def compile_grammar(grammar: Grammar) -> CompiledGrammar:
     number = {name: k for k, name in enumerate(lefts)}
     order = sorted(used, key=lambda r: (number[grammar.rules[r].left], r))
     names = (*number, *(t for t in grammar.terminals if not grammar.is_nonterminal(t)))
-    table: dict[tuple[str, ...], int] = {(name,): k for k, name in enumerate(names)}
-    pairs: list[tuple[int, int]] = []
-    rights = [_number_tail(grammar.rules[r].right, table, pairs) for r in order]
+    numbers = {name: k for k, name in enumerate(names)}
+    pairs: dict[tuple[int, int], int] = {}
+    rights = [_number_tail(grammar.rules[r].right, numbers, pairs) for r in order]
     rule_left = np.array([number[grammar.rules[r].left] for r in order], np.int64)
     blank = [(-1, -1)] * len(names)
-    children = np.array(blank + pairs, np.int64)
+    children = np.array([*blank, *pairs], np.int64)
     chance = [grammar.rules[r].probability / totals[grammar.rules[r].left] for r in order]
     rule_of = np.searchsorted(rule_left, np.arange(len(children) + 1))
     return CompiledGrammar(
@@ -227,19 +240,26 @@ def compile_grammar(grammar: Grammar) -> CompiledGrammar:
     )
 
 
+def _check_size(grammar: Grammar) -> None:
+    """Refuse a grammar that would take too long to compile."""
+    lengths = [len(rule.right) for rule in grammar.rules]
+    for what, found, most in (
+        ("nonterminals", len(grammar.nonterminals), MOST_NONTERMINALS + 1),  # that of passages
+        ("symbols on a right side", max(lengths, default=0), LONGEST_RULE),
+        ("symbols on all right sides", sum(lengths), LARGEST_GRAMMAR),
+    ):
+        if found > most:
+            raise GrammarError(
+                f"grammar: expected at most {most:,} {what}, found {found:,}. Divide it into"
+                " smaller grammars."
+            )
+
+
 def _useful_rules(grammar: Grammar) -> list[int]:
     """Return the rules that a finished derivation can use."""
     likely = [r for r, rule in enumerate(grammar.rules) if rule.probability > 0]
-    ending: set[str] = {s for s in grammar.terminals if not grammar.is_nonterminal(s)}
-    while True:
-        found = {
-            grammar.rules[r].left
-            for r in likely
-            if all(symbol in ending for symbol in grammar.rules[r].right)
-        }
-        if found <= ending:
-            break
-        ending |= found
+    leaves = (s for s in grammar.terminals if not grammar.is_nonterminal(s))
+    ending = derived_symbols((grammar.rules[r] for r in likely), leaves)
     likely = [r for r in likely if ending.issuperset(grammar.rules[r].right)]
     by_left: dict[str, list[int]] = {}
     for r in likely:
@@ -254,21 +274,18 @@ def _useful_rules(grammar: Grammar) -> list[int]:
 
 
 def _number_tail(
-    right: tuple[str, ...], table: dict[tuple[str, ...], int], pairs: list[tuple[int, int]]
+    right: tuple[str, ...], numbers: dict[str, int], pairs: dict[tuple[int, int], int]
 ) -> int:
     """Return the number of a right side, -1 if it is empty.
 
-    New tails go into ``table`` and ``pairs``.
+    New tails go into ``pairs``: the children of each tail -> its number.
     """
     if not right:
         return -1
-    n_names = len(table) - len(pairs)
-    for first in range(len(right) - 2, -1, -1):
-        tail = right[first:]
-        if tail not in table:
-            pairs.append((table[tail[:1]], table[tail[1:]]))
-            table[tail] = n_names + len(pairs) - 1
-    return table[right]
+    number = numbers[right[-1]]
+    for name in reversed(right[:-1]):
+        number = pairs.setdefault((numbers[name], number), len(numbers) + len(pairs))
+    return number
 
 
 def _steps(

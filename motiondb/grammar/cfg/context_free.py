@@ -27,7 +27,7 @@ EMPTY = "empty"
 """The empty string in the text of a grammar; no symbol may have this name."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_'.-]*|<[0-9]+>")
-_ALTERNATIVE = re.compile(r"^(?P<right>[^\[\]]*?)\s*(?:\[(?P<probability>[0-9.eE+-]+)\])?$")
+_ALTERNATIVE = re.compile(r"(?P<right>[^\[\]]*)(?:\[(?P<probability>[0-9.eE+-]+)\])?")
 
 
 class GrammarError(MotionDBError):
@@ -191,7 +191,7 @@ def _read_line(line: str, where: str) -> Iterable[tuple[str, tuple[str, ...], fl
             " A name begins with a letter; alternatives are divided by '|'."
         )
     for alternative in rights.split("|"):
-        match = _ALTERNATIVE.match(alternative.strip())
+        match = _ALTERNATIVE.fullmatch(alternative.strip())
         symbols = tuple(match["right"].split()) if match else ()
         wrong = [name for name in symbols if not _NAME.fullmatch(name)]
         if match is None or not symbols or wrong or (EMPTY in symbols and len(symbols) > 1):
@@ -247,16 +247,42 @@ def productive_symbols(grammar: Grammar) -> frozenset[str]:
 
 def _deriving(grammar: Grammar, leaves: Iterable[str]) -> frozenset[str]:
     """Return these leaves, and the nonterminals that derive a string of nothing else."""
+    return frozenset(derived_symbols(grammar.rules, leaves))
+
+
+def derived_symbols(rules: Iterable[Rule], leaves: Iterable[str]) -> set[str]:
+    """Return the leaves and every symbol that rules derive from them, in time linear in the rules.
+
+    Parameters
+    ----------
+    rules : iterable of Rule
+        The rules that may be used.
+    leaves : iterable of str
+        Symbols that need no rule.
+    """
     deriving = set(leaves)
-    while True:
-        more = {
-            rule.left
-            for rule in grammar.rules
-            if rule.left not in deriving and all(symbol in deriving for symbol in rule.right)
-        }
-        if not more:
-            return frozenset(deriving)
-        deriving |= more
+    missing: list[int] = []
+    lefts: list[str] = []
+    users: dict[str, list[int]] = {}  # symbol -> rules that wait for it
+    complete: list[str] = []
+    for rule in rules:
+        absent = set(rule.right) - deriving
+        for symbol in absent:
+            users.setdefault(symbol, []).append(len(lefts))
+        missing.append(len(absent))
+        lefts.append(rule.left)
+        if not absent:
+            complete.append(rule.left)
+    while complete:
+        symbol = complete.pop()
+        if symbol in deriving:
+            continue
+        deriving.add(symbol)
+        for number in users.get(symbol, ()):
+            missing[number] -= 1
+            if not missing[number]:
+                complete.append(lefts[number])
+    return deriving
 
 
 def reachable_symbols(grammar: Grammar) -> frozenset[str]:

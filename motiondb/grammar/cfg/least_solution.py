@@ -9,6 +9,7 @@ symbols, parts first, by Newton's method from 0, which rises to it (K. Etessami 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,21 +33,42 @@ def sparse_graph(n: int, sources: IntArray, targets: IntArray, weights: FloatArr
 
 
 def grow(compiled: CompiledGrammar, seed: BoolArray, *, all_parts: bool) -> BoolArray:
-    """Return the least set of symbols that a seed generates.
+    """Return the symbols (S,) that derive something of the seed (S,), in linear time.
 
-    A symbol is in it if a part of a right side is, or with ``all_parts`` if all parts are; the
-    empty right side has all its parts in it.
+    Parameters
+    ----------
+    compiled : CompiledGrammar
+        The grammar.
+    seed : array (S,)
+        The symbols that need no rule.
+    all_parts : bool
+        Whether a tail needs both its children, and a rule may be empty; else one child is enough,
+        and an empty rule gives nothing.
     """
-    found, tails = seed.copy(), np.flatnonzero(compiled.left >= 0)
-    rule_left, rule_right = compiled.rule_left, compiled.rule_right
-    while True:
-        new = found.copy()
-        a, b = new[compiled.left[tails]], new[compiled.right[tails]]
-        new[tails] |= (a & b) if all_parts else (a | b)
-        new[rule_left[np.where(rule_right < 0, all_parts, new[rule_right])]] = True
-        if np.array_equal(new, found):
-            return found
-        found = new
+    found, waiting = seed.copy(), np.flatnonzero(seed).tolist()
+    if all_parts:
+        waiting += compiled.rule_left[compiled.rule_right < 0].tolist()
+        found[waiting] = True
+        waiting = np.flatnonzero(found).tolist()
+    above, starts = _users(compiled)
+    while waiting:
+        symbol = waiting.pop()
+        for user in above[starts[symbol] : starts[symbol + 1]].tolist():
+            left, right = compiled.left[user], compiled.right[user]
+            if found[user] or (all_parts and left >= 0 and not (found[left] and found[right])):
+                continue
+            found[user] = True
+            waiting.append(user)
+    return found
+
+
+def _users(compiled: CompiledGrammar) -> tuple[IntArray, IntArray]:
+    """List what holds each symbol, left sides and tails, and where the list of each begins."""
+    tails, real = np.flatnonzero(compiled.left >= 0), compiled.rule_right >= 0
+    parts = np.concatenate((compiled.rule_right[real], compiled.left[tails], compiled.right[tails]))
+    users = np.concatenate((compiled.rule_left[real], tails, tails))
+    order = np.argsort(parts, kind="stable")
+    return users[order], np.searchsorted(parts[order], np.arange(compiled.n_symbols + 1))
 
 
 def _parts(compiled: CompiledGrammar, inside: BoolArray) -> tuple[IntArray, IntArray]:
@@ -211,15 +233,31 @@ def count_empties(compiled: CompiledGrammar) -> FloatArray:
 def best_empties(compiled: CompiledGrammar, weights: FloatArray) -> FloatArray:
     """Return the greatest weight (S,) of a tree by which each symbol becomes empty.
 
-    Weights (R,) below 1.
+    The symbols are settled in descending order of their weights, since no tree weighs more than
+    its parts (D. Knuth, "A Generalization of Dijkstra's Algorithm", Information Processing Letters
+    6, 1977). Weights (R,) below 1.
     """
-    right, tails = compiled.rule_right, compiled.left >= 0
-    found = np.zeros(compiled.n_symbols)
-    while True:
-        new = found.copy()
-        terms = weights * np.where(right < 0, 1.0, found[right])
-        np.maximum.at(new, compiled.rule_left, terms)
-        new[tails] = found[compiled.left[tails]] * found[compiled.right[tails]]
-        if np.array_equal(new, found):
-            return found
-        found = new
+    best = np.zeros(compiled.n_symbols)
+    above, starts = _users(compiled)
+    by_right: dict[tuple[int, int], float] = {}
+    for left, right, weight in zip(
+        compiled.rule_left.tolist(), compiled.rule_right.tolist(), weights.tolist(), strict=True
+    ):
+        by_right[left, right] = max(weight, by_right.get((left, right), 0.0))
+    agenda = [(-weight, left) for (left, right), weight in by_right.items() if right < 0]
+    heapify(agenda)
+    while agenda:
+        value, symbol = heappop(agenda)
+        if best[symbol] > 0.0 or value == 0.0:
+            continue
+        best[symbol] = -value
+        for user in above[starts[symbol] : starts[symbol + 1]].tolist():
+            if best[user] > 0.0:
+                continue
+            if compiled.left[user] >= 0:
+                weight = best[compiled.left[user]] * best[compiled.right[user]]
+            else:
+                weight = by_right[user, symbol] * best[symbol]
+            if weight > 0.0:
+                heappush(agenda, (-weight, user))
+    return best

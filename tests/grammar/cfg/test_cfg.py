@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from random_grammars import grammars
 
 from motiondb.grammar.cfg.context_free import (
     Grammar,
@@ -11,6 +13,7 @@ from motiondb.grammar.cfg.context_free import (
     check_grammar,
     choices_of,
     derive_by,
+    derived_symbols,
     format_grammar,
     nullable_symbols,
     read_grammar,
@@ -106,3 +109,17 @@ def test_useless_grammars_are_refused(grammar, message):
 def test_an_empty_grammar_derives_nothing() -> None:
     with pytest.raises(GrammarError, match="expected a rule for the start symbol 'S', found none"):
         derive_by(Grammar("S", (), ("a",)), [0])
+
+
+@given(grammars())
+def test_derived_symbols_equal_those_of_repeated_passes(grammar: Grammar) -> None:
+    deriving = {s for s in grammar.terminals if not grammar.is_nonterminal(s)}
+    leaves = set(deriving)
+    for _ in grammar.rules:
+        deriving |= {r.left for r in grammar.rules if deriving.issuperset(r.right)}
+    assert derived_symbols(grammar.rules, leaves) == deriving
+
+
+def test_an_alternative_of_many_spaces_is_read_in_linear_time() -> None:
+    grammar = read_grammar("S -> a" + " " * 200_000 + "b [ 0.5]\n".replace("[ ", "["))
+    assert grammar.rules[0].right == ("a", "b")

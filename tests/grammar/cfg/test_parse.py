@@ -329,3 +329,41 @@ def test_a_chart_that_would_grow_too_large_is_refused() -> None:
             "Give the sentence in parts, or use a grammar with fewer alternatives."
         )
     assert len(list(parse(dense, ["a", "b"] * 10).leaves())) == 20
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "".join(f"N{k} -> N{k + 1}\n" for k in range(1_200)) + "N1200 -> a",
+            "grammar: expected at most 1,001 nonterminals, found 1,201.",
+        ),
+        (
+            "S -> " + "a " * 1_001,
+            "grammar: expected at most 1,000 symbols on a right side, found 1,001.",
+        ),
+        (
+            "S -> " + " | ".join(f"a{k} S" for k in range(10_001)) + " | b",
+            "grammar: expected at most 20,000 symbols on all right sides, found 20,003.",
+        ),
+        (
+            "".join(f"N{k} -> N{(k + 1) % 900} | N{(k + 7) % 900} | a\n" for k in range(900)),
+            "grammar: expected at most 4,000,000 chains from symbol to symbol without reading "
+            "anything, found more.",
+        ),
+    ],
+)  # fmt: skip
+def test_a_grammar_that_is_too_large_is_refused(text: str, message: str) -> None:
+    with pytest.raises(GrammarError) as error:
+        parse(read_grammar(text), ["a"])
+    assert str(error.value).startswith(message)
+
+
+def test_a_large_grammar_is_parsed() -> None:
+    """Each of these took a minute, or gigabytes, before the compilation was linear."""
+    chain = "".join(f"N{k} -> N{k + 1}\n" for k in range(999)) + "N999 -> a"
+    assert parse(read_grammar(chain), ["a"]).leaves() == ("a",)
+    long = read_grammar("S -> " + "a " * 1_000)
+    assert len(parse(long, ["a"] * 1_000).leaves()) == 1_000
+    empties = "".join(f"N{k} -> N{k + 1} N{k + 1} | empty\n" for k in range(500)) + "N500 -> a"
+    assert accepts(read_grammar(empties), ["a", "a", "a"])
