@@ -365,5 +365,7 @@ def test_a_large_grammar_is_parsed() -> None:
     assert parse(read_grammar(chain), ["a"]).leaves() == ("a",)
     long = read_grammar("S -> " + "a " * 1_000)
     assert len(parse(long, ["a"] * 1_000).leaves()) == 1_000
-    empties = "".join(f"N{k} -> N{k + 1} N{k + 1} | empty\n" for k in range(200)) + "N200 -> a"
+    empties = (
+        "".join(f"N{k} -> N{k + 1} N{k + 1} | empty\n" for k in range(200)) + "N200 -> a | empty"
+    )
     assert accepts(read_grammar(empties), ["a"])
