@@ -11,7 +11,7 @@ import typer
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
     from motiondb.learning.answers.word_answers import WordAnswer
-    from motiondb.search.reasons import WordReason
+    from motiondb.search.questions.reasons import WordReason
 
 _FPS = 30.0
 
@@ -29,7 +29,7 @@ def reason_facts(words: Sequence[str], why: Sequence[WordReason]) -> dict[str, A
     why : sequence of WordReason
         The reasons of the answer.
     """
-    from motiondb.search import reasons
+    from motiondb.search.questions import reasons
 
     return {
         "log_odds": reasons.total(why),
@@ -71,7 +71,7 @@ def print_reasons(answer: WordAnswer, words: Sequence[str]) -> None:
     words : sequence of str
         The vocabulary.
     """
-    from motiondb.search import reasons
+    from motiondb.search.questions import reasons
 
     for match, why in zip(answer.matches, answer.reasons):
         typer.echo(
@@ -96,7 +96,7 @@ def print_reasons(answer: WordAnswer, words: Sequence[str]) -> None:
 
 def _word_line(w: WordReason, words: Sequence[str]) -> str:
     """What one word adds, and of what that is made."""
-    from motiondb.search import reasons
+    from motiondb.search.questions import reasons
 
     loudest = reasons.strongest(w)
     rest = w.contribution - w.prior - w.written - sum(s.amount for s in loudest)
