@@ -81,7 +81,7 @@ def search(
     action, its place is told as unknown. If no answer is good enough, a line says so, and the
     nearest ones follow.
     """
-    from motiondb.cli import explaining, understanding
+    from motiondb.cli.ask import explaining, understanding
 
     if explain and by_symbols:
         from motiondb.errors import QueryError
@@ -268,7 +268,7 @@ def generate(
     json: Json = False,
 ) -> None:
     """Generate a motion from a sentence; a file beside it names its sources."""
-    from motiondb.cli import understanding
+    from motiondb.cli.ask import understanding
 
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)

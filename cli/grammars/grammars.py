@@ -35,7 +35,7 @@ def register(app: typer.Typer) -> None:
     app : typer.Typer
         The app.
     """
-    from motiondb.cli import parsing, sequences
+    from motiondb.cli.grammars import parsing, sequences
 
     group = Commands(
         help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli import scene_making
 from motiondb.cli.options import Commands, Json, database, print_json, print_table
+from motiondb.cli.scenes import scene_making
 
 if TYPE_CHECKING:
     from motiondb.database.scenes.scene_clips import ShownAction
