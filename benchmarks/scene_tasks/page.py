@@ -55,10 +55,10 @@ def page(out: Path) -> str:
 
 def _head() -> list[str]:
     return [
-        "Made by `benchmarks/scenes.py` on the sample data; its docstring has the commands. Terms are"
-        " explained in [scenes.md](scenes.md). Every seed that was run is in the tables. Times are of"
-        " the clock, on two processors. Other work on the machine makes them longer; the processor"
-        " seconds of both threads beside them are hardly affected by it."
+        "Made by `benchmarks/scenes.py` on the sample data; its docstring has the commands. Terms"
+        " are explained in [scenes.md](scenes.md). Every seed that was run is in the tables. Times"
+        " are of the clock, on two processors. Other work on the machine makes them longer; the"
+        " processor seconds of both threads beside them are hardly affected by it."
     ]
 
 
@@ -98,10 +98,10 @@ def table_part(rows: Rows) -> list[str]:
         )
     lines += [
         "",
-        "There are 30 frames a second. The next table counts broken rules over all seeds. A rule is"
-        " broken if it is off by more than its weight (direction 20 degrees, position and line 0.3 m;"
-        " points on the path 1 m), a synchronisation if it is off by more than two frames, a distance"
-        " if it is outside its bounds in any frame.",
+        "There are 30 frames a second. The next table counts broken rules over all seeds. A rule"
+        " is broken if it is off by more than its weight (direction 20 degrees, position and line"
+        " 0.3 m; points on the path 1 m), a synchronisation if it is off by more than two frames, a"
+        " distance if it is outside its bounds in any frame.",
         "",
         "| diagram | seeds | rules a scene | broken before polish | broken | worst synchronisation,"
         " frames | collisions before | collisions | fastest, m/s | error | begun again |",
