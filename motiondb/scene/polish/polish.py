@@ -168,8 +168,8 @@ def _best(
     """Return the first of :data:`_WAYS` in which every rule holds, else that of least fault.
 
     Work shared by several ways is done once: schedules of the same frame cost, their splices, and
-    everything if two frame costs lead to the same schedule. With ``approximate`` a schedule that fails by far
-    is abandoned, and one that nearly holds is accepted.
+    everything if two frame costs lead to the same schedule. With ``approximate`` a schedule that
+    fails by far is abandoned, and one that nearly holds is accepted.
     """
     schedules: dict[float, Scheduled] = {}
     spliced: dict[_Plan, list[Spliced]] = {}
