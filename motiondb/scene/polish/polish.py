@@ -55,9 +55,9 @@ _WAYS = (
 radius of the discs that players keep apart, and whether catchers turn to the ball and guards to the
 opponent. Chosen by hand, from the best looking to the most permissive."""
 _FAR, _NEARLY = 1.0, 2e-3
-"""Limits of the fault of a way (see :func:`_fault`) for ``approximate``. Above the first, other radii and
-facings will not help, and the next schedule is tried at once. Up to the second, the way is accepted
-although a rule fails slightly. Chosen by hand."""
+"""Limits of the fault of a way (see :func:`_fault`) if polishing is approximate. Above the first,
+other radii and facings will not help, and the next schedule is tried at once. Up to the second, the
+way is accepted although a rule fails slightly. Chosen by hand."""
 _FASTEST = 7.0
 """Speed of the pelvis, m/s, above which a way counts as faulty: a fast run of untrained people."""
 CATCH_FACING = np.radians(75.0)
