@@ -31,7 +31,7 @@ from motiondb.learning import place_fitting
 from motiondb.learning.counting import capture_rows
 from motiondb.learning.place_fitting import Places, Written
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
-from motiondb.search import by_words
+from motiondb.search import by_question
 from motiondb.search.by_words import WINDOW_MARGIN, TakeScores, lower_quartile
 from motiondb.search.certainty import Certainty, fit_probability
 from motiondb.search.score_vectors import interval_vectors
@@ -281,7 +281,7 @@ def tell_place(
         take.ends + WINDOW_MARGIN,
     )  # fmt: skip
     evidence = fitted.evidence(vectors)
-    hit = by_words.search_take(
+    hit = by_question.search_order(
         TakeScores(take.starts, take.ends, evidence, evidence.max(axis=0)), [list(words)]
     )
     assert hit is not None  # a take has a segment
