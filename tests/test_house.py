@@ -200,8 +200,8 @@ MEMOS = {
     "motiondb/grammar/cfg/lengths.py": "string lengths of a grammar, a frozen record",
     "motiondb/grammar/derivation/derive.py": "plans of derivation of a grammar, a frozen record",
     "motiondb/scene/sampling/play.py": "derivations of a grammar, a frozen record",
-    "motiondb/symbols/hmm_jobs.py": "the thread pools of this process, which never change",
-    "motiondb/words/lemmas.py": "lemmas of words, by tables and by an installed dictionary",
+    "motiondb/symbols/models/hmm_jobs.py": "the thread pools of this process, which never change",
+    "motiondb/words/lexicon/lemmas.py": "lemmas of words, by tables and by an installed dictionary",
 }
 """Modules of the pure folders with memos: what is remembered, from which arguments alone."""
 

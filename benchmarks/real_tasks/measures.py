@@ -14,8 +14,10 @@ from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import understand
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
-from motiondb.search import by_question, by_words, score_vectors
-from motiondb.words import vocabulary, word_map
+from motiondb.search.questions import by_question, by_words
+from motiondb.search.vectors import score_vectors
+from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps import word_map
 from motiondb.words.question.readings import readings
 
 Part = tuple[float, float, str]

@@ -1,7 +1,7 @@
 """Why an answer to words has its rank, in words and seconds.
 
-The numbers are those of :mod:`motiondb.search.reasons`; here word numbers become words, and frames
-become seconds.
+The numbers are those of :mod:`motiondb.search.questions.reasons`; here word numbers become words,
+and frames become seconds.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from motiondb.records import MOTION_FPS
-from motiondb.search import reasons
+from motiondb.search.questions import reasons
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from motiondb.errors import QueryError
+from motiondb.words.lexicon.vocabulary import nearest_words, nothing_known
 from motiondb.words.question.manner import adverb_of, known_manner
 from motiondb.words.question.say import say
 from motiondb.words.question.tree import (
@@ -23,7 +24,6 @@ from motiondb.words.question.tree import (
     walk,
     without,
 )
-from motiondb.words.vocabulary import nearest_words, nothing_known
 
 
 @dataclass(frozen=True)
