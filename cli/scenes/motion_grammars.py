@@ -131,7 +131,7 @@ def validate(
             "allowed": found.allowed,
             "start": found.start,
             "tree": _tree_facts(found.tree) if found.tree else None,
-            "trees": int(found.n_trees) if math.isfinite(found.n_trees) else "endless",
+            "trees": int(found.n_trees) if math.isfinite(found.n_trees) else None,
             "position": None if found.allowed else found.position,
             "expected": found.expected,
             "message": found.message,
