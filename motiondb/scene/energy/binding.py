@@ -48,6 +48,7 @@ from motiondb.scene.language.expressions import (
     assignments,
     auxiliary_rules,
     expressions,
+    g_user,
     spans,
 )
 from motiondb.scene.language.motion_grammar import MotionGrammar
@@ -221,9 +222,11 @@ class Binder:
         parts = chosen or spans(actions, items)
         if not actions or parts is None:
             wanted = "".join(map(str, items)) or "at least one action"
+            missed = g_user(actions, [item.actions for item in items])
             raise SceneError(
                 f"{self.diagram.name}: expected of {name} actions that fit {wanted}, found"
-                f" '{' '.join(actions)}'. Take a tree with g_user = 0, as cast() finds it."
+                f" '{' '.join(actions)}', with g_user = {missed}. Take a tree with g_user = 0, as"
+                " cast() finds it."
             )
         item_of = [-1] * len(actions)
         for item, (first, last) in enumerate(parts):
