@@ -87,9 +87,9 @@ class Uses:
         for node in ast.walk(self.trees[module]):
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
                 found.add(single.get(node.id, (module, node.id)))
-            elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-                if node.value.id in whole:
-                    found.add(self.origin(whole[node.value.id], node.attr))
+            elif isinstance(node, ast.Attribute):
+                module_of = whole.get(getattr(node.value, "id", ""))
+                found.add(self.origin(module_of, node.attr) if module_of else None)
         return {name for name in found if name in self.names}
 
 
