@@ -24,7 +24,7 @@ import numpy as np
 from motiondb.database.scenes.scene_library import SceneClips
 from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.errors import SceneError
-from motiondb.scene.energy.binding import Binder
+from motiondb.scene.energy.binding import bind
 from motiondb.scene.energy.rule_table import RuleTable
 from motiondb.scene.energy.scene_state import SceneState
 from motiondb.scene.language.tactics import Diagram
@@ -274,7 +274,7 @@ def _attempt(
     began = time.monotonic()
     progress("polishing", 0.0, trace.final)
     spans = [player.spans for player in state.players]
-    table = Binder(text.diagram, text.grammar).bind(list(state.trees), spans)
+    table = bind(text.diagram, text.grammar, list(state.trees), spans)
     polished = polish(state, clips.library, clips.motions, table, settings.gaze, start is not None)
     found = report_scene(state, clips.library, clips.motions, table, polished)
     seconds["polishing"] += time.monotonic() - began

@@ -330,9 +330,14 @@ class Binder:
 
 
 def bind(
-    diagram: Diagram, grammar: MotionGrammar, trees: Sequence[Tree] | Mapping[str, Tree]
+    diagram: Diagram,
+    grammar: MotionGrammar,
+    trees: Sequence[Tree] | Mapping[str, Tree],
+    chosen: Sequence[Spans | None] | None = None,
 ) -> RuleTable:
     """Return the table of the players' trees, given in the order of the diagram or by name.
+
+    ``chosen`` is that of :meth:`Binder.bind`.
 
     Raises
     ------
@@ -341,7 +346,7 @@ def bind(
     """
     if isinstance(trees, Mapping):
         trees = [trees[player.name] for player in diagram.players]
-    return Binder(diagram, grammar).bind(trees)
+    return Binder(diagram, grammar).bind(trees, chosen)
 
 
 @dataclass(frozen=True)

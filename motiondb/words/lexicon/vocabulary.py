@@ -198,23 +198,6 @@ def count_words(captions: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], Int
     return words, np.array([counter[word] for word in words], dtype=np.int64)
 
 
-def word_numbers(words: Iterable[str], vocabulary: Sequence[str]) -> IntArray:
-    """Numbers of words in a vocabulary, in order; other words are left out.
-
-    Parameters
-    ----------
-    words : iterable of str
-        The words.
-    vocabulary : sequence of str
-        Words in the order of their numbers.
-
-    >>> word_numbers(["walk", "moonwalk", "sit"], ("sit", "walk")).tolist()
-    [1, 0]
-    """
-    numbers = {word: number for number, word in enumerate(vocabulary)}
-    return np.array([numbers[word] for word in words if word in numbers], dtype=np.int64)
-
-
 def _pieces(text: str) -> list[str]:
     """Pieces of text between the separators of actions, wildcards included, in order of time."""
     text = _WILD.sub(",\0,", join_phrases(text))

@@ -3,7 +3,6 @@
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,7 +15,6 @@ from motiondb.words.lexicon.vocabulary import (
     count_words,
     nearest_words,
     split_actions,
-    word_numbers,
     words_of,
 )
 from motiondb.words.question.known import hold_to_known
@@ -156,8 +154,6 @@ def test_counts_are_of_captions_not_of_words():
     words, counts = count_words([["walk", "walk"], ["walk", "sit"], []])
     assert words == ("sit", "walk")
     assert counts.tolist() == [1, 2]
-    assert word_numbers(["walk", "fly", "sit", "walk"], words).tolist() == [1, 0, 1]
-    assert word_numbers([], words).dtype == np.int64
 
 
 def test_usual_questions_do_not_load_the_dictionary():
