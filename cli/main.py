@@ -9,17 +9,13 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from motiondb.cli import (
-    asking,
-    cataloguing,
-    events,
-    grammars,
-    keeping,
-    learning,
-    scenes,
-    words,
-)
+import motiondb
+from motiondb.cli import learning
+from motiondb.cli.ask import asking
+from motiondb.cli.catalogue import cataloguing, events, keeping, words
+from motiondb.cli.grammars import grammars
 from motiondb.cli.options import Commands
+from motiondb.cli.scenes import motion_grammars
 
 app = Commands(
     name="motiondb",
@@ -33,9 +29,7 @@ app = Commands(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from motiondb import __version__
-
-        typer.echo(f"motiondb {__version__}")
+        typer.echo(f"motiondb {motiondb.__version__}")
         raise typer.Exit()
 
 
@@ -50,7 +44,9 @@ def _options(
 
 INTERRUPTED = 130
 
-for module in (cataloguing, learning, asking, words, events, grammars, scenes, keeping):
+for module in (
+    cataloguing, learning, asking, words, events, grammars, motion_grammars, keeping,
+):  # fmt: skip
     module.register(app)
 
 
@@ -70,7 +66,7 @@ def main() -> None:
 
 
 def _run() -> int:
-    from motiondb.errors import MotionDBError, NotLearnedError, QueryError
+    from motiondb import MotionDBError, NotLearnedError, QueryError
 
     try:
         _run_command()
@@ -117,8 +113,7 @@ def _end_lost_interrupt(lost: sys.UnraisableHookArgs) -> None:
 
 def _end_interrupted() -> NoReturn:
     """Print a message and end at once, so that threads do not outlive their data."""
-    store = sys.modules.get("motiondb.store.connection.handle")  # not there: nothing was opened
-    if store is not None and store.Store.changes_saved:
+    if motiondb.changes_saved():
         typer.echo("interrupted: what was saved by then stays, nothing is half saved", err=True)
     else:
         typer.echo("interrupted: the database is as it was", err=True)

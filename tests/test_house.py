@@ -15,7 +15,7 @@ import pytest
 import typer
 
 ROOT = Path(__file__).resolve().parents[1]
-MODULES = sorted([*ROOT.glob("motiondb/**/*.py"), *ROOT.glob("cli/*.py")])
+MODULES = sorted([*ROOT.glob("motiondb/**/*.py"), *ROOT.glob("cli/**/*.py")])
 PURE = ("pose", "symbols", "words", "search", "generate", "learning", "grammar", "scene")
 PURE_MODULES = [p for p in MODULES if p.relative_to(ROOT).parts[1] in PURE]
 CLOCKS = {"time", "datetime", "random", "sys", "pathlib", "io", "subprocess", "duckdb"}
@@ -37,13 +37,48 @@ def test_imports_go_one_way(tmp_path: Path) -> None:
     assert ended.returncode == 0, ended.stdout + ended.stderr
 
 
+def imports_of_commands() -> Iterator[tuple[str, str, str]]:
+    """Module of a command, module that it imports, and name that it imports from there or ""."""
+    for path in sorted(ROOT.glob("cli/**/*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                yield from ((short(path), alias.name, "") for alias in node.names)
+            elif isinstance(node, ast.ImportFrom):
+                assert node.level == 0, short(path)
+                yield from ((short(path), node.module or "", alias.name) for alias in node.names)
+
+
+def test_commands_use_only_public_names() -> None:
+    import motiondb
+
+    allowed = {*sys.stdlib_module_names, "typer", "rich"}
+    for path, module, name in imports_of_commands():
+        if module.split(".")[0] != "motiondb":
+            assert module.split(".")[0] in allowed, (path, module)
+        elif module == "motiondb":
+            assert not name or name in motiondb.__all__, (path, name)
+        else:
+            assert f"{module}.".startswith("motiondb.cli."), (path, module)
+
+
+def test_the_contract_of_the_commands_names_every_other_part() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    (contract,) = [
+        contract
+        for contract in project["tool"]["importlinter"]["contracts"]
+        if contract.get("source_modules") == ["motiondb.cli"]
+    ]
+    parts = {p.parent.name for p in ROOT.glob("motiondb/*/__init__.py")} | {"schema"}
+    parts |= {p.stem for p in ROOT.glob("motiondb/*.py") if p.stem != "__init__"}
+    assert set(contract["forbidden_modules"]) == {f"motiondb.{part}" for part in parts}
+
+
 def test_every_package_is_installed() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     listed = set(project["tool"]["setuptools"]["packages"])
-    found = {short(p.parent).replace("/", ".") for p in ROOT.glob("motiondb/**/__init__.py")} | {
-        "motiondb.cli",
-        "motiondb.schema",
-    }
+    packages = [*ROOT.glob("motiondb/**/__init__.py"), *ROOT.glob("cli/**/__init__.py")]
+    found = {short(p.parent).replace("/", ".") for p in packages} | {"motiondb.schema"}
+    found = {re.sub(r"^cli\b", "motiondb.cli", name) for name in found}
     assert found <= listed
 
 
@@ -165,8 +200,8 @@ MEMOS = {
     "motiondb/grammar/cfg/lengths.py": "string lengths of a grammar, a frozen record",
     "motiondb/grammar/derivation/derive.py": "plans of derivation of a grammar, a frozen record",
     "motiondb/scene/sampling/play.py": "derivations of a grammar, a frozen record",
-    "motiondb/symbols/hmm_jobs.py": "the thread pools of this process, which never change",
-    "motiondb/words/lemmas.py": "lemmas of words, by tables and by an installed dictionary",
+    "motiondb/symbols/models/hmm_jobs.py": "the thread pools of this process, which never change",
+    "motiondb/words/lexicon/lemmas.py": "lemmas of words, by tables and by an installed dictionary",
 }
 """Modules of the pure folders with memos: what is remembered, from which arguments alone."""
 
@@ -240,7 +275,7 @@ def test_changes_of_module_level_state_are_found() -> None:
 def test_only_the_command_line_prints(path: Path) -> None:
     calls = [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Call)]
     printed = [c for c in calls if ast.unparse(c.func) in ("print", "sys.exit")]
-    assert not printed or path.parent.name == "cli"
+    assert not printed or path.relative_to(ROOT).parts[0] == "cli"
 
 
 def commands() -> Iterator[tuple[str, typer.core.TyperCommand]]:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.cli import grammars, parsing, sequences
+from motiondb.cli.grammars import grammars, parsing, sequences
 from motiondb.database.grammars.grammar_editing import Edit
 from motiondb.database.grammars.grammar_learning import GrammarSettings
 from motiondb.database.grammars.grammar_parsing import ParsedMotion
@@ -160,6 +160,20 @@ def test_suggest_lists_what_may_come_next(command: Any, taught: Path) -> None:
     ended = command("grammar", "suggest", "fight", " ".join(string), "--db", taught)
     assert "the end" in ended.out
     assert command("grammar", "suggest", "fight", "--db", taught).code == 0
+
+
+def test_suggest_leads_to_a_goal(command: Any, taught: Path) -> None:
+    string = string_of(command, taught)
+    words = ("grammar", "suggest", "fight", string[0], "--goal", string[1], "--db", taught)
+    way = answer(command(*words, "--json"))
+    assert way["to_goal"][-1] == string[1]
+    assert way["to_goal"].count(string[1]) == 1
+    ended = command(*words)
+    assert f"to {string[1]}: {' '.join(way['to_goal'])}" in ended.out
+    assert f"tree:  {way['tree']}" in ended.out
+    lost = command("grammar", "suggest", "fight", string[0], "--goal", "zz", "--db", taught)
+    assert (lost.code, lost.out) == (2, "")
+    assert "'zz': expected terminals of the grammar" in lost.err
 
 
 def test_generate_edit_and_choose(command: Any, copy: Path) -> None:

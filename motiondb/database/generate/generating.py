@@ -20,10 +20,10 @@ from motiondb.database.session import Session
 from motiondb.learning.making.motion_making import METHODS, make_motion
 from motiondb.learning.taken_words import replace_unknown
 from motiondb.records import MOTION_FPS, Motion
-from motiondb.words import decoding
 from motiondb.words.nearby.taking import Taking
 from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.tree import NotUsed
+from motiondb.words.translation import decoding
 
 __all__ = ["METHODS", "Generated", "generate"]
 
@@ -143,29 +143,7 @@ class Generated:
 def generate(
     session: Session, words: str, seed: int, method: str, exact: bool = False
 ) -> Generated:
-    """Make a motion that shows what a sentence says.
-
-    Parameters
-    ----------
-    session : Session
-        The open database.
-    words : str
-        The sentence.
-    seed : int
-        The same seed gives the same motion.
-    method : str
-        One of ``METHODS``.
-    exact : bool
-        Whether words that no caption holds are left out; otherwise a word that may be taken as a
-        known one is replaced by the likeliest.
-
-    Raises
-    ------
-    QueryError
-        For an unknown method, no known word, or words that no symbols can show.
-    NotLearnedError
-        When the database has not learned, or learned no words.
-    """
+    """Make a motion that shows what a sentence says, as ``MotionDB.generate`` does."""
     with session.reading():
         learned, takings = session.learned, dict[str, Taking]()
         if not exact:

@@ -21,7 +21,7 @@ from motiondb.learning.learned import Counted, LearnedModel, with_counts
 from motiondb.learning.parameter_arrays import COUNTED_NAME, from_stored, to_stored
 from motiondb.learning.recognition import recognise_capture
 from motiondb.records import SegmentTable
-from motiondb.words import vocabulary
+from motiondb.words.lexicon import vocabulary
 
 
 @dataclass
@@ -107,22 +107,6 @@ def counted(opened: store.Store, run_id: int, touched: Iterable[int] = ()) -> It
     change.new_words = _unknown_words(opened, change.counted, model)
     model = with_counts(model, run_id, table, Counted(counts, reference))
     store.save_learning(opened, to_stored(model))
-
-
-def recount(opened: store.Store) -> LearnedModel:
-    """What was learned, with all captures counted anew; nothing is saved.
-
-    Raises
-    ------
-    NotLearnedError
-        When the database has not learned.
-    """
-    model = from_stored(store.load_learning(opened))
-    if model.counted is None:
-        return model
-    reference = model.counted.reference
-    counts = _count(opened, model.segments, reference)
-    return with_counts(model, model.run_id, model.segments, Counted(counts, reference))
 
 
 def _load_counted(opened: store.Store) -> LearnedModel | None:

@@ -14,9 +14,11 @@ from motiondb.learning.recognition import recognise
 from motiondb.learning.symbol_fitting import FeaturePool
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import Match, Motion
-from motiondb.search import by_motion, certainty, extents, score_vectors
-from motiondb.symbols.hmm_jobs import one_blas_thread
-from motiondb.words import vocabulary
+from motiondb.search import certainty
+from motiondb.search.examples import by_motion, extents
+from motiondb.search.vectors import score_vectors
+from motiondb.symbols.models.hmm_jobs import one_blas_thread
+from motiondb.words.lexicon import vocabulary
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +68,8 @@ def search_motion(
 ) -> ExampleAnswer:
     """The stored intervals that move like a motion, best first.
 
+    ``limit`` and ``meaning`` are those of ``MotionDB.like``.
+
     Parameters
     ----------
     learned : Learned
@@ -76,11 +80,6 @@ def search_motion(
         The example.
     allowed : sequence of int
         Numbers of the captures to search; those without segments are left out.
-    limit : int
-        Largest number of matches.
-    meaning : bool or None
-        Whether learned words take part in the resemblance, so that the same action in another
-        style counts as alike; None: where there are words.
 
     Raises
     ------

@@ -1,0 +1,272 @@
+"""scene: motion grammars and tactics diagrams; scenes themselves are in scene_making."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from motiondb.cli.options import Commands, Json, database
+from motiondb.cli.printing import print_json, print_table
+from motiondb.cli.scenes import scene_making
+
+if TYPE_CHECKING:
+    from motiondb import GrammarReport, MotionGrammar, ShownAction, Tree
+
+GrammarFile = Annotated[
+    str, typer.Argument(metavar="GRAMMAR", help="A grammar file, or basketball or carrying.")
+]
+Actions = Annotated[str, typer.Argument(help="Actions in their order, separated by spaces.")]
+StartSymbol = Annotated[
+    str, typer.Option("--start", help="The start symbol, such as S_D.  [default: any that fits]")
+]
+Goals = Annotated[
+    list[str] | None,
+    typer.Option("--goal", help="An action to reach; several times for several, in order."),
+]
+ClipsDb = Annotated[
+    Path | None, typer.Option("--db", help="Also list the clips of this database for every action.")
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
+    group = Commands(help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True)
+    grammars = Commands(help="Grammars of motion.", no_args_is_help=True)
+    grammars.command("check")(check_grammar)
+    group.add_typer(grammars, name="grammar")
+    group.command("validate")(validate)
+    group.command("suggest")(suggest)
+    group.command("draw")(draw)
+    scene_making.register(group)
+    app.add_typer(group, name="scene")
+
+
+def check_grammar(file: GrammarFile, db: ClipsDb = None, json: Json = False) -> None:
+    """Check a grammar: form, LR(1) conflicts, useless symbols, and clips in a database."""
+    from motiondb import Scenes
+
+    grammar = Scenes.read_grammar(file)
+    report = Scenes.check_grammar(grammar)
+    clips = _clips(db, grammar)
+    if json:
+        print_json(_report_facts(grammar, report, clips))
+        return
+    typer.echo(
+        f"{report.name}: {len(report.nonterminals)} nonterminals, {len(report.terminals)}"
+        f" terminals, {len(report.rules)} rules, {report.n_semantic_rules} semantic rules"
+    )
+    for start in report.starts:
+        whom = f" ({start.team})" if start.team else ""
+        lalr = "LALR(1)" if not start.lalr_conflicts else "not LALR(1)"
+        kind = f"LR(1), {start.n_states} states, {lalr}" if not start.conflicts else "not LR(1)"
+        ll1 = "LL(1)" if not start.ll1_conflicts else "not LL(1)"
+        typer.echo(f"{start.symbol}{whom}: {kind}, {ll1}")
+        for conflict in start.conflicts:
+            typer.echo(f"    {conflict.describe(grammar.grammar)}")
+        if start.empty:
+            typer.echo("    can derive no action at all; every player on court needs at least one")
+    typer.echo(f"can be empty: {', '.join(report.nullable) or 'nothing'}")
+    typer.echo(f"useless: {', '.join(report.useless) or 'nothing'}")
+    _print_clips(clips, report.terminals)
+
+
+def _report_facts(
+    grammar: MotionGrammar,
+    report: GrammarReport,
+    clips: Mapping[str, Sequence[ShownAction]] | None,
+) -> dict[str, Any]:
+    rules = grammar.grammar
+    facts: dict[str, Any] = {
+        "name": report.name,
+        "nonterminals": report.nonterminals,
+        "terminals": report.terminals,
+        "rules": report.rules,
+        "semantic_rules": report.n_semantic_rules,
+        "useless": report.useless,
+        "nullable": report.nullable,
+        "starts": [
+            {
+                "symbol": start.symbol,
+                "team": start.team,
+                "can_be_empty": start.empty,
+                "lr1": not start.conflicts,
+                "lr1_states": start.n_states,
+                "lalr1": not start.lalr_conflicts,
+                "ll1": not start.ll1_conflicts,
+                "conflicts": [c.describe(rules) for c in start.conflicts],
+                "ll1_conflicts": [c.describe(rules) for c in start.ll1_conflicts],
+            }
+            for start in report.starts
+        ],
+    }
+    return facts | _clip_facts(clips, report.terminals)
+
+
+def validate(
+    file: GrammarFile,
+    actions: Actions,
+    start: StartSymbol = "",
+    db: ClipsDb = None,
+    json: Json = False,
+) -> None:
+    """Show the tree of a string of actions, or the fault and what was expected (exit 1)."""
+    from motiondb import Scenes
+
+    grammar = Scenes.read_grammar(file)
+    found = Scenes.validate(grammar, actions, start)
+    clips = _clips(db, grammar)
+    named = [name for name in dict.fromkeys(actions.split()) if name in grammar.terminal]
+    if json:
+        facts = {
+            "allowed": found.allowed,
+            "start": found.start,
+            "tree": _tree_facts(found.tree) if found.tree else None,
+            "trees": int(found.n_trees) if math.isfinite(found.n_trees) else None,
+            "position": None if found.allowed else found.position,
+            "expected": found.expected,
+            "message": found.message,
+        }
+        print_json(facts | _clip_facts(clips, named))
+    elif found.tree:
+        _print_tree(found.tree)
+        if found.n_trees > 1:
+            number = int(found.n_trees) if math.isfinite(found.n_trees) else "endlessly many"
+            typer.echo(f"ambiguous: the most probable of {number} trees")
+        _print_clips(clips, named)
+    if not found.allowed:
+        if not json:
+            typer.echo(f"{grammar.name}: {found.message}", err=True)
+        raise typer.Exit(1)
+
+
+def _tree_facts(tree: Tree) -> str | list[Any]:
+    return tree.symbol if tree.is_leaf else [tree.symbol, [_tree_facts(c) for c in tree.children]]
+
+
+def _print_tree(tree: Tree) -> None:
+    """Print one symbol a line, indented by its depth."""
+    waiting = [(tree, 0)]
+    while waiting:
+        node, depth = waiting.pop()
+        nothing = "  (nothing)" if not node.is_leaf and not node.children else ""
+        typer.echo(f"{'  ' * depth}{node.symbol}{nothing}")
+        waiting.extend((child, depth + 1) for child in reversed(node.children))
+
+
+def suggest(
+    file: GrammarFile,
+    actions: Actions,
+    start: StartSymbol = "",
+    goals: Goals = None,
+    db: ClipsDb = None,
+    json: Json = False,
+) -> None:
+    """List the actions that may come next, with the probabilities of the grammar's rules.
+
+    With --goal, show the shortest string that goes on from the actions and reaches the goals.
+    """
+    from motiondb import Scenes
+
+    grammar = Scenes.read_grammar(file)
+    if goals:
+        _print_way(Scenes.plan(grammar, actions, goals, start), _clips(db, grammar), json)
+        return
+    found = Scenes.suggest(grammar, actions, start)
+    clips = _clips(db, grammar)
+    names = [name for name, _ in found.actions]
+    if json:
+        rows = [{"action": name, "probability": chance} for name, chance in found.actions]
+        print_json({"next": rows, "end": found.end} | _clip_facts(clips, names))
+        return
+    rows_of_text = [[name, f"{chance:.3f}"] for name, chance in found.actions]
+    if found.end:
+        rows_of_text.append(["(the end)", f"{found.end:.3f}"])
+    print_table("", ["next", "probability"], rows_of_text)
+    _print_clips(clips, names)
+
+
+def _print_way(
+    string: tuple[str, ...], clips: Mapping[str, Sequence[ShownAction]] | None, json: bool
+) -> None:
+    """Print the shortest string that reaches the goals."""
+    names = list(dict.fromkeys(string))
+    if json:
+        print_json({"string": string} | _clip_facts(clips, names))
+        return
+    typer.echo(" ".join(string))
+    _print_clips(clips, names)
+
+
+def draw(
+    file: Annotated[
+        str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Draw into this PNG.")],
+    db: ClipsDb = None,
+    json: Json = False,
+) -> None:
+    """Draw a tactics diagram, and list the actions that it requires of each player."""
+    from motiondb import Scenes
+
+    text = Scenes.read_diagram(file)
+    clips, diagram = _clips(db, text.grammar), text.diagram
+    Scenes.draw_diagram(text, out)
+    if json:
+        players = [
+            {
+                "name": player.name,
+                "team": player.team,
+                "expression": text.expressions[player.name],
+                "shortest": text.shortest[player.name],
+                "opponent": diagram.opponent_of(player.name) or None,
+            }
+            for player in diagram.players
+        ]
+        facts = {"diagram": diagram.name, "grammar": text.grammar.name, "file": str(out)}
+        more = {"ball": text.first_holder, "players": players}
+        print_json(facts | more | _clip_facts(clips, text.actions))
+        return
+    ball = f"; the ball is with {text.first_holder} at first" if text.first_holder else ""
+    typer.echo(f"{diagram.name} drawn to {out}{ball}")
+    print_table(
+        "",
+        ["player", "team", "expression", "shortest string"],
+        [
+            [p.name, p.team, text.expressions[p.name], " ".join(text.shortest[p.name])]
+            for p in diagram.players
+        ],
+    )
+    _print_clips(clips, text.actions)
+
+
+def _clips(path: Path | None, grammar: MotionGrammar) -> Mapping[str, Sequence[ShownAction]] | None:
+    """Return the clips of a database for every terminal, or None if no database is given."""
+    if path is None:
+        return None
+    with database(path) as base:
+        return base.scenes.find_actions(grammar)
+
+
+def _clip_facts(
+    clips: Mapping[str, Sequence[ShownAction]] | None, names: Sequence[str]
+) -> dict[str, Any]:
+    return {} if clips is None else {"clips": {name: len(clips[name]) for name in names}}
+
+
+def _print_clips(clips: Mapping[str, Sequence[ShownAction]] | None, names: Sequence[str]) -> None:
+    if clips is None:
+        return
+    typer.echo("clips: " + ", ".join(f"{name} {len(clips[name])}" for name in names))
+    without = [name for name in names if not clips[name]]
+    if without:
+        typer.echo(f"no clips for {', '.join(without)}: caption captures that show them")

@@ -1,0 +1,73 @@
+"""Every command is killed, or only asks; ``motiondb --help`` is what both lists are compared with."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from motiondb.cli.main import app
+from robustness_tasks import commands
+from robustness_tasks.commands import ASKING, COMMANDS, FILE_OPTIONS, words_of
+
+LEAVES: dict[str, Any] = dict(commands.leaves(typer.main.get_command(app)))
+
+
+def command_of(kind: str) -> str:
+    """The command that a kind of kill runs: the longest one whose name its words begin with."""
+    words = COMMANDS[kind]
+    return next(name for n in range(len(words), 0, -1) if (name := " ".join(words[:n])) in LEAVES)
+
+
+def test_the_two_lists_hold_every_command_once() -> None:
+    killed = {command_of(kind) for kind in COMMANDS}
+    assert killed | set(ASKING) == set(LEAVES)
+    assert not killed & set(ASKING)
+    assert {name: " ".join(words[: len(name.split())]) for name, words in ASKING.items()} == {
+        name: name for name in ASKING
+    }
+
+
+def test_a_kind_is_named_after_its_command() -> None:
+    for kind in COMMANDS:
+        assert kind.startswith(command_of(kind))
+
+
+def test_every_option_that_writes_is_used_by_a_kill() -> None:
+    for name, command in LEAVES.items():
+        options = {option for p in command.params for option in p.opts}
+        ways = [set(p.opts) for p in command.params if set(p.opts) & set(FILE_OPTIONS)]
+        assert not (ways and name in ASKING), (name, options)
+        words = {word for kind in COMMANDS if command_of(kind) == name for word in COMMANDS[kind]}
+        assert all(way & words for way in ways), (name, ways)
+
+
+@pytest.fixture(scope="module")
+def base(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) -> Path:
+    folder = tmp_path_factory.mktemp("asking") / "base"
+    commands.prepare(folder, learned_file)
+    return folder
+
+
+def digests(folder: Path) -> dict[str, str]:
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in folder.rglob("*")
+        if path.is_file() and not path.parent.name.endswith(".cache")
+    }
+
+
+def test_commands_that_ask_leave_the_folder_as_it_was(
+    base: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(base)
+    before = digests(base)
+    for name in ASKING:
+        ended = CliRunner().invoke(app, list(words_of(name)))
+        fails = "grammar" in name and "scene" not in name and name != "grammar list"
+        assert ended.exit_code == 0 or fails, (name, ended.output, ended.exception)
+        assert digests(base) == before, name
