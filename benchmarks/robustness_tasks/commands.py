@@ -44,6 +44,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "grammar generate": (
             "grammar", "generate", GRAMMAR, "-o", "new.glb", "--length", "10", "--save", "new",
+            "--png", "new.png",
         ),
         "grammar learn": (
             "grammar", "learn", "boris/long_2", "chidi/long_3", "--terminals", "4",

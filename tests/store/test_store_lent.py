@@ -6,10 +6,12 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+import duckdb
 import pytest
 
 from motiondb import store
 from motiondb.errors import StoreError
+from motiondb.store.connection.faults import OtherModeError
 from motiondb.store.connection.transactions import revision
 
 THREADS, TURNS = 8, 16
@@ -130,6 +132,24 @@ def test_a_change_inside_reading_is_refused_while_another_thread_changes(
     finally:
         leave.set()
         thread.join()
+
+
+def test_a_file_that_duckdb_still_holds_in_the_other_mode_is_waited_for(
+    database: store.Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    connect, refused = database._connect, []
+
+    def slow(read_only: bool, wait: float | None) -> duckdb.DuckDBPyConnection:
+        if len(refused) < 3:
+            refused.append(read_only)
+            raise OtherModeError("held by this process in another mode")
+        return connect(read_only, wait)
+
+    monkeypatch.setattr(database, "_connect", slow)
+    database.lend()
+    database.take_back()
+    assert refused == [False] * 3
+    assert store.load_synonyms(database) == {}
 
 
 def beside(work: Callable[[], None]) -> None:

@@ -25,6 +25,11 @@ from motiondb.errors import StoreError
 from motiondb.store.connection.faults import OtherModeError, translate
 from motiondb.store.connection.statements import Connection
 
+_LETTING_GO, _PAUSE = 10.0, 0.02
+"""Seconds to wait for DuckDB to let go of a file that was closed, and between two attempts. Chosen
+by hand. That the file was still open in its other mode was seen once, in a run of 16 threads on a
+busy computer; why is not known."""
+
 
 def _close(connection: duckdb.DuckDBPyConnection) -> None:
     """Close a connection; while another thread uses it, DuckDB refuses, so try for 10 s."""
@@ -228,11 +233,19 @@ class Store:
                 "Open it again with motiondb.open."
             )
         if self._root is None:
-            try:
-                is_lent = self._is_lent and not self._is_writing
-                self._root = self._connect(self.read_only or is_lent, wait)
-            except OtherModeError:
-                if not self._is_lent:
-                    raise
-                self._root = self._connect(False, wait)  # as another store of this process
+            is_lent = self._is_lent and not self._is_writing
+            self._root = self._reopen(self.read_only or is_lent, wait)
         return self._root
+
+    def _reopen(self, read_only: bool, wait: float | None) -> duckdb.DuckDBPyConnection:
+        """Connect again; DuckDB may take a while to let go of what was open in the other mode."""
+        deadline = time.monotonic() + _LETTING_GO
+        while True:
+            try:
+                return self._connect(read_only, wait)
+            except OtherModeError:
+                if self._is_lent and read_only:
+                    return self._connect(False, wait)  # as another store of this process
+                if time.monotonic() > deadline:
+                    raise
+            time.sleep(_PAUSE)
