@@ -85,6 +85,12 @@ def test_threads_that_ask_outside_any_block_never_meet_a_closed_file(
             assert answer.fetchall() == [("walk",)]
             assert revision(database) > 0
 
+    def begin_and_end() -> None:
+        while not done.is_set():  # a thread that ends holds its connection a little longer
+            thread = threading.Thread(target=guarded(lambda: revision(database)))
+            thread.start()
+            thread.join()
+
     def write() -> None:
         for turn in range(TURNS // 4):
             store.save_synonyms(database, {f"word{turn}": "walk"})
@@ -96,7 +102,8 @@ def test_threads_that_ask_outside_any_block_never_meet_a_closed_file(
                 assert len(store.load_synonyms(database)) == 1
                 let_go()
 
-    asking = [threading.Thread(target=guarded(ask)) for _ in range(THREADS)]
+    asks = [ask] * (THREADS - 2) + [begin_and_end] * 2
+    asking = [threading.Thread(target=guarded(work)) for work in asks]
     working = [threading.Thread(target=guarded(work)) for work in (lend, write)]
     for thread in [*asking, *working]:
         thread.start()

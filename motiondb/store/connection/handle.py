@@ -26,9 +26,10 @@ from motiondb.store.connection.faults import OtherModeError, translate
 from motiondb.store.connection.statements import Connection
 
 _LETTING_GO, _PAUSE = 10.0, 0.02
-"""Seconds to wait for DuckDB to let go of a file that was closed, and between two attempts. Chosen
-by hand. That the file was still open in its other mode was seen once, in a run of 16 threads on a
-busy computer; why is not known."""
+"""Seconds to wait for DuckDB to let go of a file that was closed, and between two attempts. A thread
+that ends at that moment holds its connection a little longer. Chosen by hand."""
+_OTHER_STORE = 1.0
+"""Seconds after which the file counts as open in another store of this process. Chosen by hand."""
 
 
 def _close(connection: duckdb.DuckDBPyConnection) -> None:
@@ -239,13 +240,14 @@ class Store:
 
     def _reopen(self, read_only: bool, wait: float | None) -> duckdb.DuckDBPyConnection:
         """Connect again; DuckDB may take a while to let go of what was open in the other mode."""
-        deadline = time.monotonic() + _LETTING_GO
+        is_reader = self._is_lent and read_only
+        deadline = time.monotonic() + (_OTHER_STORE if is_reader else _LETTING_GO)
         while True:
             try:
                 return self._connect(read_only, wait)
             except OtherModeError:
-                if self._is_lent and read_only:
-                    return self._connect(False, wait)  # as another store of this process
                 if time.monotonic() > deadline:
-                    raise
+                    if not is_reader:
+                        raise
+                    return self._connect(False, wait)  # as another store of this process
             time.sleep(_PAUSE)
