@@ -106,7 +106,7 @@ def run(seeds: range, database: Path) -> Iterator[Outcome]:
             yield kill(seed, kind, base, _kept_reference(base, kind))
 
 
-def prepared(base: Path, database: Path, url: str = "") -> Path:
+def prepared(base: Path, database: Path, url: str = "", *, has_scene: bool = True) -> Path:
     """A folder with the database and everything that commands read; a scene and the mark are in it.
 
     Parameters
@@ -117,10 +117,12 @@ def prepared(base: Path, database: Path, url: str = "") -> Path:
         The database to copy.
     url : str
         Address of the site that ``fetch cmu`` downloads from.
+    has_scene : bool
+        Whether a scene is made, which commands of scenes change.
     """
     commands.prepare(base, database)
     (base / _URL).write_text(url)
-    _do(base, MARK, SCENE)
+    _do(base, *([MARK, SCENE] if has_scene else [MARK]))
     for name in ("printed.txt", "errors.txt"):
         (base / name).unlink()
     return base

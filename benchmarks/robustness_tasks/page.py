@@ -24,6 +24,19 @@ The attack on motiondb, by `python benchmarks/robustness.py PART --out DIR`, and
 `tests/cli/test_cli_waiting.py`). Counts are of the cases that ran; a target that asks for more
 cases than ran is not met, and says so. The databases are learned from the sample data."""
 
+UNKNOWN = """## What is not known
+
+* **A log that was cut short.** Changes that are not yet in the database file are in a log beside it
+  (`.wal`). DuckDB replays the log up to its last whole transaction, and says nothing of what
+  follows. A log that was cut, by a full disk or by copying while a command writes, therefore gives
+  a whole, earlier state; `check` calls it sound. That no part of a later change appears without the
+  changes before it is tested (`tests/store/test_store_cut_log.py`); that changes were lost cannot be
+  seen from the file. A log with flipped bits is refused.
+* **Power failures.** The kills end processes, not the computer; what the disk had written by then
+  is not tried.
+* **The system's temporary folder** is not looked at after kills. Reading C3D files and `rescue` of a
+  database with a damaged log use it."""
+
 
 def page(folder: Path) -> str:
     """The page of the logs in a folder; parts without a log are named as not run."""
@@ -39,6 +52,7 @@ def page(folder: Path) -> str:
     for name, title, write in parts:
         found = cases[name]
         sections.append(f"## {title}\n\n{write(found) if found else 'Not run.'}")
+    sections.append(UNKNOWN)
     return "\n\n".join(sections) + "\n"
 
 

@@ -20,6 +20,7 @@ import io
 import math
 import struct
 import tokenize
+import warnings
 import zipfile
 import zlib
 
@@ -190,7 +191,9 @@ def _read_array(content: bytes) -> NDArray[np.generic]:
     file = io.BytesIO(content)
     version = npy.read_magic(file)
     read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    shape, _, dtype = read_header(file)
+    with warnings.catch_warnings():  # odd headers make Python's parser warn beside its errors
+        warnings.simplefilter("ignore", SyntaxWarning)
+        shape, _, dtype = read_header(file)
     if dtype.hasobject or any(length < 0 for length in shape):
         raise ValueError("objects, or a negative length")
     if math.prod(shape) * dtype.itemsize > len(content) or math.prod(shape) > len(content):
