@@ -26,8 +26,8 @@ from motiondb.store.connection.faults import OtherModeError, translate
 from motiondb.store.connection.statements import Connection
 
 _LETTING_GO, _PAUSE = 10.0, 0.02
-"""Seconds to wait for DuckDB to let go of a file that was closed, and between two attempts. A thread
-that ends at that moment holds its connection a little longer. Chosen by hand."""
+"""Seconds to wait for DuckDB to let go of a file that was closed, and between two attempts. A
+thread that ends at that moment holds its connection a little longer. Chosen by hand."""
 _OTHER_STORE = 1.0
 """Seconds after which the file counts as open in another store of this process. Chosen by hand."""
 
