@@ -29,9 +29,9 @@ UNKNOWN = """## What is not known
 * **A log that was cut short.** Changes that are not yet in the database file are in a log beside it
   (`.wal`). DuckDB replays the log up to its last whole transaction, and says nothing of what
   follows. A log that was cut, by a full disk or by copying while a command writes, therefore gives
-  a whole, earlier state; `check` calls it sound. It is tested that no part of a later change appears
-  without the changes before it (`tests/store/test_store_cut_log.py`). That changes were lost cannot
-  be seen from the file. A log with flipped bits is refused.
+  a whole, earlier state; `check` calls it sound. It is tested that no part of a later change is
+  there without the changes before it (`tests/store/test_store_cut_log.py`). That changes were lost
+  cannot be seen from the file. A log with flipped bits is refused.
 * **Power failures.** The kills end processes, not the computer; what the disk had written by then
   is not tried.
 * **The system's temporary folder** is not looked at after kills. Reading C3D files uses it, and so
