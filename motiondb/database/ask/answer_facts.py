@@ -10,8 +10,8 @@ from dataclasses import asdict
 from typing import Any
 
 from motiondb.records import MOTION_FPS, Match
-from motiondb.search import reasons
-from motiondb.search.reasons import WordReason
+from motiondb.search.questions import reasons
+from motiondb.search.questions.reasons import WordReason
 from motiondb.words.nearby.taking import Taking
 from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.say import say

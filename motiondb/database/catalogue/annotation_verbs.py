@@ -13,7 +13,7 @@ from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.records import Caption, CaptureInfo, Event
 from motiondb.store import Store
-from motiondb.words.synonyms import parse_synonyms
+from motiondb.words.lexicon.synonyms import parse_synonyms
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

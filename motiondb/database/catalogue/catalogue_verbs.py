@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from motiondb import capture, store
-from motiondb.capture.event_sheet import read_event_sheet
-from motiondb.capture.sheet import read_sheet
+from motiondb.capture.sheets.event_sheet import read_event_sheet
+from motiondb.capture.sheets.sheet import read_sheet
 from motiondb.database.catalogue import added_sheets, browsing, cataloguing
 from motiondb.database.catalogue.annotation_verbs import AnnotationVerbs
 from motiondb.database.catalogue.cataloguing import check_name_free
