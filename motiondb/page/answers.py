@@ -37,7 +37,9 @@ def unknown(what: str, name: str, advice: str = "") -> PageError:
     """Return the error for something that the server does not have."""
     shown = name if len(name) <= 200 else f"{name[:200]}..."
     return PageError(
-        f"{what}: expected one that is there, found {shown!r}. {advice}".strip(), 404, "UnknownError"
+        f"{what}: expected one that is there, found {shown!r}. {advice}".strip(),
+        404,
+        "UnknownError",
     )
 
 

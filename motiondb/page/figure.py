@@ -9,11 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.generate.contact import find_contacts
 from motiondb.pose import body, retarget, rotation
 from motiondb.records import FloatArray, IntArray, Motion
-from numpy.typing import NDArray
 
 POINTS: tuple[str, ...] = (
     *body.JOINTS,
@@ -80,7 +80,9 @@ def facing_forward(points: FloatArray) -> FloatArray:
     """
     left, right = POINTS.index("l_hip"), POINTS.index("r_hip")
     across = points[0, left] - points[0, right]
-    heading = np.arctan2(-across[2], across[0])  # of the axis to the left, which is +x when facing +z
+    heading = np.arctan2(
+        -across[2], across[0]
+    )  # of the axis to the left, which is +x when facing +z
     c, s = np.cos(-heading), np.sin(-heading)
     moved = points - points[0, 0] * np.array([1.0, 0.0, 1.0])
     x, z = moved[..., 0], moved[..., 2]
