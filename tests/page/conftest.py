@@ -14,6 +14,7 @@ from starlette.testclient import TestClient
 from motiondb.page.application import make_application
 from motiondb.page.settings import PageSettings
 
+
 @pytest.fixture
 def bundle(tmp_path: Path) -> Path:
     """Files of the page as a build makes them, but without a page."""
@@ -41,9 +42,7 @@ def serve(tmp_path: Path, bundle: Path) -> Iterator[Serve]:
 
 
 @pytest.fixture(scope="module")
-def client(
-    tmp_path_factory: pytest.TempPathFactory, learned_file: Path
-) -> Iterator[TestClient]:
+def client(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) -> Iterator[TestClient]:
     """A read-only server over the sample data."""
     folder = tmp_path_factory.mktemp("page")
     settings = PageSettings(learned_file, read_only=True, warm=False)

@@ -40,7 +40,8 @@ def test_the_names_of_this_computer_are_answered(client: TestClient, host: str) 
 
 
 @pytest.mark.parametrize(
-    "host", ["evil.example", "evil.example:8765", "127.0.0.1.evil.example", "192.168.1.5", "", "[::"]
+    "host",
+    ["evil.example", "evil.example:8765", "127.0.0.1.evil.example", "192.168.1.5", "", "[::"],
 )
 def test_other_names_are_refused(client: TestClient, host: str) -> None:
     answer = client.get("/api/jobs", headers={"host": host})
@@ -93,7 +94,9 @@ def test_the_first_visit_keeps_the_token_in_a_cookie(learned_file: Path, serve: 
 
 
 def test_a_name_of_the_server_must_be_named_by_the_user(learned_file: Path, serve: Serve) -> None:
-    page = serve(learned_file, read_only=True, host="0.0.0.0", token="t", allowed_hosts=("lab.local",))
+    page = serve(
+        learned_file, read_only=True, host="0.0.0.0", token="t", allowed_hosts=("lab.local",)
+    )
     given = {"authorization": "Bearer t"}
     assert page.get("/api/jobs", headers={"host": "lab.local:1", **given}).status_code == 200
     assert page.get("/api/jobs", headers={"host": "192.168.0.7:1", **given}).status_code == 200
