@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motiondb import __version__
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.errors import MotionDBError
@@ -27,6 +26,7 @@ from motiondb.page.facts.asked_facts import like_facts, search_facts
 from motiondb.page.facts.capture_facts import capture_facts
 from motiondb.page.facts.made_facts import made_facts, sentence_facts, sequence_facts
 from motiondb.page.facts.scene_facts import made_scene_facts, made_scene_motion
+from motiondb.page.settings import VERSION
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, Motion
 
@@ -203,7 +203,7 @@ def _data(shown: StandalonePage) -> str:
         "format": 1,
         "kind": shown.kind,
         "title": shown.title,
-        "version": __version__,
+        "version": VERSION,
         "database": shown.database,
         "answer": to_json(shown.answer),
         "motions": {ref: base64.b64encode(data).decode() for ref, data in shown.motions.items()},
