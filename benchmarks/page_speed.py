@@ -26,8 +26,9 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
-from motiondb import AddSettings, LearnSettings
+from motiondb import AddSettings, LearnSettings, store
 from motiondb.pose import rotation
+from motiondb.records import Caption, CaptureInfo
 
 ROOT = Path(__file__).resolve().parents[1]
 AGAIN = 10
@@ -57,6 +58,34 @@ def make_captures(folder: Path, count: int, seed: int = 0) -> Path:
     sheet = folder / "words.tsv"
     sheet.write_text("\n".join(rows) + "\n")
     return sheet
+
+
+def fill_catalogue(database: Path, count: int, seed: int = 0) -> None:
+    """Save captures without reading files: parts of the sample data's motions, a second or two."""
+    rng = np.random.default_rng(seed)
+    sources = sorted((ROOT / "sample_data" / "captures").rglob("*.bvh"))[:20]
+    with motiondb.open(database) as db:
+        motions = [db.motion(path) for path in sources]
+        with store.transaction(db.store):
+            run = store.start_run(db.store, "add", {})
+            for number in range(count):
+                which = int(rng.integers(len(motions)))
+                motion, length = motions[which], int(rng.integers(45, 75))
+                part = replace(
+                    motion, local_rotations=motion.local_rotations[:length],
+                    root_positions=motion.root_positions[:length],
+                )  # fmt: skip
+                action = sources[which].stem.rsplit("_", 1)[0]
+                performer = f"p{number % 40:02d}"
+                info = CaptureInfo(
+                    0, f"{performer}/{action}_{number:05d}", "", "bvh", "captured", 30.0,
+                    part.n_frames, part.duration, 0, 0.8, f"{action}.bvh", run,
+                    {"performer": performer, "licence": "CC0-1.0"},
+                )  # fmt: skip
+                packed = store.pack_source(f"{action}.bvh", str(number).encode(), "bvh")
+                caption = Caption(f"a person does {action.replace('_', ' ')}")
+                store.save_capture(db.store, info, part, packed, [caption])
+            store.finish_run(db.store, run)
 
 
 def ask(address: str, path: str, **query: object) -> tuple[float, int]:
@@ -114,14 +143,14 @@ def main() -> None:
         database = folder / "many.duckdb"
         if chosen.db:
             shutil.copy(chosen.db, database)
+        elif not chosen.learn:
+            fill_catalogue(database, chosen.captures)
         else:
             (folder / "captures").mkdir()
             sheet = make_captures(folder / "captures", chosen.captures)
             with motiondb.open(database) as db:
                 db.add(folder / "captures", sheet, AddSettings(jobs=1))
-                if chosen.learn:
-                    db.learn(LearnSettings(n_symbols=40))
-        command = [sys.executable, "-m", "motiondb.cli.main"]
+                db.learn(LearnSettings(n_symbols=40))
         code = "from motiondb.cli.main import main; main()"
         command = [sys.executable, "-c", code, "serve", "--no-open", "--port", "0"]
         with subprocess.Popen(
