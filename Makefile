@@ -26,12 +26,14 @@ lint: $(BIN)/.tested
 $(BIN)/.installed: pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --editable .
+	-@$(BIN)/python build_backend.py  # pip is quiet: says whether the page is built
 	touch $@
 
 $(BIN)/.tested: pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	-@$(BIN)/python build_backend.py
 	touch $@ $(BIN)/.installed
 
 clean:
-	rm -rf .venv $(OUT) build *.egg-info
+	rm -rf .venv $(OUT) build *.egg-info motiondb/page/bundle motiondb/page/web/node_modules

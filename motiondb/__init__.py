@@ -45,6 +45,9 @@ if TYPE_CHECKING:
     from motiondb.learning.answers.word_answers import WordAnswer
     from motiondb.learning.drift import Drift
     from motiondb.learning.symbol_fitting import LearnSettings
+    from motiondb.page.serve import serve
+    from motiondb.page.settings import PageSettings
+    from motiondb.page.standalone import StandalonePage
     from motiondb.records import Caption, CaptureInfo, Clip, Event, Match, Motion, Relation
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
@@ -84,6 +87,7 @@ __all__ = [
     "MotionGrammar",
     "NotLearnedError",
     "NotUsed",
+    "PageSettings",
     "ParsedMotion",
     "QueryError",
     "ReadLimits",
@@ -95,6 +99,7 @@ __all__ = [
     "Scenes",
     "SheetError",
     "ShownAction",
+    "StandalonePage",
     "StoreError",
     "StoredScene",
     "Suggestions",
@@ -111,6 +116,7 @@ __all__ = [
     "read_capture",
     "read_joint_map",
     "rescue",
+    "serve",
     "unit_from_name",
     "write_bvh",
     "write_gltf",
@@ -140,6 +146,9 @@ _PLACES = {
     "motiondb.learning.answers.word_answers": "WordAnswer",
     "motiondb.learning.drift": "Drift",
     "motiondb.learning.symbol_fitting": "LearnSettings",
+    "motiondb.page.serve": "serve",
+    "motiondb.page.settings": "PageSettings",
+    "motiondb.page.standalone": "StandalonePage",
     "motiondb.records": "Caption CaptureInfo Clip Event Match Motion Relation",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",

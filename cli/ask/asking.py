@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motiondb.cli.ask import explaining, understanding
+from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
@@ -68,6 +69,7 @@ def search(
     ] = False,
     exact: Exact = False,
     png: Png = None,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -89,6 +91,8 @@ def search(
             "search: expected --explain or --by-symbols, found both. An answer by symbols is found "
             "by aligning sequences: its symbols are its reason."
         )
+    from motiondb import StandalonePage
+
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols, exact=exact)
         note_unlearned(base)
@@ -96,6 +100,8 @@ def search(
             base.draw_reasons(answer, png, words)
         elif png and answer.matches:
             base.draw_matches(answer, png, words)
+        if html:
+            write_html(html, StandalonePage.of_search(base, answer))
     note_taken(answer.taken, answer.suggested, answer.unknown)
     why = [explaining.explanation_facts(e) for e in answer.explanations] if explain else []
     more = {"question": understanding.question_facts(answer.question, answer.not_used)}
@@ -126,6 +132,7 @@ def like(
         ),
     ] = None,
     png: Png = None,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -134,12 +141,16 @@ def like(
     If captures of two or more performers have captions, every answer has a probability that it
     shows the same action, and a line says if none is good enough.
     """
+    from motiondb import StandalonePage
+
     with database(db) as base:
         answer = base.like(example, start, end, where, limit, meaning)
         note_unlearned(base)
         if png and answer.matches:
             motion = base.motion(example, start, end)
             base.draw_matches(answer, png, f"like {example}", motion)
+        if html:
+            write_html(html, StandalonePage.of_like(base, answer, example, start, end))
     _print_answer(answer, json, reasons=any(m.reason for m in answer))
 
 
@@ -252,10 +263,13 @@ def generate(
         str | None, typer.Option("--save", help="Keep it as a capture of this name.")
     ] = None,
     png: Png = None,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """Generate a motion from a sentence; a file beside it names its sources."""
+    from motiondb import StandalonePage
+
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
         if save is not None:
@@ -267,6 +281,8 @@ def generate(
             facts["capture"] = save
         if png:
             made.draw(png)
+        if html:
+            write_html(html, StandalonePage.of_generated(base, made, save or ""))
     note_taken(made.taken, made.suggested, made.unknown)
     if json:
         facts["question"] = understanding.question_facts(made.question, made.not_used)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
     Commands,
@@ -235,6 +236,7 @@ def show(
     ] = None,
     start: From = None,
     end: To = None,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -249,6 +251,10 @@ def show(
             base.draw(name, png)
         if gif:
             base.animate(name, gif, start, end)
+        if html:
+            from motiondb import StandalonePage
+
+            write_html(html, StandalonePage.of_capture(base, name))
     pictures = {k: str(file) for k, file in (("png", png), ("gif", gif)) if file}
     if json:
         print_json(facts | pictures)

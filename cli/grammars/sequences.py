@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
@@ -57,6 +58,7 @@ def generate(
     ] = None,
     save: Save = None,
     png: Png = None,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -67,6 +69,10 @@ def generate(
             base.check_name_free(save)
         made = base.grammars.generate(name, seed, length)
         facts = _hand_out(base, made, seed, (output, png), save, {"length": length})
+        if html:
+            from motiondb import StandalonePage
+
+            write_html(html, StandalonePage.of_sequence(base, made, seed))
     if json:
         print_json(facts)
     else:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database, finite
 from motiondb.cli.printing import print_json, print_table, scene_progress
 
@@ -76,6 +77,7 @@ def make(
     name: Name = "",
     gaze: Gaze = True,
     drawn: Drawn = True,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -90,6 +92,10 @@ def make(
             base.scenes.check_name(name, base.scenes.read_diagram(file).diagram.player)
         scene = base.scenes.make(file, settings, tell, name)
         base.scenes.write(scene, out, tell, drawn, kept=bool(name))
+        if html:
+            from motiondb import StandalonePage
+
+            write_html(html, StandalonePage.of_scene(scene, db.name))
     _print(scene, out, time.monotonic() - began, json)
     _refuse_impossible(scene.record)
 

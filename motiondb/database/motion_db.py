@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
-from motiondb.database.ask.question_verbs import QuestionVerbs
+from motiondb.database.ask.fact_verbs import FactVerbs
 from motiondb.database.learn import learning
 from motiondb.database.session import Session
 from motiondb.learning.drift import Drift
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from motiondb.database.scenes.scene_verbs import Scenes
 
 
-class MotionDB(QuestionVerbs):
+class MotionDB(FactVerbs):
     """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
 
     Threads may share it. Every question is answered from one revision of the database, whatever
@@ -70,6 +70,20 @@ class MotionDB(QuestionVerbs):
     def close(self) -> None:
         """Close the file; a second call does nothing."""
         self.session.close()
+
+    def release(self) -> None:
+        """Let go of the file until the next use, so that other processes can write.
+
+        What was loaded stays in memory as long as nobody changes the database. The next question
+        opens the file for reading, and the next change for writing; each waits for other processes
+        as long as this object was told to.
+        """
+        self.store.lend()
+
+    def revision(self) -> int:
+        """The number that every saved change raises, whoever makes it."""
+        with self.session.reading():
+            return store.revision(self.store)
 
     def __enter__(self) -> MotionDB:
         return self

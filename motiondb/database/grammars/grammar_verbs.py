@@ -28,6 +28,7 @@ from motiondb.database.grammars.grammar_learning import GrammarSettings, Progres
 from motiondb.database.grammars.grammar_parsing import ParsedMotion
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material, terminals_of
 from motiondb.database.grammars.grammar_words import Meaning, terminal_meanings
+from motiondb.database.grammars.sequence_verbs import SequenceVerbs
 from motiondb.errors import QueryError
 from motiondb.file_names import is_file
 from motiondb.grammar.cfg import prefix
@@ -37,18 +38,15 @@ from motiondb.grammar.terminals.labelling import Reader, Reading, make_reader, r
 from motiondb.records import CaptureInfo, Motion
 
 if TYPE_CHECKING:
-    from motiondb.database.session import Session
+    pass
 
 
-class Grammars:
+class Grammars(SequenceVerbs):
     """The grammars of a database, available as ``db.grammars``.
 
     ``name`` is the name of a grammar; a QueryError is raised if there is no such grammar. ``path``
     of a picture is a file with the ending .png; the method returns it.
     """
-
-    def __init__(self, session: Session) -> None:
-        self._session = session
 
     def learn(
         self,
@@ -112,12 +110,6 @@ class Grammars:
             lost = store.remove_grammar(self._session.store, name)
             store.finish_run(self._session.store, run_id)
         return lost
-
-    def material(self, name: str) -> Material:
-        """Return a grammar with its takes, as far as their captures are in the database."""
-        return self._session.kept(
-            ("grammar", name), lambda: grammar_sequences.load_material(self._session.store, name)
-        )
 
     def meanings(self, name: str) -> tuple[Meaning, ...]:
         """Return the meaning of each terminal; empty meanings if the database has not learned."""

@@ -17,7 +17,7 @@ from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.possession import first_holder
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.services import services
+from motiondb.scene.services import casting, services
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class SceneText:
     @cached_property
     def shortest(self) -> Mapping[str, tuple[str, ...]]:
         """The shortest string of actions of each player that the grammar and the diagram allow."""
-        trees = services.cast(self.diagram, self.grammar)
+        trees = casting.cast(self.diagram, self.grammar)
         return {name: tree.leaves() for name, tree in trees.items()}
 
     @property
@@ -77,7 +77,7 @@ def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
     read = read_diagram(text, where)
     grammar_text, grammar_where = text_of(grammar_file(read, str(diagram)), GRAMMAR)
     grammar = read_motion_grammar(grammar_text, grammar_where)
-    services.cast(read, grammar, where)
+    casting.cast(read, grammar, where)
     return SceneText(read, grammar, text, grammar_text)
 
 

@@ -35,7 +35,7 @@ from motiondb.scene.energy.scene_arrays import MOST_DELAY, scene_state
 from motiondb.scene.energy.scene_state import PlayerState, SceneState
 from motiondb.scene.language import semantic_rules
 from motiondb.scene.language.semantic_rules import Weights
-from motiondb.scene.services import services
+from motiondb.scene.services import casting, services
 
 WEIGHTS = Weights(smooth=0.7, collision=0.1, effort=5.0)
 
@@ -60,7 +60,7 @@ def cast(name: str):
     """A shipped diagram's table and trees, with longer strings than cast() finds."""
     text = read_scene_text(name)
     diagram, grammar = text.diagram, text.grammar
-    trees = services.cast(diagram, grammar)
+    trees = casting.cast(diagram, grammar)
     for player, string in LONG.get(name, {}).items():
         start = grammar.start_of(diagram.player[player].team)
         found = services.validate(grammar, string.split(), start)
