@@ -29,7 +29,10 @@ async function buildPage() {
     ...shared,
     // A classic script, so that the same file also runs inside a page opened from a disk.
     format: "iife",
-    entryPoints: [`${here}src/app.ts`, `${here}src/style/app.css`],
+    entryPoints: [
+      { in: `${here}src/app.ts`, out: "app" },
+      { in: `${here}src/style/app.css`, out: "app" },
+    ],
     outdir: bundle,
     minify: !watch,
     legalComments: "inline", // the licence of three.js travels with its code
