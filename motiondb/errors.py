@@ -49,6 +49,10 @@ class StoreError(MotionDBError):
     """A database file that cannot be opened, read or written."""
 
 
+class HeldError(StoreError):
+    """A database file that another process holds; later it may be free."""
+
+
 class NotLearnedError(MotionDBError):
     """A question that needs what ``learn`` derives, before ``learn`` has run."""
 

@@ -26,7 +26,6 @@ from motiondb.cli.options import (
     print_json,
     print_table,
     progress,
-    taken_facts,
 )
 
 if TYPE_CHECKING:
@@ -82,6 +81,7 @@ def search(
     nearest ones follow.
     """
     from motiondb.cli.ask import explaining, understanding
+    from motiondb.database.ask import answer_facts
 
     if explain and by_symbols:
         from motiondb.errors import QueryError
@@ -99,12 +99,12 @@ def search(
         elif png and answer.matches:
             _draw(base, answer.matches, png, words)
     note_taken(answer.taken, answer.suggested, answer.unknown)
-    why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
-    more = {"question": understanding.question_facts(answer.question, answer.not_used)}
+    why = [answer_facts.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
+    more = {"question": answer_facts.question_facts(answer.question, answer.not_used)}
     if answer.decoding:
         more["decoding"] = asdict(answer.decoding)
     if answer.taken:
-        more["taken"] = taken_facts(answer.taken)
+        more["taken"] = answer_facts.taken_facts(answer.taken)
     if not json:
         understanding.print_question(answer.question, answer.not_used, "search")
     _print_answer(answer, json, reasons=True, why=why, more=more)
@@ -155,15 +155,9 @@ def _print_answer(
     """Print the matches, and whether any is good enough; in JSON one object."""
     matches, found = answer.matches, answer.matches_anything
     if json:
-        rows: list[dict[str, Any]] = [
-            {
-                "rank": m.rank, "capture": m.capture, "start": m.start, "end": m.end,
-                "score": m.score, "probability": m.probability, "words": list(m.words),
-            }
-            for m in matches
-        ]  # fmt: skip
-        for row, match in zip(rows, matches):
-            row.update(_place_facts(match))
+        from motiondb.database.ask.answer_facts import match_facts
+
+        rows = [match_facts(match) for match in matches]
         for row, reason in zip(rows, why):
             row["explain"] = reason
         print_json(
@@ -180,17 +174,6 @@ def _print_answer(
         typer.echo("nothing in this database matches" + ("; the nearest:" if matches else ""))
     if matches:
         _print_matches(matches, reasons)
-
-
-def _place_facts(match: Match) -> dict[str, Any]:
-    """Where an answer to words is, and how sure, for JSON; nothing for other answers."""
-    if not match.parts:
-        return {}
-    return {
-        "interval_probability": match.interval_probability,
-        "place": match.place,
-        "parts": [asdict(part) for part in match.parts],
-    }
 
 
 def _print_matches(matches: Sequence[Match], reasons: bool) -> None:
@@ -269,6 +252,7 @@ def generate(
 ) -> None:
     """Generate a motion from a sentence; a file beside it names its sources."""
     from motiondb.cli.ask import understanding
+    from motiondb.database.ask import answer_facts
 
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
@@ -283,7 +267,7 @@ def generate(
             made.draw(png)
     note_taken(made.taken, made.suggested, made.unknown)
     if json:
-        facts["question"] = understanding.question_facts(made.question, made.not_used)
+        facts["question"] = answer_facts.question_facts(made.question, made.not_used)
         print_json(facts)
         return
     understanding.print_question(made.question, made.not_used, "generation")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -14,51 +14,6 @@ if TYPE_CHECKING:
     from motiondb.search.questions.reasons import WordReason
 
 _FPS = 30.0
-
-
-def reason_facts(words: Sequence[str], why: Sequence[WordReason]) -> dict[str, Any]:
-    """Decomposition of one answer as JSON.
-
-    ``math.fsum`` of all parts of ``words``, ``together`` and the amounts of ``excluded`` is
-    ``log_odds``.
-
-    Parameters
-    ----------
-    words : sequence of str
-        The vocabulary.
-    why : sequence of WordReason
-        The reasons of the answer.
-    """
-    from motiondb.search.questions import reasons
-
-    return {
-        "log_odds": reasons.total(why),
-        "together": reasons.together(why),
-        "words": [_word_facts(words, w) for w in why if w.exclusion < 0],
-        "excluded": [
-            {
-                "amount": lowering.amount,
-                "log_odds": lowering.log_odds,
-                "words": [_word_facts(words, w) for w in why if w.exclusion == lowering.exclusion],
-            }
-            for lowering in reasons.lowerings(why)
-        ],
-    }
-
-
-def _word_facts(words: Sequence[str], w: WordReason) -> dict[str, Any]:
-    return {
-        "word": words[w.word],
-        "log_odds": w.log_odds,
-        "log_probability": w.log_probability,
-        "contribution": w.contribution,
-        "prior": w.prior,
-        "written": w.written,
-        "symbols": [
-            {"symbol": s.symbol, "from": s.start / _FPS, "to": s.end / _FPS, "share": s.amount}
-            for s in w.shares
-        ],
-    }
 
 
 def print_reasons(answer: WordAnswer, words: Sequence[str]) -> None:

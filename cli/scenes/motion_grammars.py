@@ -196,11 +196,11 @@ def draw(
     from motiondb import pictures
     from motiondb.database.scenes.scene_files import grammar_of, read_tactics
     from motiondb.scene.language import expressions, possession
-    from motiondb.scene.services import services
+    from motiondb.scene.services import casting
 
     diagram = read_tactics(file)
     grammar = grammar_of(diagram, file)
-    trees = services.cast(diagram, grammar, file)
+    trees = casting.cast(diagram, grammar, file)
     strings = {name: tree.leaves() for name, tree in trees.items()}
     asked = expressions.expressions(diagram)
     clips = _clips(db, grammar)

@@ -71,6 +71,20 @@ class MotionDB(QuestionVerbs):
         """Close the file; a second call does nothing."""
         self.session.close()
 
+    def release(self) -> None:
+        """Let go of the file until the next use, so that other processes can write.
+
+        What was loaded stays in memory as long as nobody changes the database. The next question
+        opens the file for reading, and the next change for writing; each waits for other processes
+        as long as this object was told to.
+        """
+        self.store.lend()
+
+    def revision(self) -> int:
+        """The number that every saved change raises, whoever makes it."""
+        with self.session.reading():
+            return store.revision(self.store)
+
     def __enter__(self) -> MotionDB:
         return self
 

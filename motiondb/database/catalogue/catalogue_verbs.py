@@ -2,47 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from motiondb import capture, store
 from motiondb.capture.sheets.event_sheet import read_event_sheet
 from motiondb.capture.sheets.sheet import read_sheet
-from motiondb.database.catalogue import added_sheets, cataloguing, importing
+from motiondb.database.catalogue import added_sheets, browsing, cataloguing
+from motiondb.database.catalogue.annotation_verbs import AnnotationVerbs
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.catalogue.file_reading import read_stored
-from motiondb.database.catalogue.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
+from motiondb.database.catalogue.parts import cut_clip, cut_motion, write_bytes, write_clip
 from motiondb.database.learn import updating
-from motiondb.errors import MotionDBError, QueryError
 from motiondb.file_names import is_file
 from motiondb.pose import retarget
 from motiondb.pose.features import FEATURE_STEP
-from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
+from motiondb.records import CaptureInfo, Clip, Motion, Relation
 from motiondb.search.duplicates import DuplicateGroup, group_duplicates
-from motiondb.store import Store
-from motiondb.words.lexicon.synonyms import parse_synonyms
-
-if TYPE_CHECKING:
-    from motiondb.database.session import Session
 
 
-class CatalogueVerbs:
-    """Verbs on captures, what people wrote about them, and their events.
-
-    Parameters
-    ----------
-    session : Session
-        The open database.
-    """
-
-    def __init__(self, session: Session) -> None:
-        self.session = session
-
-    @property
-    def store(self) -> Store:
-        """The open store."""
-        return self.session.store
+class CatalogueVerbs(AnnotationVerbs):
+    """Verbs on captures; those on what people wrote about them are inherited."""
 
     def add(
         self,
@@ -109,22 +89,48 @@ class CatalogueVerbs:
         with self.session.reading():
             return store.load_captures(self.store, where)
 
-    def captions(self, name: str) -> tuple[Caption, ...]:
-        """What people wrote about a capture.
+    def browse(
+        self, where: str = "", sort: str = "name", offset: int = 0, limit: int = 100
+    ) -> browsing.BrowsedPage:
+        """Some rows of the catalogue, with captions, for a program that shows it page by page.
+
+        Parameters
+        ----------
+        where : str
+            Filter on columns and tags, such as "performer=14".
+        sort : str
+            Column to sort by, such as "duration", or "tag.NAME"; "-duration": the longest first.
+        offset : int
+            Number of the first row, from 0.
+        limit : int
+            Largest number of rows.
 
         Raises
         ------
         QueryError
-            When there is no such capture.
+            When the filter cannot be read, or there is no such column to sort by.
         """
-        with self.session.reading():
-            number = store.load_capture(self.store, name).capture_id
-            return store.load_captions(self.store, number).get(number, ())
+        return browsing.browse(self.session, where, sort, offset, limit)
 
-    def all_captions(self) -> dict[int, tuple[Caption, ...]]:
-        """What people wrote about all captures, by capture number."""
+    def facets(self, where: str = "") -> tuple[browsing.Facet, ...]:
+        """How many captures have each value of columns and tags.
+
+        Parameters
+        ----------
+        where : str
+            Filter on columns and tags.
+
+        Raises
+        ------
+        QueryError
+            When the filter cannot be read.
+        """
+        return browsing.facets(self.session, where)
+
+    def browsed(self, name: str) -> browsing.BrowsedCapture | None:
+        """The row of the capture of exactly this name; None where there is none."""
         with self.session.reading():
-            return dict(store.load_captions(self.store))
+            return browsing.rows_by_name(self.session).get(name)
 
     def relations(self, name: str | None = None) -> list[Relation]:
         """Copies, mirror images and cuts.
@@ -255,114 +261,3 @@ class CatalogueVerbs:
                 for number in numbers:
                     store.remove_capture(self.store, number)
         return [info.name for info in infos]
-
-    def set_words(
-        self,
-        name: str,
-        words: str,
-        start: float | None = None,
-        end: float | None = None,
-        keep: bool = False,
-    ) -> updating.Change:
-        """Write down what a capture, or a part of it, shows, and count it.
-
-        Words that are new to the vocabulary are counted at the next ``learn``.
-
-        Parameters
-        ----------
-        name : str
-            Name of the capture.
-        words : str
-            What it shows.
-        start : float, optional
-            Start of the part of the capture, seconds.
-        end : float, optional
-            End of the part of the capture, seconds.
-        keep : bool
-            Add to the captions that are there instead of replacing them.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, no word, or the part lies outside the capture.
-        """
-        with store.transaction(self.store):
-            info = store.load_capture(self.store, name)
-            first, last = start or 0.0, info.duration if end is None else end
-            if not 0.0 <= first < last <= info.duration + 1.0:
-                raise QueryError(f"{info.name}: {outside(info.duration, start, end)}")
-            if not words.strip():
-                raise QueryError(f"{info.name}: expected words, found none. Say what it shows.")
-            number = info.capture_id
-            old = store.load_captions(self.store, number).get(number, ()) if keep else ()
-            parameters = {"name": info.name, "words": words}
-            with updating.changing(self.store, "words", parameters, [number]) as change:
-                store.save_captions(self.store, number, [*old, Caption(words, start, end)])
-        return change
-
-    def import_words(self, sheet: str | Path) -> importing.ImportReport:
-        """Replace words and tags by those of a sheet; captures without words in it keep theirs.
-
-        Parameters
-        ----------
-        sheet : str or Path
-            TSV or CSV.
-        """
-        return importing.import_words(self.store, sheet)
-
-    def events(self, name: str) -> tuple[Event, ...]:
-        """Instants of a capture, by frames of its motion (30 a second).
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
-        with self.session.reading():
-            number = store.load_capture(self.store, name).capture_id
-            return store.load_events(self.store, number).get(number, ())
-
-    def all_events(self) -> dict[int, tuple[Event, ...]]:
-        """Instants of all captures that have any, by capture number."""
-        with self.session.reading():
-            return dict(store.load_events(self.store))
-
-    def import_events(self, sheet: str | Path) -> importing.EventReport:
-        """Replace the events of the captures that a sheet names.
-
-        Parameters
-        ----------
-        sheet : str or Path
-            TSV or CSV.
-        """
-        return importing.import_events(self.store, sheet)
-
-    def set_synonyms(self, path: str | Path) -> Mapping[str, str]:
-        """Replace the synonyms for captions and questions by those of a file.
-
-        Parameters
-        ----------
-        path : str or Path
-            Lines ``word = canonical``.
-
-        Raises
-        ------
-        MotionDBError
-            When the file cannot be read.
-        """
-        path = Path(path)
-        try:
-            table = parse_synonyms(path.read_text(encoding="utf-8"), str(path))
-        except OSError as error:
-            raise MotionDBError(
-                f"{path}: expected a readable file of synonyms, found: {error.strerror}."
-            ) from None
-        except UnicodeDecodeError:
-            raise MotionDBError(
-                f"{path}: expected text in UTF-8, found another encoding. Save it as UTF-8."
-            ) from None
-        with store.transaction(self.store):
-            every = [info.capture_id for info in store.load_captures(self.store)]
-            with updating.changing(self.store, "words", {"synonyms": str(path)}, every):
-                store.save_synonyms(self.store, table)
-        return table

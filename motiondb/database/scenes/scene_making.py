@@ -37,7 +37,7 @@ from motiondb.scene.report.scene_report import report_scene
 from motiondb.scene.sampling.play import Play, make_play
 from motiondb.scene.sampling.tempering import SamplerSettings, Trace, sample, warm_up
 from motiondb.scene.sampling.warm_start import WARM, warm_start
-from motiondb.scene.services import services
+from motiondb.scene.services import casting
 
 SceneProgress = Callable[[str, float, float], None]
 """Called with what is being done, the fraction of it that is done, and the error (NaN if
@@ -198,7 +198,7 @@ def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
     read = read_diagram(text, where)
     grammar_text, grammar_where = text_of(grammar_file(read, str(diagram)), GRAMMAR)
     grammar = read_motion_grammar(grammar_text, grammar_where)
-    services.cast(read, grammar, where)
+    casting.cast(read, grammar, where)
     return SceneText(read, grammar, text, grammar_text)
 
 

@@ -69,6 +69,26 @@ def read_diagram(text: str, where: str = "diagram") -> Diagram:
         The message names file, line and column of what was unexpected; for an infeasible diagram it
         names all elements at fault.
     """
+    diagram = parse_diagram(text, where)
+    check_diagram(diagram, where)
+    return diagram
+
+
+def parse_diagram(text: str, where: str = "diagram") -> Diagram:
+    """Read a diagram from its text, whether or not it can be played.
+
+    Parameters
+    ----------
+    text : str
+        The contents of the file.
+    where : str
+        Name of the file, for messages.
+
+    Raises
+    ------
+    SceneError
+        The message names file, line and column of what was unexpected.
+    """
     diagram = Diagram("", (), ())
     said: dict[str, int] = {}
     for cursor in statements(text, where):
@@ -80,9 +100,7 @@ def read_diagram(text: str, where: str = "diagram") -> Diagram:
         cursor.done("Write one statement a line.")
     if not diagram.players:
         refuse(where, "at least one player", "none", "Write 'attack A1 at 0 8'.")
-    diagram = replace(diagram, name=diagram.name or where)
-    check_diagram(diagram, where)
-    return diagram
+    return replace(diagram, name=diagram.name or where)
 
 
 def _refuse_repetition(cursor: Cursor, said: dict[str, int]) -> None:

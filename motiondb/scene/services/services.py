@@ -15,10 +15,7 @@ from motiondb.grammar.cfg import prefix
 from motiondb.grammar.cfg.context_free import Tree, nullable_symbols, reachable_symbols
 from motiondb.grammar.cfg.parse import explain, parse
 from motiondb.grammar.cfg.prefix import prefix_log_probability
-from motiondb.scene.language.expressions import MOST_ACTIONS, Item, expressions
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.scene.language.semantic_rules import RULE_NAMES
-from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.services import planning
 from motiondb.scene.services.lr import Conflict, ll1_conflicts, lr1_automaton
 
@@ -273,102 +270,3 @@ def plan(
                     f" {', '.join(known)}."
                 )
     return planning.plan(grammar.started(start), actions, goals)
-
-
-def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str, Tree]:
-    """Return for each player the shortest string of the grammar that fits the diagram (g_user = 0).
-
-    Parameters
-    ----------
-    diagram : Diagram
-        The diagram.
-    grammar : MotionGrammar
-        The grammar that it is played by.
-    where : str
-        Name of the diagram's file, for messages; by default the name of the diagram.
-
-    Raises
-    ------
-    SceneError
-        A player is asked for something that the grammar does not allow, a place is missing that the
-        grammar's rules need, an element has a rule about an opponent and there is none, or a player
-        has more to do than a string can hold. The message names the player.
-    """
-    where = where or diagram.name
-    _check_places(diagram, grammar, where)
-    found = {}
-    for name, items in expressions(diagram).items():
-        player = diagram.player[name]
-        try:
-            start = grammar.start_of(player.team)
-        except SceneError as error:
-            raise SceneError(f"{where}:{player.line}: '{player.team} {name}': {error}") from None
-        if len(items) > MOST_ACTIONS:
-            raise SceneError(
-                f"{where}:{player.line}: '{name}': expected at most {MOST_ACTIONS} things to do,"
-                f" found {len(items)}. Make a scene of each part of the play."
-            )
-        for item in items:
-            _check_opponent(diagram, grammar, name, start, item, where)
-        found[name] = _planned(diagram, grammar, name, start, items, where)
-    return found
-
-
-def _planned(
-    diagram: Diagram,
-    grammar: MotionGrammar,
-    name: str,
-    start: str,
-    items: Sequence[Item],
-    where: str,
-) -> Tree:
-    """Return a player's shortest string, or raise a SceneError at the first impossible act."""
-    goals = [item.actions for item in items]
-    try:
-        return plan(grammar, (), goals, start)
-    except SceneError as error:
-        reason = str(error)
-    last = 1
-    while last < len(items):
-        try:
-            plan(grammar, (), goals[:last], start)
-        except SceneError:
-            break
-        last += 1
-    element = items[last - 1].element
-    line = diagram.elements[element].line if element >= 0 else diagram.player[name].line
-    wanted = "".join(str(item) for item in items)
-    raise SceneError(
-        f"{where}:{line}: expected of {name} what the grammar {grammar.name} allows, found"
-        f" {wanted}. {reason}"
-    )
-
-
-def _check_places(diagram: Diagram, grammar: MotionGrammar, where: str) -> None:
-    """Refuse a diagram without a place that the grammar's rules need."""
-    known = dict(diagram.places)
-    for place in grammar.places:
-        if place not in known:
-            raise SceneError(
-                f"{where}: expected the place {place!r}, which rules of the grammar"
-                f" {grammar.name} are about, found {', '.join(known)}. Add 'place {place} at 0 0'."
-            )
-
-
-def _check_opponent(
-    diagram: Diagram, grammar: MotionGrammar, name: str, start: str, item: Item, where: str
-) -> None:
-    """Refuse an action with a rule about an opponent if the player has none."""
-    if item.element < 0 or item.other or diagram.opponent_of(name):
-        return
-    above = reachable_symbols(grammar.started(start))
-    for action in item.actions:
-        for rule in grammar.rules_of(action, above):
-            about = [getattr(rule, part, "") for part in ("target", "partner", "first", "second")]
-            if "opponent" in about:
-                element = diagram.elements[item.element]
-                raise SceneError(
-                    f"{where}:{element.line}: '{element}': expected an opponent of {name},"
-                    f" whom the rule {RULE_NAMES[type(rule)]} of {action} is about, found none."
-                    " Add a player of the other team, or take the element out."
-                )

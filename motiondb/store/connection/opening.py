@@ -17,7 +17,7 @@ from typing import Any
 
 import duckdb
 
-from motiondb.errors import StoreError
+from motiondb.errors import HeldError, StoreError
 from motiondb.file_names import check_file_name
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
@@ -176,7 +176,8 @@ def connect(
             left = deadline - time.monotonic()
             is_other_mode = "different configuration" in str(error)
             if left <= 0.0 or not (is_lock(error) or is_other_mode):
-                kind = OtherModeError if is_other_mode else StoreError
+                held = HeldError if is_lock(error) else StoreError
+                kind = OtherModeError if is_other_mode else held
                 raise kind(_unreadable(named or path, error, wait)) from error
         time.sleep(min(pause, left))
         pause = min(2.0 * pause, _LONGEST_PAUSE)

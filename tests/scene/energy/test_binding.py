@@ -28,7 +28,7 @@ from motiondb.scene.energy.rule_table import (
 )
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.services import services
+from motiondb.scene.services import casting
 
 DIAGRAMS = scene_files.shipped(".tactics")
 
@@ -37,7 +37,7 @@ def table_of(name: str, **strings: str):
     """The table of a shipped diagram, some players' strings given."""
     diagram = scene_files.read_tactics(name)
     grammar = scene_files.grammar_of(diagram)
-    trees = services.cast(diagram, grammar)
+    trees = casting.cast(diagram, grammar)
     for player, string in strings.items():
         start = grammar.start_of(diagram.player[player].team)
         trees[player] = parse(grammar.started(start), string.split())
@@ -178,7 +178,7 @@ def test_actions_that_no_element_asks_for_are_counted() -> None:
 def test_binding_again_gives_the_same() -> None:
     diagram = scene_files.read_tactics("figure-3")
     grammar = scene_files.grammar_of(diagram)
-    trees = services.cast(diagram, grammar)
+    trees = casting.cast(diagram, grammar)
     binder = Binder(diagram, grammar)
     ordered = [trees[name] for name in binder.names]
     first, second = binder.bind(ordered), binder.bind(ordered)
@@ -192,7 +192,7 @@ def test_binding_again_gives_the_same() -> None:
 def test_strings_that_do_not_fit_are_refused() -> None:
     diagram = scene_files.read_tactics("give-and-go")
     grammar = scene_files.grammar_of(diagram)
-    trees = services.cast(diagram, grammar)
+    trees = casting.cast(diagram, grammar)
     with pytest.raises(SceneError, match="expected 6 trees, one for each player, found 1"):
         bind(diagram, grammar, [trees["A1"]])
     trees["A2"] = trees["A3"]

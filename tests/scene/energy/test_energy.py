@@ -34,7 +34,7 @@ from motiondb.scene.energy.scene_arrays import MOST_DELAY, scene_state
 from motiondb.scene.energy.scene_state import PlayerState, SceneState
 from motiondb.scene.language import semantic_rules
 from motiondb.scene.language.semantic_rules import Weights
-from motiondb.scene.services import services
+from motiondb.scene.services import casting, services
 
 WEIGHTS = Weights(smooth=0.7, collision=0.1, effort=5.0)
 
@@ -59,7 +59,7 @@ def cast(name: str):
     """A shipped diagram's table and trees, with longer strings than cast() finds."""
     diagram = scene_files.read_tactics(name)
     grammar = scene_files.grammar_of(diagram)
-    trees = services.cast(diagram, grammar)
+    trees = casting.cast(diagram, grammar)
     for player, string in LONG.get(name, {}).items():
         start = grammar.start_of(diagram.player[player].team)
         found = services.validate(grammar, string.split(), start)

@@ -18,14 +18,14 @@ from motiondb.scene.energy.scene_arrays import scene_state
 from motiondb.scene.energy.scene_state import PlayerState, SceneState
 from motiondb.scene.energy.start_placement import place_start
 from motiondb.scene.language.semantic_rules import Weights
-from motiondb.scene.services import services
+from motiondb.scene.services import casting
 
 
 def scene_of(wandering, name: str, seed: int = 0):
     """A diagram's shortest strings with clips drawn at random, everybody at the origin."""
     diagram = scene_files.read_tactics(name)
     grammar = scene_files.grammar_of(diagram)
-    trees = services.cast(diagram, grammar)
+    trees = casting.cast(diagram, grammar)
     table = bind(diagram, grammar, trees)
     library = wandering([t.name for t in grammar.terminals], seed=seed)
     rng = np.random.default_rng(seed)

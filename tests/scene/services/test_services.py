@@ -11,7 +11,7 @@ from motiondb.errors import SceneError
 from motiondb.scene.language.expressions import expressions, g_user
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.services import services
+from motiondb.scene.services import casting, services
 
 SMALL = """
 grammar small
@@ -158,7 +158,7 @@ def test_every_plan_begins_as_asked_and_is_allowed(basketball) -> None:
 def test_every_player_of_the_shipped_diagrams_can_be_cast(name: str) -> None:
     diagram = scene_files.read_tactics(name)
     grammar = scene_files.grammar_of(diagram)
-    strings = services.cast(diagram, grammar)
+    strings = casting.cast(diagram, grammar)
     assert set(strings) == set(diagram.player)
     for player, tree in strings.items():
         start = grammar.start_of(diagram.player[player].team)
@@ -170,7 +170,7 @@ def test_every_player_of_the_shipped_diagrams_can_be_cast(name: str) -> None:
 def test_what_the_grammar_does_not_allow_is_named(basketball) -> None:
     diagram = read_diagram("attack A1 at 0 5\ndefence D1 at 0 4\n1 guard A1 on D1", "x.tactics")
     with pytest.raises(SceneError) as caught:
-        services.cast(diagram, basketball)
+        casting.cast(diagram, basketball)
     assert str(caught.value).startswith(
         "x.tactics:3: expected of A1 what the grammar basketball allows, found (guard)*."
     )
@@ -181,13 +181,13 @@ def test_rules_about_who_is_not_there_are_refused(basketball) -> None:
         "attack A1 at 0 5\nattack A2 at 3 5\n1 feint A2\n2 pass A1 to A2\n3 shoot A2", "x.tactics"
     )
     with pytest.raises(SceneError) as caught:
-        services.cast(diagram, basketball)
+        casting.cast(diagram, basketball)
     assert str(caught.value) == (
         "x.tactics:3: 'feint A2': expected an opponent of A2, whom the rule distance of feint is"
         " about, found none. Add a player of the other team, or take the element out."
     )
     with pytest.raises(SceneError) as caught:
-        services.cast(diagram, scene_files.read_grammar("carrying"))
+        casting.cast(diagram, scene_files.read_grammar("carrying"))
     assert "expected the place 'origin', which rules of the grammar carrying are" in str(
         caught.value
     )
@@ -197,7 +197,7 @@ def test_what_nobody_can_do_is_told_with_file_and_line(basketball) -> None:
     def told(text: str) -> str:
         diagram = read_diagram(f'diagram "Title"\nattack A1 at 0 5\n{text}', "x.tactics")
         with pytest.raises(SceneError) as caught:
-            services.cast(diagram, basketball, "x.tactics")
+            casting.cast(diagram, basketball, "x.tactics")
         return str(caught.value)
 
     assert told(

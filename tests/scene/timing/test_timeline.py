@@ -28,7 +28,7 @@ from motiondb.scene.energy.rule_table import (
 from motiondb.scene.energy.scene_state import PlayerState, SceneState
 from motiondb.scene.language.semantic_rules import Weights
 from motiondb.scene.polish.separation import overlaps
-from motiondb.scene.services import services
+from motiondb.scene.services import casting
 from motiondb.scene.timing.timeline import (
     Timeline,
     frame_values,
@@ -87,7 +87,7 @@ def test_compiled_rules_measure_the_same(name: str, wandering) -> None:
     diagram = scene_files.read_tactics(name)
     grammar = scene_files.grammar_of(diagram)
     library = wandering([terminal.name for terminal in grammar.terminals], seed=4)
-    trees = services.cast(diagram, grammar)
+    trees = casting.cast(diagram, grammar)
     table = bind(diagram, grammar, trees)
     rng = np.random.default_rng(8)
     players = []

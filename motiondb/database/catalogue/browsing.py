@@ -1,0 +1,245 @@
+"""The catalogue page by page: filtered, sorted, with the numbers of captures by value.
+
+A program that shows thousands of captures asks for some rows at a time. The rows of all captures
+are loaded once for a revision of the database; every request filters and sorts these.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from motiondb import store
+from motiondb.errors import QueryError, suggestion
+from motiondb.records import Caption, CaptureInfo
+
+if TYPE_CHECKING:
+    from motiondb.database.session import Session
+
+MOST_VALUES = 50
+"""Different values of a tag up to which it is counted by value. Chosen by hand: longer lists are
+names or numbers, which nobody picks from a list."""
+FACET_COLUMNS = ("kind", "format")
+FIRST_TAGS = ("performer", "licence")
+TAG = "tag."
+"""Prefix of a tag as a column to sort by."""
+
+
+@dataclass(frozen=True, eq=False)
+class BrowsedCapture:
+    """A row of the catalogue with what belongs to it.
+
+    Attributes
+    ----------
+    info : CaptureInfo
+        The capture.
+    captions : tuple of Caption
+        What people wrote about it.
+    learned : bool
+        Whether questions search it.
+    copies : int
+        Number of relations to captures that repeat it.
+    """
+
+    info: CaptureInfo
+    captions: tuple[Caption, ...]
+    learned: bool
+    copies: int
+
+
+@dataclass(frozen=True, eq=False)
+class BrowsedPage:
+    """Some rows of the catalogue.
+
+    Attributes
+    ----------
+    rows : tuple of BrowsedCapture
+        The rows, in the order that was asked for.
+    total : int
+        Number of captures that the filter lets through.
+    offset : int
+        Number of the first row, from 0.
+    """
+
+    rows: tuple[BrowsedCapture, ...]
+    total: int
+    offset: int
+
+
+@dataclass(frozen=True)
+class Facet:
+    """How many captures have each value of a column or tag.
+
+    Attributes
+    ----------
+    column : str
+        Its name in filters.
+    values : tuple of (str, int)
+        Value and number of captures, most captures first.
+    missing : int
+        Number of captures without a value.
+    """
+
+    column: str
+    values: tuple[tuple[str, int], ...]
+    missing: int
+
+
+def browse(session: Session, where: str, sort: str, offset: int, limit: int) -> BrowsedPage:
+    """Return some rows of the catalogue.
+
+    Parameters
+    ----------
+    session : Session
+        The open database.
+    where : str
+        Filter on the catalogue.
+    sort : str
+        Column or ``tag.NAME`` to sort by, with ``-`` in front for the largest first. Captures
+        without a value come last.
+    offset : int
+        Number of the first row, from 0.
+    limit : int
+        Largest number of rows.
+
+    Raises
+    ------
+    QueryError
+        When the filter cannot be read, or there is nothing of this name to sort by.
+    """
+    with session.reading():
+        found = _filtered(session, where)
+        ordered = session.kept(("browsed", where, sort), lambda: _sorted(found, sort))
+    return BrowsedPage(tuple(ordered[offset : offset + limit]), len(ordered), offset)
+
+
+def facets(session: Session, where: str) -> tuple[Facet, ...]:
+    """Return how many of the captures have each value of columns and tags.
+
+    Parameters
+    ----------
+    session : Session
+        The open database.
+    where : str
+        Filter on the catalogue.
+    """
+    with session.reading():
+        rows = _filtered(session, where)
+    keys = dict.fromkeys(key for row in rows for key in row.info.tags)
+    tags = [*(t for t in FIRST_TAGS if t in keys), *sorted(set(keys) - set(FIRST_TAGS))]
+    found = [
+        _facet(column, [str(getattr(r.info, column)) for r in rows]) for column in FACET_COLUMNS
+    ]
+    for tag in tags:
+        facet = _facet(tag, [row.info.tags.get(tag, "") for row in rows])
+        if tag in FIRST_TAGS or 2 <= len(facet.values) <= MOST_VALUES:
+            found.append(facet)
+    return tuple(found)
+
+
+def rows_by_name(session: Session) -> dict[str, BrowsedCapture]:
+    """Return the rows of all captures by name."""
+    return session.kept("browsed by name", lambda: {r.info.name: r for r in _all_rows(session)})
+
+
+def _facet(column: str, values: Sequence[str]) -> Facet:
+    counts = Counter(value for value in values if value)
+    ordered = sorted(counts.items(), key=lambda pair: (-pair[1], _natural(pair[0])))
+    return Facet(column, tuple(ordered), len(values) - sum(counts.values()))
+
+
+def _all_rows(session: Session) -> list[BrowsedCapture]:
+    return session.kept("browsed", lambda: _load_rows(session))
+
+
+def _load_rows(session: Session) -> list[BrowsedCapture]:
+    opened = session.store
+    captions = store.load_captions(opened)
+    copies: Counter[str] = Counter()
+    for relation in store.load_relations(opened):
+        copies.update((relation.capture, relation.other))
+    learned: set[int] = set()
+    if store.is_learned(opened):
+        learned = set(store.load_segments(opened, scores=False).capture_ids.tolist())
+    return [
+        BrowsedCapture(
+            info,
+            captions.get(info.capture_id, ()),
+            info.capture_id in learned or (bool(learned) and info.kind == "generated"),
+            copies[info.name],
+        )
+        for info in store.load_captures(opened)
+    ]
+
+
+def _filtered(session: Session, where: str) -> list[BrowsedCapture]:
+    rows = _all_rows(session)
+    if not where.strip():
+        return rows
+    names = {info.capture_id for info in store.load_captures(session.store, where)}
+    return [row for row in rows if row.info.capture_id in names]
+
+
+_COLUMNS: dict[str, Callable[[BrowsedCapture], object]] = {
+    "name": lambda row: row.info.name,
+    "added": lambda row: row.info.capture_id,
+    "duration": lambda row: row.info.duration,
+    "format": lambda row: row.info.format,
+    "fps": lambda row: row.info.fps,
+    "frames": lambda row: row.info.n_frames,
+    "kind": lambda row: row.info.kind,
+    "performer": lambda row: row.info.tags.get("performer", ""),
+    "licence": lambda row: row.info.tags.get("licence", ""),
+    "words": lambda row: " ".join(caption.words for caption in row.captions),
+    "copies": lambda row: row.copies,
+}
+"""Column to sort by -> its value in a row; "" where a row has none."""
+
+
+def _sorted(rows: Sequence[BrowsedCapture], sort: str) -> list[BrowsedCapture]:
+    column = sort.removeprefix("-") or "name"
+    if column.startswith(TAG):
+        tag = column.removeprefix(TAG)
+        value: Callable[[BrowsedCapture], object] = lambda row: row.info.tags.get(tag, "")  # noqa: E731
+    elif column in _COLUMNS:
+        value = _COLUMNS[column]
+    else:
+        raise QueryError(
+            f"sort: expected one of {', '.join(_COLUMNS)}, or {TAG}NAME, found {column!r}."
+            f"{suggestion(column, _COLUMNS)}"
+        )
+    there = [row for row in rows if value(row) != ""]
+    missing = [row for row in rows if value(row) == ""]
+    there.sort(key=lambda row: _natural(row.info.name))
+    there.sort(key=lambda row: _natural(value(row)), reverse=sort.startswith("-"))
+    return there + missing
+
+
+def _natural(value: object) -> tuple[object, ...]:
+    """Return a key that sorts numbers within names by value.
+
+    >>> sorted(["take 10", "take 9"], key=_natural)
+    ['take 9', 'take 10']
+    """
+    if not isinstance(value, str):
+        return (value,)
+    parts: list[tuple[int, int, str]] = []
+    digits = text = ""
+    for letter in value.casefold():
+        if letter.isdecimal() and letter.isascii():
+            if text:
+                parts.append((1, 0, text))
+                text = ""
+            digits += letter
+        else:
+            if digits:
+                parts.append((0, int(digits), ""))
+                digits = ""
+            text += letter
+    if digits:
+        parts.append((0, int(digits), ""))
+    if text:
+        parts.append((1, 0, text))
+    return tuple(parts)

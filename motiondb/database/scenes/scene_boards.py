@@ -1,0 +1,158 @@
+"""What is known of a tactics diagram before a scene is made: faults, holder, strings, clips.
+
+A program with a board asks after every change. So nothing is raised for a diagram that cannot be
+played: every fault is returned with the line that it is about.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from motiondb.database.scenes.scene_clips import ShownAction
+from motiondb.database.scenes.scene_files import read_grammar
+from motiondb.errors import SceneError
+from motiondb.scene.language import expressions, possession
+from motiondb.scene.language.motion_grammar import MotionGrammar
+from motiondb.scene.language.tactics import Diagram
+from motiondb.scene.language.tactics_file import parse_diagram
+from motiondb.scene.services import casting
+
+WHERE = "board"
+"""Name of the diagram in messages."""
+_LINE = re.compile(rf"{WHERE}:(\d+)(?::\d+)?: ?")
+LONGEST_TEXT = 100_000
+"""Most characters of a diagram. Chosen by hand: the longest shipped one has 1,500."""
+
+
+@dataclass(frozen=True)
+class BoardFault:
+    """Why a diagram cannot be played.
+
+    Attributes
+    ----------
+    line : int
+        Line of the text, from 1; 0 where it is about the whole diagram.
+    message : str
+        The sentence, without the place.
+    player : str
+        The player who cannot do what is asked, or "".
+    """
+
+    line: int
+    message: str
+    player: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Board:
+    """A diagram, and what is known of it.
+
+    Attributes
+    ----------
+    text : str
+        Its text.
+    diagram : Diagram or None
+        The diagram; None where the text cannot be read.
+    grammar : MotionGrammar or None
+        Its grammar; None where there is none of this name.
+    faults : tuple of BoardFault
+        Why it cannot be played; none for one that can.
+    holder : str
+        Who has the ball at first, or "".
+    strings : dict of str to tuple of str
+        Shortest string of actions of each player who can do what is asked.
+    expressions : dict of str to str
+        What is asked of each player, as the paper writes it.
+    """
+
+    text: str
+    diagram: Diagram | None = None
+    grammar: MotionGrammar | None = None
+    faults: tuple[BoardFault, ...] = ()
+    holder: str = ""
+    strings: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    expressions: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """Every action that a player needs, once."""
+        return tuple(dict.fromkeys(a for string in self.strings.values() for a in string))
+
+
+def read_board(text: str) -> Board:
+    """Return what is known of the text of a diagram, whose grammar is a shipped one.
+
+    Raises
+    ------
+    SceneError
+        The text is too long.
+    """
+    if len(text) > LONGEST_TEXT:
+        raise SceneError(
+            f"{WHERE}: expected at most {LONGEST_TEXT} characters, found {len(text)}. Shorten it."
+        )
+    try:
+        diagram = parse_diagram(text, WHERE)
+    except SceneError as error:
+        return Board(text, faults=_faults(str(error)))
+    try:
+        grammar = read_grammar(_plain(diagram.grammar))
+    except SceneError as error:
+        return Board(text, diagram, faults=(BoardFault(0, str(error)),))
+    try:
+        possession.check_diagram(diagram, WHERE)
+        trees, unable = casting.try_cast(diagram, grammar, WHERE)
+    except SceneError as error:
+        return Board(text, diagram, grammar, _faults(str(error)))
+    faults = tuple(f for name, told in unable.items() for f in _faults(told, name))
+    asked = expressions.expressions(diagram)
+    return Board(
+        text, diagram, grammar, faults, possession.first_holder(diagram),
+        {name: tree.leaves() for name, tree in trees.items()},
+        {name: "".join(map(str, items)) for name, items in asked.items()},
+    )  # fmt: skip
+
+
+def _plain(grammar: str) -> str:
+    """Return the name of a grammar; a name is never taken as a path.
+
+    Raises
+    ------
+    SceneError
+        It is no plain name.
+    """
+    if not re.fullmatch(r"[\w-]+", grammar):
+        raise SceneError(f"grammar: expected a plain name, found {grammar!r}.")
+    return grammar
+
+
+def _faults(message: str, player: str = "") -> tuple[BoardFault, ...]:
+    """Return the faults of an error: each begins with the place."""
+    found: list[BoardFault] = []
+    for line in message.split("\n"):
+        place = _LINE.match(line)
+        if place:
+            found.append(BoardFault(int(place[1]), line[place.end() :], player))
+        elif found and not line.startswith(f"{WHERE}: "):
+            last = found.pop()
+            found.append(BoardFault(last.line, f"{last.message}\n{line}", player))
+        else:
+            found.append(BoardFault(0, line.removeprefix(f"{WHERE}: "), player))
+    return tuple(found)
+
+
+def element_faults(board: Board) -> tuple[str, ...]:
+    """Return for each element of the diagram why it cannot be played, or ""."""
+    if board.diagram is None:
+        return ()
+    told: dict[int, str] = {}
+    for fault in board.faults:
+        told.setdefault(fault.line, fault.message)
+    return tuple(told.get(element.line, "") for element in board.diagram.elements)
+
+
+def count_clips(clips: Mapping[str, Sequence[ShownAction]], names: Sequence[str]) -> dict[str, int]:
+    """Return the number of clips for each of some actions."""
+    return {name: len(clips.get(name, ())) for name in names}

@@ -1,0 +1,92 @@
+"""Answers and errors as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from starlette.responses import Response
+
+from motiondb.errors import HeldError, MotionDBError, NotLearnedError
+
+
+class PageError(MotionDBError):
+    """A request that the page refuses itself.
+
+    Parameters
+    ----------
+    message : str
+        A sentence for people.
+    status : int
+        Status of the answer.
+    kind : str
+        Name of the error in the answer.
+    """
+
+    def __init__(self, message: str, status: int = 400, kind: str = "RequestError") -> None:
+        super().__init__(message)
+        self.status, self.kind = status, kind
+
+
+def unknown(what: str, name: str, advice: str = "") -> PageError:
+    """Return the error for something that the server does not have."""
+    shown = name if len(name) <= 200 else f"{name[:200]}..."
+    return PageError(
+        f"{what}: expected one that is there, found {shown!r}. {advice}".strip(),
+        404,
+        "UnknownError",
+    )
+
+
+def to_json(value: Any) -> Any:
+    """Return a value with only what JSON has; numbers that are not finite become null.
+
+    >>> to_json({"a": np.float32(0.5), "b": (1, float("nan"))})
+    {'a': 0.5, 'b': [1, None]}
+    """
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, str | int):
+        return value
+    if isinstance(value, np.generic | np.ndarray):
+        return to_json(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(key): to_json(item) for key, item in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return to_json(asdict(value))
+    if isinstance(value, Path):
+        return str(value)
+    return [to_json(item) for item in value]
+
+
+class Answer(Response):
+    """A value as JSON."""
+
+    media_type = "application/json"
+
+    def render(self, content: Any) -> bytes:
+        """Return the bytes of a value."""
+        text = json.dumps(to_json(content), ensure_ascii=False, allow_nan=False)
+        return text.encode("utf-8", "replace")  # names may hold lone surrogates
+
+
+def error_answer(kind: str, message: str, status: int) -> Answer:
+    """Return an error in the form that all errors of the page have."""
+    headers = {"Retry-After": "1"} if status == 503 else None
+    facts = {"error": {"kind": kind, "message": message, "status": status}}
+    return Answer(facts, status, headers)
+
+
+def answer_of(error: MotionDBError) -> Answer:
+    """Return the answer for an error of the class."""
+    kind = type(error).__name__
+    if isinstance(error, PageError):
+        return error_answer(error.kind, str(error), error.status)
+    if isinstance(error, HeldError) or kind == "OtherModeError":
+        return error_answer("HeldError", str(error), 503)
+    return error_answer(kind, str(error), 409 if isinstance(error, NotLearnedError) else 400)

@@ -1,0 +1,64 @@
+"""The database for the length of a request.
+
+DuckDB lets one process write or several read. The page holds the file only while it answers, so
+that commands work beside it. What was loaded stays in memory until the database changes.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from motiondb.database import MotionDB
+
+
+class HeldDatabase:
+    """A database that is opened for every request, and let go of when the last one has ended.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    read_only : bool
+        Whether changes are refused.
+    wait : float
+        Seconds to wait for a process that holds the file.
+    """
+
+    def __init__(self, path: Path, read_only: bool, wait: float) -> None:
+        self.path = path
+        self._database = MotionDB(path, read_only=read_only, create=not read_only, wait=wait)
+        self._lock = threading.Lock()
+        self._users = 0
+        self._database.release()
+
+    @contextmanager
+    def use(self) -> Iterator[MotionDB]:
+        """Give the database for the block."""
+        with self._lock:
+            self._users += 1
+        try:
+            yield self._database
+        finally:
+            with self._lock:
+                self._users -= 1
+                if not self._users:
+                    self._database.release()
+
+    def warm(self) -> None:
+        """Load what the first question needs, so that the first user does not wait for it."""
+        from motiondb.errors import MotionDBError
+
+        try:
+            with self.use() as db:
+                db.browse()
+                if db.is_learned() and db.learned.has_words:
+                    db.search(db.vocabulary()[0], limit=1)
+        except MotionDBError:  # the first request will tell
+            return
+
+    def close(self) -> None:
+        """Close the file."""
+        self._database.close()

@@ -1,0 +1,296 @@
+"""Long work: each piece in a process of its own, which can be cancelled.
+
+A worker (:mod:`motiondb.page.worker`) reads commands, one JSON object a line, and writes events in
+the same form. Adding, learning and grammars get a new worker each. Scenes share one that stays, so
+that clips and compiled code are there when a player is dragged. Ending a worker is always safe: the
+database saves all of a change or nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import secrets
+import subprocess
+import sys
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Any
+
+from motiondb.page.answers import PageError, unknown
+
+MOST_JOBS = 100
+"""Jobs that are remembered. Chosen by hand."""
+MOST_POINTS = 2000
+"""Points of an error curve that are remembered. Chosen by hand."""
+SCENE_KINDS = ("scene", "scene-update")
+WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
+_ENDED = (DONE, FAILED, CANCELLED)
+_PATIENCE = 5.0
+"""Seconds that a worker gets to end when it is asked to; then it is killed."""
+
+
+class Job:
+    """A piece of long work. Only :class:`Jobs` changes it.
+
+    Parameters
+    ----------
+    kind : str
+        "add", "learn", "grammar", "scene" or "scene-update".
+    title : str
+        What it does, for people.
+    """
+
+    def __init__(self, kind: str, title: str) -> None:
+        self.job_id = f"j{secrets.token_hex(5)}"
+        self.kind, self.title = kind, title
+        self.state, self.what, self.share = WAITING, "", 0.0
+        self.error: float | None = None
+        self.message: str | None = None
+        self.error_kind: str | None = None
+        self.result: Any = None
+        self.curve: list[tuple[float, float]] = []
+        self.started, self.ended = time.time(), 0.0
+        self.version = 0
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it has ended, in any way."""
+        return self.state in _ENDED
+
+    def facts(self, curve: bool = True) -> dict[str, Any]:
+        """Return what is known of it, for JSON."""
+        known: dict[str, Any] = {
+            "id": self.job_id,
+            "kind": self.kind,
+            "title": self.title,
+            "state": self.state,
+            "what": self.what,
+            "share": round(self.share, 4),
+            "error": self.error,
+            "started": round(self.started, 3),
+            "seconds": round((self.ended or time.time()) - self.started, 3),
+            "message": self.message,
+            "error_kind": self.error_kind,
+            "result": self.result,
+        }
+        return known | {"curve": list(self.curve)} if curve else known
+
+    def tell(self, what: str, share: float, error: float | None) -> None:
+        """Note progress."""
+        self.what, self.share, self.error = what, min(max(share, 0.0), 1.0), error
+        if error is not None and self.kind in SCENE_KINDS:
+            self.curve.append((round(self.share, 4), error))
+            del self.curve[:-MOST_POINTS]
+        self.version += 1
+
+    def end(self, state: str, message: str | None = None, kind: str | None = None) -> None:
+        """Note that it has ended; what ended first counts."""
+        if not self.is_over:
+            self.state, self.message, self.error_kind = state, message, kind
+            self.ended = time.time()
+            self.version += 1
+
+
+class Worker:
+    """A process that does long work, one command at a time.
+
+    Parameters
+    ----------
+    database : Path
+        The database file.
+    read_only : bool
+        Whether it may only ask.
+    """
+
+    def __init__(self, database: Path, read_only: bool) -> None:
+        command = [sys.executable, "-P", "-m", "motiondb.page.worker", str(database.absolute())]
+        self._process = subprocess.Popen(
+            [*command, "read-only" if read_only else "writing"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            encoding="utf-8",
+        )  # fmt: skip
+        self.turn = threading.Lock()
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether the process runs."""
+        return self._process.poll() is None
+
+    def run(self, job: Job, parameters: Mapping[str, Any]) -> None:
+        """Do a job: send the command, and note the events until it has ended."""
+        stdin, stdout = self._process.stdin, self._process.stdout
+        assert stdin is not None
+        assert stdout is not None
+        job.state = RUNNING
+        job.version += 1
+        with suppress(OSError, ValueError):
+            stdin.write(json.dumps({"kind": job.kind, "parameters": dict(parameters)}) + "\n")
+            stdin.flush()
+            _follow(job, stdout)
+        if not job.is_over:
+            code = self._process.wait()
+            job.end(
+                FAILED,
+                f"{job.title}: expected the work to end, found that its process ended with code"
+                f" {code}. The database is as it was. Try again; there may be too little memory.",
+                "WorkerError",
+            )
+
+    def stop(self) -> None:
+        """End the process."""
+        self._process.terminate()
+        try:
+            self._process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout):
+            if stream is not None:
+                with suppress(OSError):
+                    stream.close()
+
+
+def _follow(job: Job, events: IO[str]) -> None:
+    """Note the events of a worker until the job has ended."""
+    for line in events:
+        event = json.loads(line)
+        if "failed" in event:
+            job.end(FAILED, event["failed"], event["kind"])
+        elif "done" in event:
+            job.result, job.share = event["done"], 1.0
+            job.end(DONE)
+        else:
+            job.tell(event["what"], event["share"], event["error"])
+        if job.is_over:
+            return
+
+
+class Jobs:
+    """The jobs of a server.
+
+    Parameters
+    ----------
+    database : Path
+        The database file.
+    read_only : bool
+        Whether workers may only ask.
+    """
+
+    def __init__(self, database: Path, read_only: bool) -> None:
+        self._database, self._read_only = database, read_only
+        self._jobs: OrderedDict[str, Job] = OrderedDict()
+        self._workers: dict[str, Worker] = {}
+        self._scene_worker: Worker | None = None
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def start(self, kind: str, title: str, parameters: Mapping[str, Any]) -> Job:
+        """Start a job in a thread that follows its process, and return it."""
+        job = Job(kind, title)
+        with self._lock:
+            self._jobs[job.job_id] = job
+            self._forget()
+        follow = self._run_scene if kind in SCENE_KINDS else self._run_alone
+        threading.Thread(target=follow, args=(job, dict(parameters)), daemon=True).start()
+        return job
+
+    def ask_scene_worker(self, kind: str, title: str, parameters: Mapping[str, Any]) -> Any:
+        """Do a short piece of work in the process of scenes, and return its result.
+
+        Raises
+        ------
+        PageError
+            It failed.
+        """
+        job = Job(kind, title)
+        self._run_scene(job, parameters)
+        if job.state != DONE:
+            status = 503 if job.error_kind == "HeldError" else 400
+            raise PageError(job.message or "cancelled", status, job.error_kind or "WorkerError")
+        return job.result
+
+    def get(self, job_id: str) -> Job:
+        """Return a job.
+
+        Raises
+        ------
+        PageError
+            There is none of this id.
+        """
+        with self._lock:
+            if job_id not in self._jobs:
+                raise unknown("job", job_id)
+            return self._jobs[job_id]
+
+    def all(self) -> list[Job]:
+        """Return the jobs, newest first."""
+        with self._lock:
+            return list(reversed(self._jobs.values()))
+
+    def cancel(self, job_id: str) -> Job:
+        """End a job; a job that is over stays as it is."""
+        job = self.get(job_id)
+        job.end(CANCELLED, "cancelled: the database is as it was")
+        with self._lock:
+            worker = self._workers.pop(job_id, None)
+            if worker is not None and worker is self._scene_worker:
+                self._scene_worker = None
+        if worker is not None:
+            worker.stop()
+        return job
+
+    def cancel_running(self, kind: str) -> None:
+        """End all jobs of a kind that wait or run."""
+        for job in self.all():
+            if job.kind == kind and not job.is_over:
+                self.cancel(job.job_id)
+
+    def close(self) -> None:
+        """End all processes."""
+        self._closed = True
+        for job in self.all():
+            if not job.is_over:
+                self.cancel(job.job_id)
+        with self._lock:
+            worker, self._scene_worker = self._scene_worker, None
+        if worker is not None:
+            worker.stop()
+
+    def _run_alone(self, job: Job, parameters: Mapping[str, Any]) -> None:
+        worker = Worker(self._database, self._read_only)
+        with self._lock:
+            self._workers[job.job_id] = worker
+        try:
+            if not job.is_over and not self._closed:
+                worker.run(job, parameters)
+        finally:
+            with self._lock:
+                self._workers.pop(job.job_id, None)
+            worker.stop()
+
+    def _run_scene(self, job: Job, parameters: Mapping[str, Any]) -> None:
+        while not job.is_over and not self._closed:
+            with self._lock:
+                if self._scene_worker is None or not self._scene_worker.is_alive:
+                    self._scene_worker = Worker(self._database, self._read_only)
+                worker = self._scene_worker
+            with worker.turn:
+                if not worker.is_alive:  # cancelled while this job waited
+                    continue
+                with self._lock:
+                    self._workers[job.job_id] = worker
+                if not job.is_over:
+                    worker.run(job, parameters)
+                with self._lock:
+                    self._workers.pop(job.job_id, None)
+            return
+
+    def _forget(self) -> None:
+        """Forget the oldest jobs that are over, if there are too many."""
+        over = [name for name, job in self._jobs.items() if job.is_over]
+        for name in over[: max(len(self._jobs) - MOST_JOBS, 0)]:
+            del self._jobs[name]

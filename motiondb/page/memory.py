@@ -1,0 +1,70 @@
+"""What the server keeps for a while: generated motions, sequences, each by an id.
+
+Ids are random, so that a page that was loaded before the server was started again does not take one
+value for another.
+"""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from collections import OrderedDict
+from typing import Generic, TypeVar
+
+from motiondb.page.answers import unknown
+
+T = TypeVar("T")
+
+
+class Shelf(Generic[T]):
+    """The newest values of a kind, by id.
+
+    Parameters
+    ----------
+    prefix : str
+        First letter of the ids.
+    what : str
+        What it keeps, for messages.
+    most : int
+        Number of values that are kept.
+    """
+
+    def __init__(self, prefix: str, what: str, most: int = 200) -> None:
+        self._prefix, self._what, self._most = prefix, what, most
+        self._values: OrderedDict[str, T] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def put(self, value: T) -> str:
+        """Keep a value, and return its id."""
+        with self._lock:
+            name = f"{self._prefix}{secrets.token_hex(5)}"
+            self._values[name] = value
+            while len(self._values) > self._most:
+                self._values.popitem(last=False)
+            return name
+
+    def get(self, name: str) -> T:
+        """Return the value of an id.
+
+        Raises
+        ------
+        PageError
+            There is none.
+        """
+        with self._lock:
+            if name not in self._values:
+                raise unknown(
+                    self._what, name, f"The server keeps the newest {self._most}. Make it again."
+                )
+            return self._values[name]
+
+    def replace(self, name: str, value: T) -> None:
+        """Exchange the value of an id, if it is still there."""
+        with self._lock:
+            if name in self._values:
+                self._values[name] = value
+
+    def names(self) -> list[str]:
+        """Return the ids, newest first."""
+        with self._lock:
+            return list(reversed(self._values))

@@ -1,0 +1,99 @@
+"""What the user decides when the page is started."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from motiondb.capture.folder import CAPTURE_ENDINGS
+
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+"""Addresses that only this computer reaches."""
+SKELETON_ENDINGS = (".asf",)
+SHEET_ENDINGS = (".tsv", ".csv")
+
+
+@dataclass(frozen=True)
+class UploadLimits:
+    """Limits of what a browser may send.
+
+    Attributes
+    ----------
+    file_bytes : int
+        Of one file. Chosen by hand: ten minutes of a large BVH at 120 frames a second have 60 MB.
+    request_bytes : int
+        Of all files of one request. Chosen by hand.
+    files : int
+        Files of one request. Chosen by hand: a data set such as that of CMU has 2,500.
+    kept_bytes : int
+        Of all uploads that the server keeps; the oldest are dropped. Chosen by hand.
+    body_bytes : int
+        Of a request that is not an upload. Chosen by hand: boards have some kilobytes.
+    """
+
+    file_bytes: int = 100 * 2**20
+    request_bytes: int = 500 * 2**20
+    files: int = 3000
+    kept_bytes: int = 2 * 2**30
+    body_bytes: int = 2 * 2**20
+
+
+@dataclass(frozen=True)
+class PageSettings:
+    """How the page is served.
+
+    Attributes
+    ----------
+    database : Path
+        The database file.
+    host : str
+        Address to listen on.
+    port : int
+        Port to listen on; 0 for a free one.
+    read_only : bool
+        Whether the page may change nothing: neither the database nor boards.
+    token : str
+        What a browser must show; "" for none, which only loopback addresses may have.
+    folders : tuple of Path
+        Folders on this computer from which captures may be added.
+    boards : Path or None
+        Folder of the user's tactics diagrams; None: ``boards`` beside the database.
+    wait : float
+        Seconds to wait for a process that holds the database.
+    limits : UploadLimits
+        Limits of uploads.
+    allowed_hosts : tuple of str
+        Further names by which browsers may reach the server.
+    """
+
+    database: Path
+    host: str = "127.0.0.1"
+    port: int = 8765
+    read_only: bool = False
+    token: str = ""
+    folders: tuple[Path, ...] = ()
+    boards: Path | None = None
+    wait: float = 5.0
+    limits: UploadLimits = UploadLimits()
+    allowed_hosts: tuple[str, ...] = ()
+
+    @property
+    def is_local(self) -> bool:
+        """Whether only this computer reaches the server."""
+        return self.host in LOOPBACK
+
+    @property
+    def boards_folder(self) -> Path:
+        """The folder of the user's tactics diagrams."""
+        return self.boards or self.database.absolute().parent / "boards"
+
+
+def upload_kind(name: str) -> str:
+    """Return what a file is by its ending: "capture", "skeleton", "sheet", or "".
+
+    >>> upload_kind("Walk.BVH"), upload_kind("words.tsv"), upload_kind("run.exe")
+    ('capture', 'sheet', '')
+    """
+    ending = Path(name).suffix.lower()
+    kinds = (("capture", CAPTURE_ENDINGS), ("skeleton", SKELETON_ENDINGS), ("sheet", SHEET_ENDINGS))
+    return next((kind for kind, endings in kinds if ending in endings), "")

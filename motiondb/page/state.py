@@ -1,0 +1,139 @@
+"""What the server knows while it runs: the database, uploads, jobs, and what was made."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from motiondb.database.generate.generating import Generated
+from motiondb.database.grammars.grammar_sequences import GrammarSequence
+from motiondb.page.answers import PageError
+from motiondb.page.held import HeldDatabase
+from motiondb.page.jobs import Jobs
+from motiondb.page.memory import Shelf
+from motiondb.page.settings import PageSettings
+from motiondb.page.uploads import Uploads
+from motiondb.records import Caption
+
+MOST_UNDONE = 100
+"""Edits of words that can be undone. Chosen by hand."""
+
+
+@dataclass(frozen=True, eq=False)
+class MadeMotion:
+    """A motion generated from a sentence.
+
+    Attributes
+    ----------
+    generated : Generated
+        The motion.
+    saved : str
+        Name of the capture that holds it, or "".
+    """
+
+    generated: Generated
+    saved: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class MadeSequence:
+    """A sequence of a grammar.
+
+    Attributes
+    ----------
+    sequence : GrammarSequence
+        The sequence.
+    seed : int
+        The seed it was made from.
+    parent : str
+        Id of the sequence of which it is an edit, or "".
+    edited : tuple of (int, int) or None
+        Positions that differ from the parent.
+    how : dict of str to object
+        How it was edited, for its run when it is saved.
+    saved : str
+        Name of the capture that holds it, or "".
+    """
+
+    sequence: GrammarSequence
+    seed: int
+    parent: str = ""
+    edited: tuple[int, int] | None = None
+    how: dict[str, object] = field(default_factory=dict)
+    saved: str = ""
+
+
+@dataclass(frozen=True)
+class WordEdit:
+    """An edit of the words of a capture that can be undone.
+
+    Attributes
+    ----------
+    capture : str
+        Name of the capture.
+    before : tuple of Caption
+        Its captions before.
+    after : tuple of Caption
+        Its captions after.
+    """
+
+    capture: str
+    before: tuple[Caption, ...]
+    after: tuple[Caption, ...]
+
+
+class Page:
+    """The state of a running server.
+
+    Parameters
+    ----------
+    settings : PageSettings
+        What the user decided.
+    folder : Path
+        A private folder for uploads and the results of jobs; the caller removes it.
+    """
+
+    def __init__(self, settings: PageSettings, folder: Path) -> None:
+        self.settings = settings
+        self.folder = folder
+        for name in ("uploads", "scenes"):
+            (folder / name).mkdir(mode=0o700, exist_ok=True)
+        self.held = HeldDatabase(settings.database, settings.read_only, settings.wait)
+        self.uploads = Uploads(folder / "uploads", settings.limits)
+        self.jobs = Jobs(settings.database, settings.read_only)
+        self.made: Shelf[MadeMotion] = Shelf("m", "generated motion")
+        self.sequences: Shelf[MadeSequence] = Shelf("q", "sequence")
+        self.edits: deque[WordEdit] = deque(maxlen=MOST_UNDONE)
+        self.editing = threading.Lock()
+
+    def check_writable(self) -> None:
+        """Refuse a change where the page was started read-only.
+
+        Raises
+        ------
+        PageError
+            It was.
+        """
+        if self.settings.read_only:
+            raise PageError(
+                "page: expected to change the database, found a page that was started with"
+                " --read-only. Start motiondb serve without it.",
+                403, "ReadOnlyError",
+            )  # fmt: skip
+
+    def scene_folder(self, scene_id: str) -> Path:
+        """Return the folder of a scene that a job made.
+
+        Raises
+        ------
+        PageError
+            There is none.
+        """
+        return self.jobs.scene_folder(self.folder / "scenes", scene_id)
+
+    def close(self) -> None:
+        """End jobs and close the database."""
+        self.jobs.close()
+        self.held.close()

@@ -1,0 +1,215 @@
+"""What a worker does: add, learn, learn a grammar, make and keep scenes, by the public class."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from motiondb.database import MotionDB
+
+if TYPE_CHECKING:
+    from motiondb.database.scenes.scene_verbs import Scene
+    from motiondb.store import StoredScene
+
+Parameters = Mapping[str, Any]
+SCENE_FILE, FACTS_FILE, MOTION_FILE = "scene.pickle", "facts.json", "motion.bin"
+MOST_SCENES = 8
+"""Scenes that stay in memory; others are read from their folders. Chosen by hand."""
+
+
+class Progress(Protocol):
+    """Takes how far a step is."""
+
+    def progress(self, what: str, share: float, error: float | None = None) -> None:
+        """Tell the step, the share of it that is done, and the error of a scene."""
+
+
+class Workshop:
+    """Does commands on one database.
+
+    Parameters
+    ----------
+    database : Path
+        The database file.
+    read_only : bool
+        Whether changes are refused.
+    wait : float
+        Seconds to wait for a process that holds the database.
+    """
+
+    def __init__(self, database: Path, read_only: bool, wait: float) -> None:
+        self._path, self._read_only, self._wait = database, read_only, wait
+        self._database: MotionDB | None = None
+        self._scenes: OrderedDict[str, Scene] = OrderedDict()
+        self._does = {
+            "add": self._add,
+            "learn": self._learn,
+            "grammar": self._learn_grammar,
+            "scene": self._make_scene,
+            "scene-update": self._update_scene,
+            "scene-keep": self._keep_scene,
+            "scene-files": self._write_scene,
+        }
+
+    def do(self, kind: str, parameters: Parameters, progress: Progress) -> Any:
+        """Do a command, and let go of the database at its end; return the result for JSON.
+
+        Raises
+        ------
+        MotionDBError
+            The class refuses.
+        """
+        try:
+            return self._does[kind](parameters, progress)
+        finally:
+            if self._database is not None:
+                self._database.release()
+
+    @property
+    def database(self) -> MotionDB:
+        """The database, opened at the first use."""
+        if self._database is None:
+            self._database = MotionDB(self._path, read_only=self._read_only, wait=self._wait)
+        return self._database
+
+    def _add(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
+        from motiondb import AddSettings
+        from motiondb.capture import unit_from_name
+
+        unit, place = parameters["unit"], str(Path(parameters["folder"]).absolute())
+        settings = AddSettings(
+            unit=unit_from_name(unit) if unit else None,
+            fps=parameters["fps"],
+            skip_bad_frames=parameters["skip_bad_frames"],
+            keep_implausible=parameters["keep_implausible"],
+        )
+        before = {info.name for info in self.database.captures()}
+        report = self.database.add(
+            parameters["folder"], parameters["words"], settings,
+            lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
+        )  # fmt: skip
+        names = [info.name for info in self.database.captures() if info.name not in before]
+        return {
+            "added": len(report.added),
+            "known": len(report.known),
+            "captures": names,
+            "problems": [_without_folder(problem, place) for problem in report.problems],
+            "notes": [_without_folder(note, place) for note in report.notes],
+            "new_words": report.new_words,
+            "counted": report.counted,
+            "seconds": round(report.seconds, 2),
+        }
+
+    def _learn(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
+        from motiondb import LearnSettings
+
+        settings = LearnSettings(n_symbols=parameters["symbols"], seed=parameters["seed"])
+        learned = self.database.learn(settings, progress.progress)
+        return {
+            "captures": len(set(learned.segments.capture_ids.tolist())),
+            "segments": len(learned.segments.symbols),
+            "symbols": learned.symbols.n_symbols,
+            "clusters": len(learned.space.weights),
+            "dimensions": learned.space.coordinates.shape[1],
+            "words": len(learned.association.words),
+        }
+
+    def _learn_grammar(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
+        from motiondb import GrammarSettings
+
+        settings = GrammarSettings(**parameters["settings"])
+        learned, lost = self.database.grammars.learn(
+            parameters["captures"], parameters["name"], settings,
+            lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
+        )  # fmt: skip
+        return {"grammar": learned.name, "lost": lost}
+
+    def _make_scene(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
+        from motiondb.database.scenes.scene_making import SceneSettings
+
+        settings = SceneSettings(**parameters["settings"])
+        course = _Course(progress)
+        scene = self.database.scenes.make(parameters["diagram"], settings, course.tell)
+        return self._finished(scene, parameters, course)
+
+    def _update_scene(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
+        from motiondb.database.scenes.scene_making import SceneSettings
+
+        course = _Course(progress)
+        earlier = self._earlier(parameters["earlier"])
+        settings = replace(SceneSettings(**earlier.settings), **parameters["settings"])
+        scene = self.database.scenes.update(earlier, parameters["diagram"], settings, course.tell)
+        return self._finished(scene, parameters, course)
+
+    def _earlier(self, earlier: Parameters) -> StoredScene:
+        if earlier["folder"] is None:
+            return self.database.scenes.load(earlier["name"])
+        return self._scene(earlier["name"], Path(earlier["folder"])).record
+
+    def _finished(self, scene: Scene, parameters: Parameters, course: _Course) -> dict[str, Any]:
+        """Write what the server needs of a scene: motions first, so that they can be seen."""
+        from motiondb.page.scene_answers import made_scene_facts, made_scene_motion
+
+        folder, name = Path(parameters["folder"]), parameters["scene"]
+        folder.mkdir(mode=0o700, exist_ok=True)
+        (folder / MOTION_FILE).write_bytes(made_scene_motion(scene, f"scene:{name}"))
+        facts = made_scene_facts(scene, course.points)
+        (folder / FACTS_FILE).write_text(json.dumps(facts), encoding="utf-8")
+        (folder / SCENE_FILE).write_bytes(pickle.dumps(scene))
+        self._remember(name, scene)
+        return {"scene": name, "ref": f"scene:{name}"}
+
+    def _scene(self, name: str, folder: Path) -> Scene:
+        """Return a scene that was made here, or by an earlier process of this server."""
+        if name not in self._scenes:
+            # written above, into a folder that only this user can write
+            self._remember(name, pickle.loads((folder / SCENE_FILE).read_bytes()))
+        return self._scenes[name]
+
+    def _remember(self, name: str, scene: Scene) -> None:
+        self._scenes[name] = scene
+        while len(self._scenes) > MOST_SCENES:
+            self._scenes.popitem(last=False)
+
+    def _keep_scene(self, parameters: Parameters, _progress: Progress) -> dict[str, Any]:
+        scene = self._scene(parameters["scene"], Path(parameters["folder"]))
+        name = parameters["name"]
+        self.database.scenes.check_name(name, [player.name for player in scene.record.players])
+        self.database.scenes.keep(replace(scene, record=replace(scene.record, name=name)))
+        return {"ref": f"kept:{name}"}
+
+    def _write_scene(self, parameters: Parameters, _progress: Progress) -> dict[str, Any]:
+        scene = self._scene(parameters["scene"], Path(parameters["folder"]))
+        self.database.scenes.write(scene, parameters["output"], drawn=False)
+        return {"output": parameters["output"]}
+
+
+class _Course:
+    """The course of the error of a scene while it is sampled.
+
+    Parameters
+    ----------
+    progress : Progress
+        Told every step.
+    """
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self.points: list[tuple[float, float]] = []
+
+    def tell(self, what: str, share: float, error: float) -> None:
+        """Note a step of the sampling."""
+        known = error if error == error else None  # NaN where it is unknown
+        if known is not None and what.startswith("sampling"):
+            self.points.append((share, known))
+        self._progress.progress(what, share, known)
+
+
+def _without_folder(sentence: str, folder: str) -> str:
+    """Return a sentence of a report without the server's private folder."""
+    return sentence.replace(f"{folder}/", "").replace(folder, "upload")
