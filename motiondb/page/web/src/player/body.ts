@@ -19,23 +19,23 @@ type Row = readonly [from: string, to: string, fromRadius: number, toRadius: num
 /** One side of the body, to be mirrored. Chosen by hand so that the figure looks like an adult. */
 const SIDE: readonly Row[] = [
   ["pelvis", "hip", 0.1, 0.088],
-  ["hip", "knee", 0.084, 0.056],
-  ["knee", "ankle", 0.055, 0.037],
+  ["hip", "knee", 0.09, 0.06],
+  ["knee", "ankle", 0.06, 0.04],
   ["ankle", "toe", 0.042, 0.036],
   ["toe", "toe_end", 0.036, 0.028],
   ["chest", "collar", 0.1, 0.07],
-  ["collar", "shoulder", 0.064, 0.057],
-  ["shoulder", "elbow", 0.052, 0.041],
-  ["elbow", "wrist", 0.04, 0.029],
-  ["wrist", "hand_end", 0.034, 0.026],
+  ["collar", "shoulder", 0.072, 0.062],
+  ["shoulder", "elbow", 0.056, 0.045],
+  ["elbow", "wrist", 0.044, 0.032],
+  ["wrist", "hand_end", 0.038, 0.03],
 ];
 
 const MIDDLE: readonly Row[] = [
   ["pelvis", "spine", 0.108, 0.104],
   ["spine", "chest", 0.104, 0.118],
-  ["chest", "neck", 0.11, 0.05],
-  ["neck", "head", 0.05, 0.06],
-  ["head", "head_end", 0.083, 0.092],
+  ["chest", "neck", 0.115, 0.06],
+  ["neck", "head", 0.056, 0.065],
+  ["head", "head_end", 0.082, 0.094],
 ];
 
 const CENTRAL = new Set(["pelvis", "chest"]);

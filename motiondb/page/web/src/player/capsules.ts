@@ -88,7 +88,7 @@ const BODY_FRAGMENT = /* glsl */ `
     float lamp = max(dot(normal, toLight), 0.0);
     float rim = pow(1.0 - max(dot(normal, normalize(vToEye)), 0.0), 3.0);
     float near = mix(0.86, 1.0, smoothstep(0.0, 0.35, vHeight));
-    float light = (0.50 + 0.26 * sky + 0.38 * lamp) * near;
+    float light = (0.58 + 0.30 * sky + 0.36 * lamp) * near;
     gl_FragColor = vec4(vTint * light + vec3(0.10) * rim, 1.0);
   }
 `;

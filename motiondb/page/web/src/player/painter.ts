@@ -34,6 +34,8 @@ export interface View {
   elevation: number;
 }
 
+/** How much nearer or farther than the middle counts as another side, twice metres. */
+const APART = 0.16;
 /** What fits into the height of a canvas, metres. */
 const TALL = 1.9;
 const VIEW: View = { azimuth: 0.6, elevation: 0.2 };
@@ -48,13 +50,13 @@ export function project(x: number, y: number, z: number, view: View): [number, n
 
 /**
  * Draw a motion at a time; the figure stays in the middle of the canvas.
- * `colours` are those of the near and of the far side of the body.
+ * `colours` are those of the near side of the body, of its middle and of its far side.
  */
 export function paint(
   context: CanvasRenderingContext2D,
   sketch: Sketch,
   seconds: number,
-  colours: readonly [near: string, far: string],
+  colours: readonly [near: string, middle: string, far: string],
 ): void {
   const { width, height } = context.canvas;
   context.clearRect(0, 0, width, height);
@@ -70,11 +72,12 @@ export function paint(
     strokes.push({ a, b, wide: c[3]! + c[7]!, near: a[2] + b[2] });
   }
   strokes.sort((p, q) => p.near - q.near);
+  const middle = strokes[strokes.length >> 1]?.near ?? 0;
   context.lineCap = "round";
   const x0 = width / 2;
   const y0 = height * 0.94;
   for (const { a, b, wide, near } of strokes) {
-    context.strokeStyle = near < 0.25 ? colours[1] : colours[0];
+    context.strokeStyle = colours[near > middle + APART ? 0 : near > middle - APART ? 1 : 2];
     context.lineWidth = Math.max(wide * size, 1);
     context.beginPath();
     context.moveTo(x0 + a[0] * size, y0 - a[1] * size);

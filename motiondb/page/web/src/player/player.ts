@@ -27,6 +27,9 @@ export interface PlayerOptions {
   fps?: number;
 }
 
+/** A camera farther away than this shows a figure too small, metres. Chosen by eye. */
+const FAR = 7;
+
 const SWITCHES: readonly [keyof Switches, IconName, string][] = [
   ["follow", "follow", "Follow the figure (F)"],
   ["grid", "grid", "Grid (G)"],
@@ -68,6 +71,7 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
     "section",
     { class: "player", "aria-label": options.label },
     h("div", { class: "player-stage" }, canvas, message),
+    slider,
     h(
       "div",
       { class: "player-bar" },
@@ -75,7 +79,6 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
       playButton,
       button("forward", "One frame on (right)", () => stepBy(1)),
       readout,
-      slider,
       speed,
       loopButton,
       ...switchButtons,
@@ -172,7 +175,11 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
       const [start, end] = spanOf(shown.tracks);
       slider.min = String(start);
       slider.max = String(end);
-      if (!keepCamera) screen.frameAll();
+      if (!keepCamera) {
+        screen.frameAll();
+        // Far away figures are too small to be read: stay near one that walks a long way.
+        if (screen.orbit.distance > FAR && shown.tracks.length === 1) screen.frameNow();
+      }
       message.textContent = "";
       refresh();
     },

@@ -49,6 +49,8 @@ export interface Screen {
   setOrbit(orbit: Orbit): void;
   /** Move the camera to where it shows everything that is played. */
   frameAll(azimuth?: number, elevation?: number): void;
+  /** Move the camera near the figures as they stand now, and follow them. */
+  frameNow(): void;
   /** Call back with the time whenever a frame is drawn at another time. */
   onTime(listener: (time: number) => void): void;
   redraw(): void;
@@ -115,10 +117,10 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     changed = true;
   }
 
-  function box(): Box {
+  function box(from: number, to: number): Box {
     const boxes = shown.tracks.flatMap((track, i) => {
       if (track.kind !== "body" || track.motion.frames === 0) return [];
-      const one = boundsOf(track.motion, playback.from, playback.to);
+      const one = boundsOf(track.motion, from, to);
       const [x, z] = shown.shifts?.[i] ?? [0, 0];
       one.min[0] += x;
       one.max[0] += x;
@@ -212,9 +214,18 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
       changed = true;
     },
     frameAll(azimuth, elevation) {
-      const { min, max } = box();
+      const { min, max } = box(playback.from, playback.to);
       const aspect = canvas.clientWidth / Math.max(canvas.clientHeight, 1) || 1.5;
       orbit = orbitAround(min, max, aspect, azimuth, elevation);
+      changed = true;
+    },
+    frameNow() {
+      const { min, max } = box(playback.time, playback.time);
+      const aspect = canvas.clientWidth / Math.max(canvas.clientHeight, 1) || 1.5;
+      // The pose may rise and crouch: room for a standing person, whatever the first pose is.
+      orbit = orbitAround([min[0], 0, min[2]], [max[0], Math.max(max[1], 1.8), max[2]], aspect);
+      switches = { ...switches, follow: true };
+      followed = null;
       changed = true;
     },
     onTime: (listener) => void listeners.push(listener),

@@ -71,7 +71,7 @@ export function makeClip(context: { stage: Stage; motions: Motions }, options: C
 
   async function begin(): Promise<void> {
     await load(false);
-    screen.frameAll();
+    screen.frameNow();
     screen.setPlayback({ ...screen.playback, playing: !REDUCED.matches });
     refresh();
   }

@@ -43,7 +43,11 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
 
   let last: { facets: Facet[]; picks: readonly Pick[] } = { facets: [], picks: [] };
   function show(): void {
-    fill(element, last.facets.filter((facet) => facet.values.length > 0).map((facet) => group(facet, last.picks)));
+    // A column with one value cannot narrow anything down.
+    const useful = last.facets.filter(
+      ({ column, values }) => values.length > 1 || last.picks.some((pick) => pick.column === column),
+    );
+    fill(element, useful.map((facet) => group(facet, last.picks)));
   }
 
   return {

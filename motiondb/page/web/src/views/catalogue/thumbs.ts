@@ -21,9 +21,13 @@ export function makeThumbs(motions: Motions): Thumbs {
   let painted = 0;
   let closed = false;
 
-  function readColours(): [string, string] {
+  function readColours(): [string, string, string] {
     const style = getComputedStyle(document.documentElement);
-    return [style.getPropertyValue("--figure-near"), style.getPropertyValue("--figure-far")];
+    return [
+      style.getPropertyValue("--figure-near"),
+      style.getPropertyValue("--figure-middle"),
+      style.getPropertyValue("--figure-far"),
+    ];
   }
 
   function draw(canvas: HTMLCanvasElement, sketch: Sketch, now: number): void {

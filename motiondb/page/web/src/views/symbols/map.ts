@@ -3,7 +3,8 @@
 import type { SymbolFacts, SymbolSpace } from "../../api/types.ts";
 import { h, svg } from "../../dom/element.ts";
 import { tintOf } from "../../parts/tint.ts";
-import { ellipseOf, fitAxes, type Axes } from "./projection.ts";
+import { wordsThatFit, type Placed } from "./labels.ts";
+import { ellipseOf, fitAxes } from "./projection.ts";
 
 export interface SymbolMap {
   readonly element: HTMLElement;
@@ -12,6 +13,9 @@ export interface SymbolMap {
 }
 
 const SIZE = { width: 900, height: 640, margin: 60 };
+
+/** A word is written beside a dot from this probability on. */
+const LIKELY = 0.3;
 
 function nameOf(symbol: SymbolFacts): string {
   const words = symbol.words.slice(0, 2).map(({ word }) => word).join(" ");
@@ -27,11 +31,9 @@ export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
   const element = h("div", { class: "symbol-map" });
   let dots = new Map<number, SVGElement>();
 
-  function dot(facts: SymbolFacts, axes: Axes, largest: number): SVGElement {
-    const [x, y] = axes.place(facts.at);
+  function dot(facts: SymbolFacts, placed: Placed, written: boolean): SVGElement {
+    const { x, y, radius: size } = placed;
     const tint = tintOf(facts.symbol);
-    const size = radius(facts.count, largest);
-    const label = facts.words[0]?.probability !== undefined && facts.words[0].probability >= 0.3 ? facts.words[0].word : "";
     const press = (): void => click(facts.symbol);
     return svg(
       "g",
@@ -43,7 +45,7 @@ export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
       svg("title", {}, nameOf(facts)),
       svg("circle", { r: size, fill: tint.soft, stroke: tint.strong }),
       svg("text", { class: "dot-number", y: 4 }, facts.symbol),
-      label ? svg("text", { class: "dot-word", y: size + 14 }, label) : null,
+      svg("text", { class: written ? "dot-word" : "dot-word covered", y: size + 14 }, placed.word),
     );
   }
 
@@ -59,7 +61,14 @@ export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
       });
       // Large dots first, so that small ones lie above them.
       const ordered = [...space.symbols].sort((a, b) => b.count - a.count);
-      const made = ordered.map((one): [number, SVGElement] => [one.symbol, dot(one, axes, largest)]);
+      const placed = ordered.map((one): Placed => {
+        const [x, y] = axes.place(one.at);
+        const first = one.words[0];
+        const word = first && first.probability >= LIKELY ? first.word : "";
+        return { x, y, radius: radius(one.count, largest), word };
+      });
+      const written = wordsThatFit(placed);
+      const made = ordered.map((one, i): [number, SVGElement] => [one.symbol, dot(one, placed[i]!, written[i]!)]);
       dots = new Map(made);
       element.replaceChildren(
         svg("svg", { viewBox: `0 0 ${SIZE.width} ${SIZE.height}`, role: "group", "aria-label": "Map of motion symbols" },

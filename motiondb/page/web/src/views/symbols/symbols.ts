@@ -102,7 +102,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     return h("div", {},
       h("h2", {}, `Symbol ${facts.symbol}`),
       h("p", { class: "muted" }, `${plural(facts.count, "segment")} in ${plural(facts.captures, "capture")}, ${seconds(facts.seconds)} on average, cluster ${facts.cluster}`),
-      h("p", { class: "chips" }, facts.words.slice(0, 6).map(({ word, probability }) => {
+      h("p", { class: "chips" }, facts.words.filter((one) => one.probability >= 0.05).slice(0, 6).map(({ word, probability }) => {
         const chip = h("a", { class: "chip", href: routeTo("search", { q: word }) }, word, h("span", { class: "chip-detail" }, probability.toFixed(2)));
         return chip;
       })));
