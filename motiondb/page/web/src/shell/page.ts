@@ -91,9 +91,10 @@ export async function startPage(root: HTMLElement): Promise<void> {
 
   live.listen((news) => {
     if (news.kind === "connection") lost.hidden = news.open;
-    if (news.kind === "revision" && news.revision !== status.revision) {
+    if (news.kind !== "revision") open?.news?.(news);
+    else if (news.revision !== status.revision) {
       void context.refresh().then(() => open?.news?.(news), context.fail);
-    } else open?.news?.(news);
+    }
   });
   addEventListener("hashchange", show);
   addEventListener("keydown", (event) => {
