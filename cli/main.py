@@ -9,7 +9,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from motiondb.cli import learning
+from motiondb.cli import learning, serving
 from motiondb.cli.ask import asking
 from motiondb.cli.catalogue import cataloguing, events, keeping, words
 from motiondb.cli.grammars import grammars
@@ -46,7 +46,7 @@ def _options(
 INTERRUPTED = 130
 
 for module in (
-    cataloguing, learning, asking, words, events, grammars, motion_grammars, keeping,
+    cataloguing, learning, asking, words, events, grammars, motion_grammars, serving, keeping,
 ):  # fmt: skip
     module.register(app)
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from starlette.responses import Response
 
 from motiondb.errors import HeldError, MotionDBError, NotLearnedError
+
+Json: TypeAlias = Any
+"""A value that JSON has."""
 
 
 class PageError(MotionDBError):
@@ -43,7 +46,7 @@ def unknown(what: str, name: str, advice: str = "") -> PageError:
     )
 
 
-def to_json(value: Any) -> Any:
+def to_json(value: object) -> Json:
     """Return a value with only what JSON has; numbers that are not finite become null.
 
     >>> to_json({"a": np.float32(0.5), "b": (1, float("nan"))})
@@ -61,7 +64,7 @@ def to_json(value: Any) -> Any:
         return to_json(asdict(value))
     if isinstance(value, Path):
         return str(value)
-    return [to_json(item) for item in value]
+    return [to_json(item) for item in cast("Iterable[object]", value)]
 
 
 class Answer(Response):
@@ -69,7 +72,7 @@ class Answer(Response):
 
     media_type = "application/json"
 
-    def render(self, content: Any) -> bytes:
+    def render(self, content: object) -> bytes:
         """Return the bytes of a value."""
         text = json.dumps(to_json(content), ensure_ascii=False, allow_nan=False)
         return text.encode("utf-8", "replace")  # names may hold lone surrogates
@@ -82,11 +85,19 @@ def error_answer(kind: str, message: str, status: int) -> Answer:
     return Answer(facts, status, headers)
 
 
-def answer_of(error: MotionDBError) -> Answer:
-    """Return the answer for an error of the class."""
-    kind = type(error).__name__
+def answer_of(error: MotionDBError, shown: Callable[[str], str] = str) -> Answer:
+    """Return the answer for an error of the class.
+
+    Parameters
+    ----------
+    error : MotionDBError
+        The error.
+    shown : callable
+        Makes of the message what may be told.
+    """
+    kind, message = type(error).__name__, shown(str(error))
     if isinstance(error, PageError):
-        return error_answer(error.kind, str(error), error.status)
+        return error_answer(error.kind, message, error.status)
     if isinstance(error, HeldError) or kind == "OtherModeError":
-        return error_answer("HeldError", str(error), 503)
-    return error_answer(kind, str(error), 409 if isinstance(error, NotLearnedError) else 400)
+        return error_answer("HeldError", message, 503)
+    return error_answer(kind, message, 409 if isinstance(error, NotLearnedError) else 400)

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -118,7 +118,7 @@ def pack(tracks: Sequence[Track]) -> bytes:
     return MAGIC + len(text).to_bytes(4, "little") + text + b"".join(payload)
 
 
-def _pack_track(track: Track, store: Any) -> dict[str, Any]:
+def _pack_track(track: Track, store: Callable[[bytes], int]) -> dict[str, Any]:
     is_ball = track.points.ndim == 2
     origin, scale, values = quantise(track.points)
     facts = {
@@ -170,23 +170,23 @@ def quantise(points: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.int
     return origin, scale, values.astype("<i2")
 
 
-def unpack(data: bytes) -> tuple[dict[str, Any], list[FloatArray]]:
-    """Return the header of a container and the points of its tracks.
-
-    Parameters
-    ----------
-    data : bytes
-        As :func:`pack` gives them.
-    """
+def read_tracks(data: bytes) -> list[Track]:
+    """Return the tracks of a container, as :func:`pack` gives it."""
     length = int.from_bytes(data[4:8], "little")
     header: dict[str, Any] = json.loads(data[8 : 8 + length])
     payload = data[8 + length :]
-    found = []
-    for track in header["tracks"]:
-        shape = (track["frames"], 3)
-        if track["kind"] == "body":
-            shape = (track["frames"], len(header["points"]), 3)
-        values = np.frombuffer(payload, "<i2", int(np.prod(shape)), track["offset"])
-        scaled = values.reshape(shape) * np.array(track["scale"]) + np.array(track["origin"])
-        found.append(scaled)
-    return header, found
+    return [_read_track(row, len(header["points"]), payload) for row in header["tracks"]]
+
+
+def _read_track(row: dict[str, Any], n_points: int, payload: bytes) -> Track:
+    frames = row["frames"]
+    shape = (frames, 3) if row["kind"] == "ball" else (frames, n_points, 3)
+    values = np.frombuffer(payload, "<i2", math.prod(shape), row["offset"]).reshape(shape)
+    contacts = None
+    if row["contacts"] is not None:
+        bits = np.frombuffer(payload, np.uint8, frames, row["contacts"])
+        contacts = np.stack([bits & 1, bits >> 1], axis=1).astype(bool)
+    return Track(
+        row["name"], row["ref"], values * np.array(row["scale"]) + np.array(row["origin"]),
+        contacts, row["start"], row["fps"], row["team"] or "", row.get("leg_length"),
+    )  # fmt: skip

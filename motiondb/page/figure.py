@@ -99,3 +99,8 @@ def thinned(n_frames: int, fps: float, wanted: float) -> IntArray:
         return np.arange(n_frames)
     count = int(np.ceil(n_frames * wanted / fps))
     return np.minimum(np.round(np.arange(count) * fps / wanted).astype(np.int64), n_frames - 1)
+
+
+def no_points() -> FloatArray:
+    """Return the points of a figure without frames."""
+    return np.zeros((0, len(POINTS), 3))

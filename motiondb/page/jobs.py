@@ -20,7 +20,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
-from motiondb.page.answers import PageError, unknown
+from motiondb.page.answers import Json, PageError, unknown
 
 MOST_JOBS = 100
 """Jobs that are remembered. Chosen by hand."""
@@ -79,6 +79,10 @@ class Job:
         }
         return known | {"curve": list(self.curve)} if curve else known
 
+    def step(self) -> dict[str, Any]:
+        """Return the present step, for JSON."""
+        return {"what": self.what, "share": round(self.share, 4), "error": self.error}
+
     def tell(self, what: str, share: float, error: float | None) -> None:
         """Note progress."""
         self.what, self.share, self.error = what, min(max(share, 0.0), 1.0), error
@@ -104,14 +108,16 @@ class Worker:
         The database file.
     read_only : bool
         Whether it may only ask.
+    folder : Path
+        An empty folder to work in, so that no name is taken for a file of the user's.
     """
 
-    def __init__(self, database: Path, read_only: bool) -> None:
+    def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
         command = [sys.executable, "-P", "-m", "motiondb.page.worker", str(database.absolute())]
         self._process = subprocess.Popen(
             [*command, "read-only" if read_only else "writing"],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            encoding="utf-8",
+            encoding="utf-8", cwd=folder,
         )  # fmt: skip
         self.turn = threading.Lock()
 
@@ -178,10 +184,12 @@ class Jobs:
         The database file.
     read_only : bool
         Whether workers may only ask.
+    folder : Path
+        An empty folder for workers to work in.
     """
 
-    def __init__(self, database: Path, read_only: bool) -> None:
-        self._database, self._read_only = database, read_only
+    def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
+        self._database, self._read_only, self._folder = database, read_only, folder
         self._jobs: OrderedDict[str, Job] = OrderedDict()
         self._workers: dict[str, Worker] = {}
         self._scene_worker: Worker | None = None
@@ -198,7 +206,7 @@ class Jobs:
         threading.Thread(target=follow, args=(job, dict(parameters)), daemon=True).start()
         return job
 
-    def ask_scene_worker(self, kind: str, title: str, parameters: Mapping[str, Any]) -> Any:
+    def ask_scene_worker(self, kind: str, title: str, parameters: Mapping[str, Any]) -> Json:
         """Do a short piece of work in the process of scenes, and return its result.
 
         Raises
@@ -234,7 +242,7 @@ class Jobs:
     def cancel(self, job_id: str) -> Job:
         """End a job; a job that is over stays as it is."""
         job = self.get(job_id)
-        job.end(CANCELLED, "cancelled: the database is as it was")
+        job.end(CANCELLED, "cancelled: what was saved by then stays, nothing is half saved")
         with self._lock:
             worker = self._workers.pop(job_id, None)
             if worker is not None and worker is self._scene_worker:
@@ -243,11 +251,14 @@ class Jobs:
             worker.stop()
         return job
 
-    def cancel_running(self, kind: str) -> None:
-        """End all jobs of a kind that wait or run."""
+    def drop_waiting(self, kind: str) -> None:
+        """Cancel the jobs of a kind that wait for their turn; the running one goes on.
+
+        Ending the process would lose the clips and the compiled code that make the next fast.
+        """
         for job in self.all():
-            if job.kind == kind and not job.is_over:
-                self.cancel(job.job_id)
+            if job.kind == kind and job.state == WAITING:
+                job.end(CANCELLED, "a newer one took its place")
 
     def close(self) -> None:
         """End all processes."""
@@ -261,7 +272,7 @@ class Jobs:
             worker.stop()
 
     def _run_alone(self, job: Job, parameters: Mapping[str, Any]) -> None:
-        worker = Worker(self._database, self._read_only)
+        worker = Worker(self._database, self._read_only, self._folder)
         with self._lock:
             self._workers[job.job_id] = worker
         try:
@@ -276,7 +287,7 @@ class Jobs:
         while not job.is_over and not self._closed:
             with self._lock:
                 if self._scene_worker is None or not self._scene_worker.is_alive:
-                    self._scene_worker = Worker(self._database, self._read_only)
+                    self._scene_worker = Worker(self._database, self._read_only, self._folder)
                 worker = self._scene_worker
             with worker.turn:
                 if not worker.is_alive:  # cancelled while this job waited

@@ -64,6 +64,8 @@ class PageSettings:
         Limits of uploads.
     allowed_hosts : tuple of str
         Further names by which browsers may reach the server.
+    warm : bool
+        Whether to load what questions need before the first is asked.
     """
 
     database: Path
@@ -76,6 +78,7 @@ class PageSettings:
     wait: float = 5.0
     limits: UploadLimits = UploadLimits()
     allowed_hosts: tuple[str, ...] = ()
+    warm: bool = True
 
     @property
     def is_local(self) -> bool:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from motiondb.database.generate.generating import Generated
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
-from motiondb.page.answers import PageError
+from motiondb.page.answers import PageError, unknown
+from motiondb.page.facts.scene_facts import FACTS_FILE
 from motiondb.page.held import HeldDatabase
 from motiondb.page.jobs import Jobs
 from motiondb.page.memory import Shelf
 from motiondb.page.settings import PageSettings
 from motiondb.page.uploads import Uploads
+from motiondb.page.watching import Watch
 from motiondb.records import Caption
 
 MOST_UNDONE = 100
@@ -64,6 +67,10 @@ class MadeSequence:
     how: dict[str, object] = field(default_factory=dict)
     saved: str = ""
 
+    def saved_as(self, name: str) -> MadeSequence:
+        """Return the same with the name of the capture that holds it."""
+        return replace(self, saved=name)
+
 
 @dataclass(frozen=True)
 class WordEdit:
@@ -98,15 +105,17 @@ class Page:
     def __init__(self, settings: PageSettings, folder: Path) -> None:
         self.settings = settings
         self.folder = folder
-        for name in ("uploads", "scenes"):
+        for name in ("uploads", "scenes", "work"):
             (folder / name).mkdir(mode=0o700, exist_ok=True)
         self.held = HeldDatabase(settings.database, settings.read_only, settings.wait)
         self.uploads = Uploads(folder / "uploads", settings.limits)
-        self.jobs = Jobs(settings.database, settings.read_only)
+        self.jobs = Jobs(settings.database, settings.read_only, folder / "work")
         self.made: Shelf[MadeMotion] = Shelf("m", "generated motion")
         self.sequences: Shelf[MadeSequence] = Shelf("q", "sequence")
         self.edits: deque[WordEdit] = deque(maxlen=MOST_UNDONE)
         self.editing = threading.Lock()
+        self.closing = threading.Event()
+        self.watch = Watch(self.held, settings.warm)
 
     def check_writable(self) -> None:
         """Refuse a change where the page was started read-only.
@@ -131,9 +140,21 @@ class Page:
         PageError
             There is none.
         """
-        return self.jobs.scene_folder(self.folder / "scenes", scene_id)
+        folder = self.folder / "scenes" / scene_id
+        if not re.fullmatch(r"s[0-9a-f]{10}", scene_id) or not (folder / FACTS_FILE).is_file():
+            raise unknown("scene", scene_id, "Make it again.")
+        return folder
+
+    def scene_ids(self) -> list[str]:
+        """Return the ids of the scenes that jobs made, newest first."""
+        folders = [
+            path for path in (self.folder / "scenes").iterdir() if (path / FACTS_FILE).is_file()
+        ]
+        return [p.name for p in sorted(folders, key=lambda p: -(p / FACTS_FILE).stat().st_mtime)]
 
     def close(self) -> None:
         """End jobs and close the database."""
+        self.closing.set()
+        self.watch.stop()
         self.jobs.close()
         self.held.close()

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from motiondb.database import MotionDB
+from motiondb.page.answers import Json, to_json
 
 if TYPE_CHECKING:
     from motiondb.database.scenes.scene_verbs import Scene
     from motiondb.store import StoredScene
 
 Parameters = Mapping[str, Any]
-SCENE_FILE, FACTS_FILE, MOTION_FILE = "scene.pickle", "facts.json", "motion.bin"
+SCENE_FILE = "scene.pickle"
 MOST_SCENES = 8
 """Scenes that stay in memory; others are read from their folders. Chosen by hand."""
 
@@ -44,7 +45,7 @@ class Workshop:
 
     def __init__(self, database: Path, read_only: bool, wait: float) -> None:
         self._path, self._read_only, self._wait = database, read_only, wait
-        self._database: MotionDB | None = None
+        self._opened: dict[bool, MotionDB] = {}
         self._scenes: OrderedDict[str, Scene] = OrderedDict()
         self._does = {
             "add": self._add,
@@ -56,7 +57,7 @@ class Workshop:
             "scene-files": self._write_scene,
         }
 
-    def do(self, kind: str, parameters: Parameters, progress: Progress) -> Any:
+    def do(self, kind: str, parameters: Parameters, progress: Progress) -> Json:
         """Do a command, and let go of the database at its end; return the result for JSON.
 
         Raises
@@ -67,15 +68,26 @@ class Workshop:
         try:
             return self._does[kind](parameters, progress)
         finally:
-            if self._database is not None:
-                self._database.release()
+            for database in self._opened.values():
+                database.release()
+
+    @property
+    def reading(self) -> MotionDB:
+        """The database, opened for questions: others may read at the same time."""
+        return self._open(True)
 
     @property
     def database(self) -> MotionDB:
-        """The database, opened at the first use."""
-        if self._database is None:
-            self._database = MotionDB(self._path, read_only=self._read_only, wait=self._wait)
-        return self._database
+        """The database, opened for changes."""
+        return self._open(self._read_only)
+
+    def _open(self, read_only: bool) -> MotionDB:
+        """Return the database in a mode; what it loaded stays for later commands."""
+        if read_only not in self._opened:
+            for other in self._opened.values():  # DuckDB allows one mode at a time
+                other.release()
+            self._opened[read_only] = MotionDB(self._path, read_only=read_only, wait=self._wait)
+        return self._opened[read_only]
 
     def _add(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
         from motiondb import AddSettings
@@ -134,7 +146,7 @@ class Workshop:
 
         settings = SceneSettings(**parameters["settings"])
         course = _Course(progress)
-        scene = self.database.scenes.make(parameters["diagram"], settings, course.tell)
+        scene = self.reading.scenes.make(parameters["diagram"], settings, course.tell)
         return self._finished(scene, parameters, course)
 
     def _update_scene(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
@@ -143,23 +155,25 @@ class Workshop:
         course = _Course(progress)
         earlier = self._earlier(parameters["earlier"])
         settings = replace(SceneSettings(**earlier.settings), **parameters["settings"])
-        scene = self.database.scenes.update(earlier, parameters["diagram"], settings, course.tell)
+        scene = self.reading.scenes.update(earlier, parameters["diagram"], settings, course.tell)
         return self._finished(scene, parameters, course)
 
     def _earlier(self, earlier: Parameters) -> StoredScene:
         if earlier["folder"] is None:
-            return self.database.scenes.load(earlier["name"])
+            return self.reading.scenes.load(earlier["name"])
         return self._scene(earlier["name"], Path(earlier["folder"])).record
 
     def _finished(self, scene: Scene, parameters: Parameters, course: _Course) -> dict[str, Any]:
         """Write what the server needs of a scene: motions first, so that they can be seen."""
-        from motiondb.page.scene_answers import made_scene_facts, made_scene_motion
+        from motiondb.page.facts import scene_facts
 
         folder, name = Path(parameters["folder"]), parameters["scene"]
         folder.mkdir(mode=0o700, exist_ok=True)
-        (folder / MOTION_FILE).write_bytes(made_scene_motion(scene, f"scene:{name}"))
-        facts = made_scene_facts(scene, course.points)
-        (folder / FACTS_FILE).write_text(json.dumps(facts), encoding="utf-8")
+        (folder / scene_facts.MOTION_FILE).write_bytes(
+            scene_facts.made_scene_motion(scene, f"scene:{name}")
+        )
+        facts = to_json(scene_facts.made_scene_facts(scene, course.points))
+        (folder / scene_facts.FACTS_FILE).write_text(json.dumps(facts), encoding="utf-8")
         (folder / SCENE_FILE).write_bytes(pickle.dumps(scene))
         self._remember(name, scene)
         return {"scene": name, "ref": f"scene:{name}"}
@@ -185,7 +199,7 @@ class Workshop:
 
     def _write_scene(self, parameters: Parameters, _progress: Progress) -> dict[str, Any]:
         scene = self._scene(parameters["scene"], Path(parameters["folder"]))
-        self.database.scenes.write(scene, parameters["output"], drawn=False)
+        self.reading.scenes.write(scene, parameters["output"], drawn=False)
         return {"output": parameters["output"]}
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from motiondb import store
 from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
-from motiondb.database.generate import generating
+from motiondb.database.generate import generating, shown
 from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.nearby_words import nearby_table
 from motiondb.learning.answers import caption_suggestions, example_answers, word_answers
@@ -254,6 +254,76 @@ class QuestionVerbs(CatalogueVerbs):
         from motiondb.database.ask import showing
 
         return showing.draw_symbols(self.learned, path)
+
+    def shown_actions(self, made: generating.Generated) -> tuple[shown.ShownAction, ...]:
+        """What a generated motion shows of each asked action, recognised in the motion alone."""
+        return shown.shown_actions(self.learned, made)
+
+    def segments(self, name: str) -> list[Row]:
+        """Symbols of a capture with their times (seconds); empty where it is not learned.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        from motiondb.database.ask import showing
+
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            if not self.is_learned():
+                return []
+            return showing.known_segments(self.searchable, info.capture_id)
+
+    def symbol_segments(self, symbol: int) -> list[Row]:
+        """Segments of a symbol, those that it fits best first; times in seconds.
+
+        Raises
+        ------
+        QueryError
+            When there is no such symbol.
+        """
+        from motiondb.database.ask import showing
+
+        return showing.symbol_segments(self.learned, symbol)
+
+    def activities(self, name: str) -> list[Row]:
+        """What a capture does, one thing after another; empty where it does one thing throughout.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        from motiondb.database.ask import showing
+
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            return showing.capture_activities(self, info.capture_id)
+
+    def provenance(self, name: str) -> store.Provenance:
+        """Origin of every frame of a generated capture; without sources for a captured one.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            return store.load_provenance(self.store, info.capture_id)
+
+    def derivation(self, name: str) -> store.Derivation | None:
+        """The derivation of a capture that a grammar made; None for any other.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            return store.load_derivation(self.store, info.capture_id)
 
     def show(self, name: str) -> dict[str, Any]:
         """Facts of one capture, for print or JSON; times in seconds.

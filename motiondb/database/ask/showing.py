@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import pictures, store
+from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.learning.learned import Learned
 from motiondb.pose.features import FEATURE_STEP, recognition_features
-from motiondb.records import MOTION_FPS
+from motiondb.records import MOTION_FPS, SegmentTable
 from motiondb.symbols.segments.activities import find_activities
 
 if TYPE_CHECKING:
@@ -69,15 +70,47 @@ def capture_segments(base: QuestionVerbs, capture_id: int) -> list[Row]:
     """Symbols of a capture with their times (seconds) and log-likelihoods (nats per frame)."""
     table = store.load_segments(base.store, scores=False)
     rows = np.flatnonzero(table.capture_ids == capture_id)
+    return [_segment_facts(table, int(row)) for row in rows]
+
+
+def _segment_facts(table: SegmentTable, row: int) -> Row:
+    """Symbol, times (seconds) and log-likelihood (nats per frame) of a segment."""
+    return {
+        "symbol": int(table.symbols[row]),
+        "start": round(float(table.starts[row]) / MOTION_FPS, 3),
+        "end": round(float(table.ends[row]) / MOTION_FPS, 3),
+        "log_likelihood": round(float(table.log_likelihoods[row]), 3),
+        "known": bool(table.log_likelihoods[row] > table.backgrounds[row]),
+    }
+
+
+def known_segments(learned: Learned, capture_id: int) -> list[Row]:
+    """Symbols of a capture as :func:`capture_segments` gives them, from what is in memory."""
+    if capture_id not in learned.rows:
+        return []
+    rows, table = learned.rows[capture_id], learned.segments
+    return [_segment_facts(table, row) for row in range(rows.start, rows.stop)]
+
+
+def symbol_segments(learned: Learned, symbol: int) -> list[Row]:
+    """Segments of a symbol with their captures, those that it fits best first.
+
+    Raises
+    ------
+    QueryError
+        There is no such symbol.
+    """
+    if not 0 <= symbol < learned.symbols.n_symbols:
+        raise QueryError(
+            f"symbol {symbol}: expected 0 to {learned.symbols.n_symbols - 1}, found another number."
+        )
+    table = learned.segments
+    rows = np.flatnonzero(table.symbols == symbol)
+    best = rows[np.argsort(-table.log_likelihoods[rows], kind="stable")]
     return [
-        {
-            "symbol": int(table.symbols[r]),
-            "start": round(float(table.starts[r]) / MOTION_FPS, 3),
-            "end": round(float(table.ends[r]) / MOTION_FPS, 3),
-            "log_likelihood": round(float(table.log_likelihoods[r]), 3),
-            "known": bool(table.log_likelihoods[r] > table.backgrounds[r]),
-        }
-        for r in rows
+        {"capture": learned.captures[int(table.capture_ids[row])].name}
+        | _segment_facts(table, int(row))
+        for row in best
     ]
 
 

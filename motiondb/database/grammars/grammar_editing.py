@@ -7,7 +7,7 @@ depend on the motion that precedes it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -173,8 +173,7 @@ def play_alternative(material: Material, edited: Edit, number: int, seed: int) -
         region was removed. Also when no capture is left that shows a terminal of the alternative.
     """
     tree, pinned = edited.tree(number), edited.pinned(number)
-    takes = {int(material.learned.terminals.takes[clip]) for clip in pinned.values()}
-    gone = sorted(material.learned.sources[t].name for t in takes if t not in material.numbers)
+    gone = _gone(material, pinned.values())
     if gone:
         raise QueryError(
             f"{' '.join(edited.before.leaves())}: expected the captures that play what is not"
@@ -182,6 +181,44 @@ def play_alternative(material: Material, edited: Edit, number: int, seed: int) -
             " of the sequence: then all of it is played anew."
         )
     return play(material, tree, np.random.default_rng(seed), pinned)
+
+
+def play_saved(material: Material, name: str, seed: int) -> GrammarSequence:
+    """Return a saved sequence as motion, played anew by its own segments.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar that derived it, with its takes.
+    name : str
+        Name of the capture.
+    seed : int
+        Seed of the greedy choice with which the choice of segments is compared.
+
+    Returns
+    -------
+    GrammarSequence
+        The sequence.
+
+    Raises
+    ------
+    QueryError
+        When a capture that plays one of its terminals was removed.
+    """
+    tree, derivation = load_sequence(material.database, name)
+    gone = _gone(material, derivation.clips)
+    if gone:
+        raise QueryError(
+            f"{name}: expected the captures that play it, found {', '.join(gone)} removed."
+            " Add them again."
+        )
+    return play(material, tree, np.random.default_rng(seed), dict(enumerate(derivation.clips)))
+
+
+def _gone(material: Material, clips: Iterable[int]) -> list[str]:
+    """Return the names of removed captures among those that play some segments."""
+    takes = {int(material.learned.terminals.takes[clip]) for clip in clips}
+    return sorted(material.learned.sources[t].name for t in takes if t not in material.numbers)
 
 
 def _before(

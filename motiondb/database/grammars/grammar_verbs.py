@@ -22,6 +22,7 @@ from motiondb.database.grammars import (
     grammar_parsing,
     grammar_pictures,
     grammar_sequences,
+    grammar_strips,
 )
 from motiondb.database.grammars.grammar_editing import Edit
 from motiondb.database.grammars.grammar_learning import GrammarSettings, Progress
@@ -294,6 +295,39 @@ class Grammars:
             The seed that the facts name.
         """
         return grammar_facts.sequence_facts(sequence, seed)
+
+    def strip(self, sequence: GrammarSequence) -> tuple[grammar_strips.StripTerminal, ...]:
+        """Return the terminals of a sequence with their times and the segments that play them."""
+        return grammar_strips.strip(self.material(sequence.grammar), sequence)
+
+    def saved(self, name: str) -> list[str]:
+        """Return the names of the saved sequences that a grammar derived."""
+        opened = self._session.store
+        with self._session.reading():
+            infos = [i for i in store.load_captures(opened) if i.kind == "generated"]
+            derived = [(i.name, store.load_derivation(opened, i.capture_id)) for i in infos]
+        return [capture for capture, found in derived if found and found.grammar == name]
+
+    def open(self, name: str, seed: int = 0) -> GrammarSequence:
+        """Return a saved sequence, played anew with its own segments.
+
+        Parameters
+        ----------
+        name : str
+            Name of the capture.
+        seed : int
+            Seed of the greedy choice with which the choice of segments is compared.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture, it has no derivation by a grammar of the database, or a
+            capture that plays one of its terminals was removed.
+        """
+        with self._session.reading():
+            _, derivation = grammar_sequences.load_sequence(self._session.store, name)
+            material = self.material(derivation.grammar)
+            return grammar_editing.play_saved(material, name, seed)
 
     def write(self, sequence: GrammarSequence, path: str | Path, seed: int = 0) -> dict[str, Any]:
         """Write a sequence, and the origin of its frames to ``NAME.provenance.json``.

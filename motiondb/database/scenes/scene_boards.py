@@ -11,9 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from motiondb.database.scenes.scene_clips import ShownAction
-from motiondb.database.scenes.scene_files import read_grammar
+from motiondb.database.scenes.scene_files import GRAMMAR, shipped_text
 from motiondb.errors import SceneError
 from motiondb.scene.language import expressions, possession
+from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import parse_diagram
@@ -98,7 +99,8 @@ def read_board(text: str) -> Board:
     except SceneError as error:
         return Board(text, faults=_faults(str(error)))
     try:
-        grammar = read_grammar(_plain(diagram.grammar))
+        text_of_grammar = shipped_text(diagram.grammar, GRAMMAR)
+        grammar = read_motion_grammar(text_of_grammar, diagram.grammar)
     except SceneError as error:
         return Board(text, diagram, faults=(BoardFault(0, str(error)),))
     try:
@@ -113,19 +115,6 @@ def read_board(text: str) -> Board:
         {name: tree.leaves() for name, tree in trees.items()},
         {name: "".join(map(str, items)) for name, items in asked.items()},
     )  # fmt: skip
-
-
-def _plain(grammar: str) -> str:
-    """Return the name of a grammar; a name is never taken as a path.
-
-    Raises
-    ------
-    SceneError
-        It is no plain name.
-    """
-    if not re.fullmatch(r"[\w-]+", grammar):
-        raise SceneError(f"grammar: expected a plain name, found {grammar!r}.")
-    return grammar
 
 
 def _faults(message: str, player: str = "") -> tuple[BoardFault, ...]:

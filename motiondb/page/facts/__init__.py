@@ -1,0 +1,1 @@
+"""Answers of the class as JSON."""

@@ -1,0 +1,68 @@
+"""Facts of answers to questions: matches with their takes, and how the question was understood."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from motiondb.database import MotionDB
+from motiondb.database.ask.answer_facts import (
+    match_facts,
+    question_facts,
+    reason_facts,
+    taken_facts,
+)
+from motiondb.learning.answers.example_answers import ExampleAnswer
+from motiondb.learning.answers.word_answers import WordAnswer
+from motiondb.page.facts.capture_facts import caption_facts
+from motiondb.records import Match
+
+
+def search_facts(db: MotionDB, answer: WordAnswer) -> dict[str, Any]:
+    """Return the answer to a question in words, with the reasons of every match."""
+    vocabulary = (*db.vocabulary(), *answer.taken)
+    takings = (*answer.taken.values(), *answer.suggested.values())
+    matches = [_with_take(db, match) for match in answer.matches]
+    for row, why in zip(matches, answer.reasons):
+        row["explain"] = reason_facts(vocabulary, why)
+    return {
+        "question": question_facts(answer.question, answer.not_used),
+        "taken": taken_facts(answer.taken),
+        "suggested": taken_facts(answer.suggested),
+        "unknown": {word: list(near) for word, near in answer.unknown.items()},
+        "sentences": [taking.sentence() for taking in takings],
+        "decoding": answer.decoding,
+        **_verdict(db, answer),
+        "matches": matches,
+    }
+
+
+def like_facts(db: MotionDB, answer: ExampleAnswer) -> dict[str, Any]:
+    """Return the answer to an example."""
+    return _verdict(db, answer) | {"matches": [_with_take(db, match) for match in answer.matches]}
+
+
+def _verdict(db: MotionDB, answer: WordAnswer | ExampleAnswer) -> dict[str, Any]:
+    return {
+        "matches_anything": answer.matches_anything,
+        "strength": answer.strength,
+        "threshold": answer.threshold,
+        "not_yet_learned": len(db.unlearned()),
+    }
+
+
+def _with_take(db: MotionDB, match: Match) -> dict[str, Any]:
+    """Return a match with what is shown of its capture: who, licence, symbols and words."""
+    row = db.browsed(match.capture)
+    assert row is not None  # both come from one revision
+    return match_facts(match) | {
+        "ref": f"capture:{match.capture}",
+        "reason": match.reason,
+        "duration": round(row.info.duration, 3),
+        "performer": row.info.tags.get("performer"),
+        "licence": row.info.tags.get("licence"),
+        "kind": row.info.kind,
+        "timeline": {
+            "segments": db.segments(match.capture),
+            "words": caption_facts(row.captions),
+        },
+    }

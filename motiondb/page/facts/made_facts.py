@@ -1,0 +1,118 @@
+"""Facts of what was generated: motions from sentences, sequences of grammars."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from motiondb.database import MotionDB
+from motiondb.database.ask.answer_facts import question_facts, taken_facts
+from motiondb.database.generate.generating import Generated
+from motiondb.database.grammars.grammar_sequences import GrammarSequence
+from motiondb.database.grammars.grammar_strips import PATH_STEP, root_path, tree_nodes
+from motiondb.page.facts.capture_facts import description_facts, source_facts, stretch_facts
+from motiondb.records import MOTION_FPS
+
+
+def sentence_facts(made: Generated) -> dict[str, Any]:
+    """Return how a sentence was understood."""
+    takings = (*made.taken.values(), *made.suggested.values())
+    return {
+        "question": question_facts(made.question, made.not_used),
+        "taken": taken_facts(made.taken),
+        "suggested": taken_facts(made.suggested),
+        "unknown": {word: list(near) for word, near in made.unknown.items()},
+        "sentences": [taking.sentence() for taking in takings],
+    }
+
+
+def made_facts(db: MotionDB, made: Generated, made_id: str, saved: str) -> dict[str, Any]:
+    """Return the facts of a generated motion.
+
+    Parameters
+    ----------
+    db : MotionDB
+        The database.
+    made : Generated
+        The motion.
+    made_id : str
+        Its id.
+    saved : str
+        Name of the capture that holds it, or "".
+    """
+    shown = db.shown_actions(made)
+    facts = made.facts()
+    actions = [
+        {
+            "text": " ".join(action.words),
+            "start": round(action.start, 3),
+            "end": round(action.end, 3),
+            "probability": action.probability,
+            "shown": action.is_shown,
+        }
+        for action in shown
+    ]
+    return {
+        **{key: facts[key] for key in ("words", "seed", "method", "seconds", "actions", "symbols")},
+        "id": made_id,
+        "ref": f"made:{made_id}",
+        "recognised": facts["recognised"],
+        "decodings": facts["decodings"],
+        "spans": [{"words": a["text"], "start": a["start"], "end": a["end"]} for a in actions],
+        "recognised_words": description_facts(db.describe(made.motion)),
+        "shown": actions,
+        "not_shown": [{"text": left.text, "reason": left.reason} for left in made.not_used],
+        "sources": source_facts(made.provenance),
+        "stretches": stretch_facts(made.provenance),
+        "saved": saved or None,
+    }
+
+
+def sequence_facts(db: MotionDB, sequence: GrammarSequence, seed: int) -> dict[str, Any]:
+    """Return the facts of a sequence of a grammar.
+
+    Parameters
+    ----------
+    db : MotionDB
+        The database.
+    sequence : GrammarSequence
+        The sequence.
+    seed : int
+        The seed it was made from.
+    """
+    facts = db.grammars.facts(sequence, seed)
+    meanings = db.grammars.meanings(sequence.grammar)
+    names = db.grammars.load(sequence.grammar).terminals.names
+    words = {name: [w for w, _ in meaning.words] for name, meaning in zip(names, meanings)}
+    return {
+        **{key: value for key, value in facts.items() if key not in ("tree", "spans")},
+        "strip": [
+            {
+                "at": at,
+                "terminal": each.terminal,
+                "nonterminal": each.nonterminal,
+                "start": round(each.start, 3),
+                "end": round(each.end, 3),
+                "words": words.get(each.terminal, []),
+                "capture": each.capture,
+                "source_start": round(each.source_start, 3),
+                "source_end": round(each.source_end, 3),
+            }
+            for at, each in enumerate(db.grammars.strip(sequence))
+        ],
+        "path": {
+            "fps": MOTION_FPS / PATH_STEP,
+            "points": root_path(sequence).round(3).tolist(),
+        },
+        "tree": [
+            {
+                "symbol": node.symbol,
+                "parent": node.parent,
+                "start": node.start,
+                "end": node.end,
+                "terminal": node.is_terminal,
+            }
+            for node in tree_nodes(sequence.tree)
+        ],
+        "tree_text": facts["tree"],
+        "stretches": stretch_facts(sequence.provenance),
+    }

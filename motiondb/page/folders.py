@@ -1,0 +1,82 @@
+"""Folders on the server's computer from which captures may be added.
+
+The user names them when the page is started. A path in a request is taken below one of them; links
+that lead out of it are refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from motiondb.page.answers import PageError, unknown
+from motiondb.page.settings import upload_kind
+
+MOST_ENTRIES = 2000
+"""Entries of a folder that are listed. Chosen by hand."""
+
+
+def allowed_path(roots: Sequence[Path], root: int, path: str) -> Path:
+    """Return a path below one of the allowed folders.
+
+    Parameters
+    ----------
+    roots : sequence of Path
+        The allowed folders.
+    root : int
+        Number of one of them.
+    path : str
+        Path below it, with ``/`` between its parts; "" for the folder itself.
+
+    Raises
+    ------
+    PageError
+        There is no such folder, or the path leads out of it.
+    """
+    if not 0 <= root < len(roots):
+        raise PageError(
+            "folder: expected one of the folders that the page was started with, found another."
+            " Start motiondb serve with --folder FOLDER.",
+            403, "FolderError",
+        )  # fmt: skip
+    base = roots[root].resolve()
+    parts = [part for part in path.split("/") if part not in ("", ".")]
+    try:
+        found = base.joinpath(*parts).resolve()
+        inside = found.is_relative_to(base) and ".." not in parts and found.exists()
+    except (OSError, ValueError):  # a loop of links, or letters that no path has
+        inside = False
+    if not inside:
+        raise unknown("folder", path, "Choose one that is listed.")
+    return found
+
+
+def list_folder(roots: Sequence[Path], root: int, path: str) -> dict[str, Any]:
+    """Return what is in an allowed folder: folders, the number of captures, sheets.
+
+    Raises
+    ------
+    PageError
+        There is no such folder.
+    """
+    folder = allowed_path(roots, root, path)
+    if not folder.is_dir():
+        raise unknown("folder", path, "Choose one that is listed.")
+    names: dict[str, list[str]] = {"folder": [], "capture": [], "skeleton": [], "sheet": []}
+    try:
+        for entry in sorted(folder.iterdir())[:MOST_ENTRIES]:
+            kind = "folder" if entry.is_dir() else upload_kind(entry.name)
+            if kind and not entry.name.startswith(".") and not entry.is_symlink():
+                names[kind].append(entry.name)
+    except OSError as error:
+        raise PageError(
+            f"folder: expected one that can be read, found: {error.strerror}."
+        ) from None
+    return {
+        "root": root,
+        "path": path,
+        "folders": names["folder"],
+        "captures": len(names["capture"]),
+        "sheets": names["sheet"],
+    }

@@ -1,0 +1,102 @@
+"""Routes of motion: binary for the player, small ones for tables, files for download."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+from pydantic import Field
+from starlette.responses import Response
+
+from motiondb.database import MotionDB
+from motiondb.page import container, figure
+from motiondb.page.container import Track, body_track
+from motiondb.page.facts import scene_facts
+from motiondb.page.refs import Ref, load_motion, read_ref
+from motiondb.page.routes.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start
+from motiondb.page.state import Page
+from motiondb.pose.features import FEATURE_STEP
+from motiondb.records import MOTION_FPS
+
+MOST_THUMBS = 200
+THUMB_FRAMES, THUMB_SECONDS = 24, 4.0
+"""Frames of a small motion, and the seconds that they span. Chosen by hand."""
+MOST_MOTIONS = 64
+Rate = Annotated[float, Query(ge=1.0, le=MOTION_FPS, description="Frames per second.")]
+
+
+class MotionsBody(Body):
+    """Several motions."""
+
+    items: Annotated[list[Part], Field(min_length=1, max_length=MOST_MOTIONS)]
+    fps: Annotated[float, Field(ge=1.0, le=MOTION_FPS)] = MOTION_FPS
+
+
+def router(page: Page) -> APIRouter:
+    """Return the routes of motion.
+
+    Parameters
+    ----------
+    page : Page
+        The state of the server.
+    """
+    routes = APIRouter(tags=["motion"])
+
+    @routes.get("/api/motion", response_class=Response)
+    def motion(
+        ref: RefText, start: Start = None, end: End = None, fps: Rate = MOTION_FPS
+    ) -> Response:
+        """A motion, or a scene with several tracks, as compact binary."""
+        with page.held.use() as db, db.session.reading():
+            data = tracks_of(page, db, Part(ref=ref, start=start, end=end), fps)
+        return _binary(data)
+
+    @routes.post("/api/motions", response_class=Response)
+    def motions(body: MotionsBody) -> Response:
+        """Several motions in one container, in the order asked for."""
+        found: list[Track] = []
+        with page.held.use() as db, db.session.reading():
+            for part in body.items:
+                found += tracks_of(page, db, part, body.fps)
+        return _binary(found)
+
+    @routes.get("/api/thumbs", response_class=Response)
+    def thumbs(
+        name: Annotated[
+            list[Annotated[str, Query(max_length=LONGEST_TEXT)]],
+            Query(min_length=1, max_length=MOST_THUMBS),
+        ],
+    ) -> Response:
+        """Small motions of stored captures, facing forward; unknown ones have no frames."""
+        with page.held.use() as db, db.session.reading():
+            return _binary([_thumb(db, each) for each in name])
+
+    return routes
+
+
+def tracks_of(page: Page, db: MotionDB, part: Part, fps: float) -> list[Track]:
+    """Return the tracks of a part; those of a scene include the ball."""
+    ref = read_ref(part.ref)
+    if ref.kind in ("scene", "kept"):
+        return scene_facts.scene_tracks(page, db, ref, part.start, part.end, fps)
+    loaded = load_motion(page, db, ref, part.start, part.end)
+    first = round((part.start or 0.0) * MOTION_FPS / FEATURE_STEP) * FEATURE_STEP / MOTION_FPS
+    return [body_track(ref.name, part.ref, figure.figure_of(loaded), first, fps)]
+
+
+def _thumb(db: MotionDB, name: str) -> Track:
+    ref = str(Ref("capture", name))
+    row = db.browsed(name)
+    if row is None:
+        return Track(name, ref, figure.no_points())
+    seconds = min(row.info.duration, THUMB_SECONDS)
+    frames = row.info.motion_frames
+    end = THUMB_SECONDS if frames > THUMB_SECONDS * MOTION_FPS else None
+    shown = figure.figure_of(db.motion(name, None, end))
+    rate = min(MOTION_FPS, THUMB_FRAMES / max(seconds, 1e-3))
+    track = body_track(name, ref, shown, 0.0, rate)
+    return Track(name, ref, figure.facing_forward(track.points[:THUMB_FRAMES]), fps=track.fps)
+
+
+def _binary(tracks: list[Track]) -> Response:
+    return Response(container.pack(tracks), media_type=container.MEDIA_TYPE)

@@ -1,0 +1,45 @@
+"""Parameters that routes share."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Query
+from pydantic import BaseModel, ConfigDict, Field
+
+LONGEST_TEXT = 2000
+"""Most characters of a question or a name in a request. Chosen by hand."""
+MOST_SECONDS = 1e7
+LARGEST_SEED = 2**63 - 1
+
+Start = Annotated[
+    float | None, Query(ge=0.0, le=MOST_SECONDS, allow_inf_nan=False, description="Seconds.")
+]
+End = Annotated[
+    float | None, Query(ge=0.0, le=MOST_SECONDS, allow_inf_nan=False, description="Seconds.")
+]
+Where = Annotated[
+    str, Query(max_length=20_000, description="Filter, such as performer in (14, 16).")
+]
+Limit = Annotated[int, Query(ge=1, le=100, description="Largest number of answers.")]
+RefText = Annotated[
+    str, Query(min_length=1, max_length=LONGEST_TEXT, description="Such as capture:ana/walk_1.")
+]
+Name = Annotated[str, Query(min_length=1, max_length=LONGEST_TEXT, description="A name.")]
+Seconds = Annotated[float, Field(ge=0.0, le=MOST_SECONDS, allow_inf_nan=False)]
+Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
+Text = Annotated[str, Field(max_length=LONGEST_TEXT)]
+
+
+class Body(BaseModel):
+    """A request's JSON; unknown keys are refused, so that a slip is noticed."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class Part(Body):
+    """A ref, or a part of it."""
+
+    ref: Annotated[str, Field(min_length=1, max_length=LONGEST_TEXT)]
+    start: Seconds | None = None
+    end: Seconds | None = None

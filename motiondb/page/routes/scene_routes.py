@@ -1,0 +1,180 @@
+"""Routes of scenes: make, update, keep, and their reports."""
+
+from __future__ import annotations
+
+import secrets
+from pathlib import Path
+from typing import Annotated, Any
+
+from fastapi import APIRouter
+from pydantic import Field
+
+from motiondb.database.scenes.scene_boards import read_board
+from motiondb.database.scenes.scene_files import TACTICS
+from motiondb.database.scenes.scene_reports import report_facts
+from motiondb.page.answers import Answer, PageError
+from motiondb.page.boards import read_board_text
+from motiondb.page.facts.scene_facts import find_kept, kept_scene_facts, read_scene_facts
+from motiondb.page.refs import Ref, read_ref
+from motiondb.page.routes.board_routes import BoardBody
+from motiondb.page.routes.parameters import Body, RefText, Seed, Text
+from motiondb.page.state import Page
+
+Minutes = Annotated[float, Field(gt=0.0, le=10_000.0, allow_inf_nan=False)]
+_LISTED = ("characters", "clips", "frames", "seconds", "error", "rules", "broken")
+
+
+class SceneBody(BoardBody):
+    """A diagram as text, as JSON or by name, and how to make its scene."""
+
+    board: Annotated[str, Field(min_length=1, max_length=60)] | None = None
+    seed: Seed = 0
+    rounds: Annotated[int, Field(ge=1, le=10_000)] = 70
+    minutes: Minutes | None = None
+    chains: Annotated[int, Field(ge=1, le=64)] = 4
+    gaze: bool = True
+
+
+class UpdateBody(BoardBody):
+    """A changed diagram, and the scene to go on from."""
+
+    scene: Text
+    seed: Seed | None = None
+    minutes: Minutes | None = None
+
+
+class KeepBody(Body):
+    """A scene, and the name to keep it by."""
+
+    ref: Text
+    name: Annotated[str, Field(min_length=1, max_length=100)]
+
+
+def router(page: Page) -> APIRouter:
+    """Return the routes of scenes.
+
+    Parameters
+    ----------
+    page : Page
+        The state of the server.
+    """
+    routes = APIRouter(tags=["scenes"])
+
+    @routes.post("/api/scenes", status_code=202)
+    def make(body: SceneBody) -> Answer:
+        """Make a scene of a diagram, as a job."""
+        if body.board is not None and (body.text is not None or body.diagram is not None):
+            raise PageError("scene: expected a board or a text, found both.")
+        if body.board is not None:
+            text = read_board_text(page.settings.boards_folder, body.board)[0]
+        else:
+            text = body.to_text()
+        settings = {
+            key: getattr(body, key) for key in ("seed", "rounds", "minutes", "chains", "gaze")
+        }
+        parameters = _new_scene(page, text) | {"settings": settings}
+        job = page.jobs.start("scene", f"scene of {_title(text)}", parameters)
+        return Answer(job.facts(), 202)
+
+    @routes.post("/api/scenes/update", status_code=202)
+    def update(body: UpdateBody) -> Answer:
+        """Make the scene of a changed diagram from an earlier scene; a newer one cancels it."""
+        text = body.to_text()
+        ref = read_ref(body.scene)
+        earlier: dict[str, Any] = {"name": ref.name, "folder": None}
+        if ref.kind == "scene":
+            earlier["folder"] = str(page.scene_folder(ref.name))
+        elif ref.kind == "kept":
+            with page.held.use() as db:
+                find_kept(db, ref.name)
+        else:
+            raise _no_scene(ref)
+        known = {"seed": body.seed, "minutes": body.minutes}
+        settings = {key: value for key, value in known.items() if value is not None}
+        parameters = _new_scene(page, text) | {"earlier": earlier, "settings": settings}
+        page.jobs.drop_waiting("scene-update")
+        job = page.jobs.start("scene-update", f"update of {_title(text)}", parameters)
+        return Answer(job.facts(), 202)
+
+    _scene_routes(routes, page)
+    return routes
+
+
+def _scene_routes(routes: APIRouter, page: Page) -> None:
+    """Add the routes of scenes that are there."""
+
+    @routes.get("/api/scenes")
+    def scenes() -> Answer:
+        """The scenes that this server made, and those kept in the database."""
+        rows = [
+            {"ref": f"scene:{name}", "name": (facts := _read(page, name))["name"]}
+            | {key: facts["report"][key] for key in _LISTED}
+            for name in page.scene_ids()
+        ]
+        with page.held.use() as db:
+            for name in db.scenes.names():
+                facts = report_facts(db.scenes.load(name))
+                rows.append(
+                    {"ref": f"kept:{name}", "name": name} | {key: facts[key] for key in _LISTED}
+                )
+        return Answer({"scenes": rows})
+
+    @routes.get("/api/scene")
+    def scene(ref: RefText) -> Answer:
+        """A scene: its diagram, its report with every rule, and who does what when."""
+        found = read_ref(ref)
+        if found.kind == "scene":
+            return Answer({"ref": ref} | _read(page, found.name))
+        if found.kind != "kept":
+            raise _no_scene(found)
+        with page.held.use() as db, db.session.reading():
+            record = find_kept(db, found.name)
+            return Answer({"ref": ref} | kept_scene_facts(db, record))
+
+    @routes.post("/api/scenes/keep")
+    def keep(body: KeepBody) -> Answer:
+        """Keep a scene in the database, with its players' motions as captures."""
+        page.check_writable()
+        ref = read_ref(body.ref)
+        if ref.kind != "scene":
+            raise _no_scene(ref)
+        parameters = {
+            "scene": ref.name,
+            "folder": str(page.scene_folder(ref.name)),
+            "name": body.name,
+        }
+        return Answer(page.jobs.ask_scene_worker("scene-keep", "keep the scene", parameters))
+
+    @routes.delete("/api/scene")
+    def remove(ref: RefText) -> Answer:
+        """Remove a kept scene with its players' captures."""
+        page.check_writable()
+        found = read_ref(ref)
+        if found.kind != "kept":
+            raise _no_scene(found)
+        with page.held.use() as db:
+            find_kept(db, found.name)
+            return Answer({"removed": found.name, "captures": db.scenes.remove(found.name)})
+
+
+def _no_scene(ref: Ref) -> PageError:
+    return PageError(f"ref: expected a scene, found {str(ref)[:100]!r}.")
+
+
+def _read(page: Page, name: str) -> dict[str, Any]:
+    return read_scene_facts(page.scene_folder(name))
+
+
+def _title(text: str) -> str:
+    diagram = read_board(text).diagram
+    return diagram.name if diagram else "a diagram"
+
+
+def _new_scene(page: Page, text: str) -> dict[str, Any]:
+    """Return the id and the folder of a new scene; the diagram lies in a folder of its own."""
+    name = f"s{secrets.token_hex(5)}"
+    folder: Path = page.folder / "scenes" / name
+    folder.mkdir(mode=0o700)
+    diagram = folder / f"board{TACTICS}"
+    diagram.write_text(text, encoding="utf-8")
+    return {"scene": name, "folder": str(folder), "diagram": str(diagram)}

@@ -1,0 +1,118 @@
+"""Serve the page until the user ends it."""
+
+from __future__ import annotations
+
+import errno
+import shutil
+import socket
+import tempfile
+import threading
+import webbrowser
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from motiondb.errors import MotionDBError
+from motiondb.page.settings import PageSettings
+
+END = 2
+"""Seconds that open streams get when the server ends. Chosen by hand."""
+
+
+@contextmanager
+def private_folder() -> Iterator[Path]:
+    """Give a folder that only this user can read, and remove it at the end."""
+    folder = Path(tempfile.mkdtemp(prefix="motiondb-page-"))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def check_settings(settings: PageSettings) -> None:
+    """Refuse settings that cannot be served, before anything is opened.
+
+    Raises
+    ------
+    MotionDBError
+        An allowed folder is missing, or other computers could use the page without a token.
+    """
+    for folder in settings.folders:
+        if not folder.is_dir():
+            raise MotionDBError(
+                f"{folder}: expected a folder to add captures from, found none. Name another."
+            )
+    if not settings.is_local and not settings.token:
+        raise MotionDBError(
+            f"host {settings.host}: expected a token for other computers, found none."
+        )
+
+
+def listen(settings: PageSettings) -> socket.socket:
+    """Return a socket that listens at the address of the settings.
+
+    Raises
+    ------
+    MotionDBError
+        The address is taken, or is none of this computer's.
+    """
+    try:
+        family, kind, _, _, address = socket.getaddrinfo(
+            settings.host, settings.port, type=socket.SOCK_STREAM
+        )[0]
+        listening = socket.socket(family, kind)
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind(address)
+    except OSError as error:
+        taken = error.errno == errno.EADDRINUSE
+        advice = (
+            "Choose another with --port, or 0 for any." if taken else "Check --host and --port."
+        )
+        raise MotionDBError(
+            f"{settings.host}:{settings.port}: expected an address to listen at, found:"
+            f" {error.strerror or error}. {advice}"
+        ) from None
+    return listening
+
+
+def address_of(settings: PageSettings, port: int) -> str:
+    """Return the address to open in a browser, with the token where there is one."""
+    host = f"[{settings.host}]" if ":" in settings.host else settings.host
+    host = {"0.0.0.0": socket.gethostname(), "[::]": socket.gethostname()}.get(host, host)
+    return f"http://{host}:{port}/" + (f"?token={settings.token}" if settings.token else "")
+
+
+def serve(settings: PageSettings, told: Callable[[str], None], open_browser: bool) -> None:
+    """Serve the page until the process is interrupted.
+
+    Parameters
+    ----------
+    settings : PageSettings
+        What the user decided.
+    told : callable
+        Called with the address once it can be opened.
+    open_browser : bool
+        Whether to open it in the user's browser.
+
+    Raises
+    ------
+    MotionDBError
+        The database cannot be opened, or the address is taken.
+    """
+    import uvicorn
+
+    from motiondb.page.application import make_application
+
+    check_settings(settings)
+    with private_folder() as folder, listen(settings) as listening:
+        application = make_application(settings, folder)
+        address = address_of(settings, listening.getsockname()[1])
+        config = uvicorn.Config(
+            application, log_level="warning", access_log=False, server_header=False,
+            date_header=False, timeout_graceful_shutdown=END, lifespan="on",
+        )  # fmt: skip
+        listening.listen(128)
+        told(address)
+        if open_browser:
+            threading.Timer(0.5, webbrowser.open, [address]).start()
+        uvicorn.Server(config).run(sockets=[listening])
