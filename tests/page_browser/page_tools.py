@@ -15,6 +15,24 @@ def pixels(page: Any, selector: str) -> str:
     return picture
 
 
+def settled(page: Any, selector: str) -> str:
+    """The picture of a canvas once it has not changed for ten drawn frames."""
+    page.evaluate(
+        """async selector => {
+            const canvas = document.querySelector(selector);
+            let before = '';
+            for (let same = 0; same < 10; ) {
+                await new Promise(requestAnimationFrame);
+                const now = canvas.toDataURL();
+                same = now === before ? same + 1 : 0;
+                before = now;
+            }
+        }""",
+        selector,
+    )
+    return pixels(page, selector)
+
+
 def wait_for(page: Any, expression: str, argument: Any = None) -> None:
     """Wait until a JavaScript function, given an argument, returns something true."""
     page.wait_for_function(expression, arg=argument, timeout=WAIT)

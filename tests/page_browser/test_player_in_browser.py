@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from page_tools import drag_on, pixels, wait_for, wait_for_figure
+from page_tools import drag_on, settled, wait_for, wait_for_figure
 
 CAPTURE = "#/catalogue?capture=ana/long_1"
 
@@ -68,24 +68,22 @@ def test_without_a_loop_it_stops_at_the_end(player):
 
 def test_dragging_turns_the_camera_and_r_brings_it_back(player):
     _press(player, "r")
-    seen = pixels(player, ".player-canvas")
+    seen = settled(player, ".player-canvas")
     drag_on(player, ".player-canvas", 0.3, 0.6)
-    player.wait_for_timeout(200)
-    assert pixels(player, ".player-canvas") != seen
+    assert settled(player, ".player-canvas") != seen
     _press(player, "r")
-    assert pixels(player, ".player-canvas") == seen
+    assert settled(player, ".player-canvas") == seen
 
 
 @pytest.mark.parametrize("key", ["g", "t", "c"])
 def test_grid_trails_and_contacts_can_be_seen(player, key):
     for _ in range(20):
         player.keyboard.press("ArrowRight")
-    player.wait_for_timeout(200)
-    seen = pixels(player, ".player-canvas")
+    seen = settled(player, ".player-canvas")
     _press(player, key)
-    assert pixels(player, ".player-canvas") != seen
+    assert settled(player, ".player-canvas") != seen
     _press(player, key)
-    assert pixels(player, ".player-canvas") == seen
+    assert settled(player, ".player-canvas") == seen
 
 
 def test_following_keeps_the_figure_in_the_middle(player):
