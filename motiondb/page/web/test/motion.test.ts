@@ -56,11 +56,12 @@ test("figures are lit only inside their interval, and never outgrow their room",
   const grey = [0.5, 0.5, 0.5] as const;
   const red = [1, 0, 0] as const;
   const figures = makeFigures([{ motion, colour: grey, litColour: red, lit: [2.1, 2.2], shift: [100, 0] }], [], grey, grey);
-  assert.deepEqual([...figures.draw(2.0, { trails: false, contacts: false }).tints.slice(0, 3)], [...grey]);
+  assert.deepEqual([...figures.draw(2.0, { trails: false, contacts: false }).bodies.tints.slice(0, 3)], [...grey]);
   const lit = figures.draw(2.15, { trails: true, contacts: true });
-  assert.deepEqual([...lit.tints.slice(0, 3)], [...red]);
-  assert.ok(lit.count <= figures.room);
-  assert.ok(lit.capsules[0]! > 100);
+  assert.deepEqual([...lit.bodies.tints.slice(0, 3)], [...red]);
+  for (const drawn of [lit.bodies, lit.marks]) assert.ok(drawn.count * 3 <= drawn.tints.length);
+  assert.ok(lit.marks.count > 0);
+  assert.ok(lit.bodies.capsules[0]! > 100);
 });
 
 test("the camera turns, zooms and moves around its target", () => {

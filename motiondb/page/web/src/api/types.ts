@@ -246,8 +246,16 @@ export interface Answer {
   matches: Match[];
 }
 
+/** The symbols that words were decoded to, where a search by symbols was asked for. */
+export interface Decoding {
+  symbols: number[];
+  log_probability: number;
+  certificate: string;
+}
+
 export interface SearchAnswer extends Answer {
   question: Question;
+  decoding: Decoding | null;
   taken: Record<string, WordProbability[]>;
   suggested: Record<string, WordProbability[]>;
   unknown: Record<string, string[]>;

@@ -6,7 +6,6 @@ import { append, h } from "../dom/element.ts";
 import type { Stage } from "../player/stage.ts";
 import { makeTake } from "../take/take.ts";
 import { stretchLane, type Lane } from "../timeline/lanes.ts";
-import { spanOf } from "../player/screen.ts";
 import { lanesOf } from "../views/catalogue/details.ts";
 import { makeAnswers } from "../views/search/answers.ts";
 import { questionElement } from "../views/search/question.ts";
@@ -82,10 +81,7 @@ function renderTake(host: HTMLElement, context: EmbeddedContext, ref: string, la
           h("ul", { class: "plain" }, sources.map((one) => h("li", {}, one.capture, h("span", { class: "muted" }, ` ${one.frames} frames, licence ${one.licence}`)))))
       : null,
   ]);
-  void context.motions.tracks(ref).then((tracks) => {
-    const [, duration] = spanOf(tracks);
-    return take.load({ ref, duration, lanes });
-  });
+  void take.load({ ref, lanes });
 }
 
 function sequenceLanes(facts: SequenceFacts): Lane[] {

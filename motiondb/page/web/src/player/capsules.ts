@@ -8,29 +8,36 @@
 
 import * as THREE from "three";
 import { CAPSULE } from "./body.ts";
+import type { Drawn } from "./figures.ts";
 
-const AROUND = 12;
-const RINGS = 4;
+/** How finely a capsule is drawn: corners around it, and rings of each cap. */
+export interface Fineness {
+  around: number;
+  rings: number;
+}
+
+export const BODY_FINENESS: Fineness = { around: 10, rings: 3 };
+export const MARK_FINENESS: Fineness = { around: 8, rings: 2 };
 
 /** Directions on the unit sphere, cut in two halves along z; `half` says which end a vertex belongs to. */
-function halfSpheres(): { position: Float32Array; half: Float32Array; index: number[] } {
+function halfSpheres({ around, rings }: Fineness): { position: Float32Array; half: Float32Array; index: number[] } {
   const rows: [number, number][] = [];
-  for (let ring = 0; ring <= RINGS; ring += 1) rows.push([-1 + ring / RINGS, 0]);
-  for (let ring = 0; ring <= RINGS; ring += 1) rows.push([ring / RINGS, 1]);
+  for (let ring = 0; ring <= rings; ring += 1) rows.push([-1 + ring / rings, 0]);
+  for (let ring = 0; ring <= rings; ring += 1) rows.push([ring / rings, 1]);
   const position: number[] = [];
   const half: number[] = [];
   const index: number[] = [];
   for (const [height, side] of rows) {
     const angle = (height * Math.PI) / 2;
-    for (let step = 0; step <= AROUND; step += 1) {
-      const turn = (step / AROUND) * 2 * Math.PI;
+    for (let step = 0; step <= around; step += 1) {
+      const turn = (step / around) * 2 * Math.PI;
       position.push(Math.cos(angle) * Math.cos(turn), Math.cos(angle) * Math.sin(turn), Math.sin(angle));
       half.push(side);
     }
   }
-  const wide = AROUND + 1;
+  const wide = around + 1;
   for (let row = 0; row + 1 < rows.length; row += 1) {
-    for (let step = 0; step < AROUND; step += 1) {
+    for (let step = 0; step < around; step += 1) {
       const a = row * wide + step;
       index.push(a, a + 1, a + wide, a + 1, a + wide + 1, a + wide);
     }
@@ -113,15 +120,15 @@ const TO_LIGHT = new THREE.Vector3(0.45, 1, 0.35).normalize();
 export interface Capsules {
   /** Bodies and shadows, to be added to a scene. */
   readonly object: THREE.Group;
-  /** Show these capsules: numbers as `writeCapsules` writes them, and r, g, b of each. */
-  show(capsules: Float32Array, tints: Float32Array, count: number): void;
+  /** Show these capsules. */
+  show(drawn: Drawn): void;
   setShadow(colour: THREE.Color): void;
   dispose(): void;
 }
 
-/** Make room for a number of capsules. */
-export function makeCapsules(room: number, shadows = true): Capsules {
-  const { position, half, index } = halfSpheres();
+/** Make room for a number of capsules, with or without shadows on the ground. */
+export function makeCapsules(room: number, fineness: Fineness, shadows: boolean): Capsules {
+  const { position, half, index } = halfSpheres(fineness);
   const geometry = new THREE.InstancedBufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
   geometry.setAttribute("half_", new THREE.BufferAttribute(half, 1));
@@ -158,7 +165,7 @@ export function makeCapsules(room: number, shadows = true): Capsules {
   }
   return {
     object,
-    show(capsules, tints, count) {
+    show({ capsules, tints, count }) {
       (ends.array as Float32Array).set(capsules.subarray(0, count * CAPSULE));
       ends.needsUpdate = true;
       (tint.array as Float32Array).set(tints.subarray(0, count * 3));

@@ -36,11 +36,21 @@ const TRAIL_RADIUS = 0.011;
 const TRAILED = ["pelvis", "l_hand_end", "r_hand_end", "l_toe", "r_toe"];
 const FEET = ["l_toe", "r_toe"];
 
+/** What is drawn at one time: bodies and balls with shadows; trails and marks, coarse and without. */
+export interface Picture {
+  bodies: Drawn;
+  marks: Drawn;
+}
+
 export interface Figures {
-  readonly room: number;
   /** Middle of the bodies at the last drawn time; the camera follows it. */
   readonly centre: readonly [number, number, number];
-  draw(time: number, show: { trails: boolean; contacts: boolean }): Drawn;
+  draw(time: number, show: { trails: boolean; contacts: boolean }): Picture;
+}
+
+/** Empty arrays with room for a number of capsules. */
+function roomFor(count: number): Drawn {
+  return { capsules: new Float32Array(count * CAPSULE), tints: new Float32Array(count * 3), count: 0 };
 }
 
 /** Prepare bodies and balls for drawing. */
@@ -52,28 +62,25 @@ export function makeFigures(
 ): Figures {
   const prepared = figures.filter((figure) => figure.motion.frames > 0).map(prepare);
   const bodies = prepared.reduce((sum, figure) => sum + figure.bones.length, 0);
-  const trails = prepared.length * TRAILED.length * TRAIL_STEPS;
-  const room = bodies + trails + prepared.length * FEET.length + balls.length;
-  const drawn: Drawn = {
-    capsules: new Float32Array(room * CAPSULE),
-    tints: new Float32Array(room * 3),
-    count: 0,
+  const picture: Picture = {
+    bodies: roomFor(bodies + balls.length),
+    marks: roomFor(prepared.length * (TRAILED.length * TRAIL_STEPS + FEET.length)),
   };
   const centre: [number, number, number] = [0, 0.9, 0];
   return {
-    room,
     centre,
     draw(time, show) {
-      drawn.count = 0;
+      picture.bodies.count = 0;
+      picture.marks.count = 0;
       centre.fill(0);
       for (const figure of prepared) {
-        drawBody(drawn, figure, time);
+        drawBody(picture.bodies, figure, time);
         for (let axis = 0; axis < 3; axis += 1) centre[axis]! += figure.pose[axis]! / prepared.length;
-        if (show.contacts) drawContacts(drawn, figure, time, markColour);
-        if (show.trails) drawTrails(drawn, figure, time);
+        if (show.contacts) drawContacts(picture.marks, figure, time, markColour);
+        if (show.trails) drawTrails(picture.marks, figure, time);
       }
-      for (const ball of balls) drawBall(drawn, ball, time, ballColour);
-      return drawn;
+      for (const ball of balls) drawBall(picture.bodies, ball, time, ballColour);
+      return picture;
     },
   };
 }

@@ -2,7 +2,7 @@
 
 import { CAPSULE } from "./body.ts";
 import { eyeOf, FIELD_OF_VIEW, type Orbit } from "./camera.ts";
-import type { Drawn } from "./figures.ts";
+import type { Picture } from "./figures.ts";
 
 type Point = readonly [x: number, y: number, depth: number];
 
@@ -22,8 +22,8 @@ export function pictureOf(orbit: Orbit, width: number, height: number): (p: read
   };
 }
 
-/** Draw capsules on a canvas. */
-export function paintFlat(canvas: HTMLCanvasElement, drawn: Drawn, orbit: Orbit): void {
+/** Draw bodies and marks on a canvas. */
+export function paintFlat(canvas: HTMLCanvasElement, shown: Picture, orbit: Orbit): void {
   const width = canvas.clientWidth;
   const height = canvas.clientHeight;
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
@@ -34,18 +34,21 @@ export function paintFlat(canvas: HTMLCanvasElement, drawn: Drawn, orbit: Orbit)
   const picture = pictureOf(orbit, width, height);
   const size = height / 2 / Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
   const strokes = [];
-  for (let i = 0; i < drawn.count; i += 1) {
-    const c = drawn.capsules.subarray(i * CAPSULE, (i + 1) * CAPSULE);
-    const a = picture([c[0]!, c[1]!, c[2]!]);
-    const b = picture([c[4]!, c[5]!, c[6]!]);
-    const depth = (a[2] + b[2]) / 2;
-    strokes.push({ a, b, depth, wide: ((c[3]! + c[7]!) * size) / depth, i });
+  for (const drawn of [shown.bodies, shown.marks]) {
+    for (let i = 0; i < drawn.count; i += 1) {
+      const c = drawn.capsules.subarray(i * CAPSULE, (i + 1) * CAPSULE);
+      const a = picture([c[0]!, c[1]!, c[2]!]);
+      const b = picture([c[4]!, c[5]!, c[6]!]);
+      const depth = (a[2] + b[2]) / 2;
+      const [red, green, blue] = drawn.tints.subarray(3 * i, 3 * i + 3);
+      const colour = `rgb(${red! * 255} ${green! * 255} ${blue! * 255})`;
+      strokes.push({ a, b, depth, wide: ((c[3]! + c[7]!) * size) / depth, colour });
+    }
   }
   strokes.sort((p, q) => q.depth - p.depth);
   context.lineCap = "round";
-  for (const { a, b, wide, i } of strokes) {
-    const [r, g, bl] = drawn.tints.subarray(3 * i, 3 * i + 3);
-    context.strokeStyle = `rgb(${r! * 255} ${g! * 255} ${bl! * 255})`;
+  for (const { a, b, wide, colour } of strokes) {
+    context.strokeStyle = colour;
     context.lineWidth = Math.max(wide, 1);
     context.beginPath();
     context.moveTo(a[0], a[1]);

@@ -7,7 +7,7 @@
 import * as THREE from "three";
 import type { BallTrack, BodyTrack, Track } from "../api/container.ts";
 import { eyeOf, FIELD_OF_VIEW, orbitAround, type Orbit } from "./camera.ts";
-import { makeCapsules, type Capsules } from "./capsules.ts";
+import { BODY_FINENESS, makeCapsules, MARK_FINENESS, type Capsules } from "./capsules.ts";
 import type { StageColours } from "./colours.ts";
 import { makeFigures, type Colour, type Figures } from "./figures.ts";
 import { paintFlat } from "./flat.ts";
@@ -81,7 +81,8 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
   let shown: Shown = { tracks: [] };
   let colours: StageColours | null = null;
   let figures: Figures | null = null;
-  let capsules: Capsules | null = null;
+  let bodyCapsules: Capsules | null = null;
+  let markCapsules: Capsules | null = null;
   let playback = startPlayback(0);
   let orbit = orbitAround([-0.5, 0, -0.5], [0.5, 1.75, 0.5]);
   let switches: Switches = { follow: false, grid: true, trails: false, contacts: false };
@@ -107,14 +108,21 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
       rgb(colours.contact),
       rgb(colours.contact),
     );
-    if (capsules) {
+    clear();
+    const { bodies: drawn, marks } = figures.draw(playback.time, switches);
+    bodyCapsules = makeCapsules(drawn.tints.length / 3, BODY_FINENESS, true);
+    bodyCapsules.setShadow(colours.shadow);
+    markCapsules = makeCapsules(marks.tints.length / 3, MARK_FINENESS, false);
+    scene.add(bodyCapsules.object, markCapsules.object);
+    changed = true;
+  }
+
+  function clear(): void {
+    for (const capsules of [bodyCapsules, markCapsules]) {
+      if (!capsules) continue;
       scene.remove(capsules.object);
       capsules.dispose();
     }
-    capsules = makeCapsules(Math.max(figures.room, 1));
-    capsules.setShadow(colours.shadow);
-    scene.add(capsules.object);
-    changed = true;
   }
 
   function box(from: number, to: number): Box {
@@ -142,8 +150,11 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
   }
 
   function place(): void {
-    const drawn = figures?.draw(playback.time, switches);
-    if (drawn) capsules?.show(drawn.capsules, drawn.tints, drawn.count);
+    const picture = figures?.draw(playback.time, switches);
+    if (picture) {
+      bodyCapsules?.show(picture.bodies);
+      markCapsules?.show(picture.marks);
+    }
     follow();
     const [x, y, z] = eyeOf(orbit);
     camera.position.set(x, Math.max(y, 0.05), z);
@@ -232,7 +243,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     redraw: () => void (changed = true),
     close() {
       end();
-      capsules?.dispose();
+      clear();
       ground.dispose();
     },
   };

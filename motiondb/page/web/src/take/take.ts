@@ -14,8 +14,8 @@ import { makePartBar } from "./part_bar.ts";
 
 export interface TakeContents {
   ref: string;
-  duration: number;
-  lanes: readonly Lane[];
+  /** What is known before; lanes may come later with `setLanes`. */
+  lanes?: readonly Lane[];
   selection?: Interval | null;
 }
 
@@ -43,6 +43,7 @@ export function makeTake(context: { stage: Stage; motions: Motions }, options: T
   const partBar = makePartBar(options.partActions ?? [], (part) => select(part));
   const element = h("div", { class: "take" }, player.element, timelineBox, partBar.element);
   let timeline: Timeline | null = null;
+  let lanes: readonly Lane[] = [];
   let selection: Interval | null = null;
   let loaded = "";
 
@@ -66,14 +67,7 @@ export function makeTake(context: { stage: Stage; motions: Motions }, options: T
 
   async function load(contents: TakeContents): Promise<void> {
     loaded = contents.ref;
-    timeline = makeTimeline({
-      duration: contents.duration,
-      label: `Timeline of ${options.label}`,
-      onSeek: (time) => player.seek(time),
-      onSelect: select,
-    });
-    timeline.setLanes(contents.lanes);
-    fill(timelineBox, timeline.element);
+    lanes = contents.lanes ?? [];
     player.say("Loading…");
     let tracks: Track[];
     try {
@@ -85,6 +79,14 @@ export function makeTake(context: { stage: Stage; motions: Motions }, options: T
     if (loaded !== contents.ref) return;
     const [from, to] = spanOf(tracks);
     player.show({ tracks, from, to, lit: contents.selection ?? null });
+    timeline = makeTimeline({
+      duration: to,
+      label: `Timeline of ${options.label}`,
+      onSeek: (time) => player.seek(time),
+      onSelect: select,
+    });
+    timeline.setLanes(lanes);
+    fill(timelineBox, timeline.element);
     select(contents.selection ?? null);
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) player.play();
   }
@@ -93,7 +95,10 @@ export function makeTake(context: { stage: Stage; motions: Motions }, options: T
     element,
     player,
     load,
-    setLanes: (lanes) => timeline?.setLanes(lanes),
+    setLanes(next) {
+      lanes = next;
+      timeline?.setLanes(next);
+    },
     get selection() {
       return selection;
     },

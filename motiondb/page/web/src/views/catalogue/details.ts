@@ -36,13 +36,14 @@ export function lanesOf(facts: CaptureFacts): Lane[] {
 
 export function makeDetails(context: Context, actions: WordsActions, leave: () => void): Details {
   let facts: CaptureFacts | null = null;
+  let name = "";
   const title = h("h2", { tabindex: -1 });
   const under = h("div", { class: "details-under" });
-  const ref = (): string => facts!.ref;
+  const ref = (): string => `capture:${name}`;
 
   const writeWords = (part: Interval): void => {
-    const { name } = facts!;
-    askWords(name, part, (words) => actions.addPart(name, words, part[0], part[1]));
+    const capture = name;
+    askWords(capture, part, (words) => actions.addPart(capture, words, part[0], part[1]));
   };
   const likeThis = (part: Interval): void => go(routeTo("search", { like: ref(), start: part[0].toFixed(3), end: part[1].toFixed(3) }));
   const take = makeTake(context, {
@@ -64,7 +65,6 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
   }
 
   async function removeCapture(): Promise<void> {
-    const { name } = facts!;
     const sure = await askWhether(
       `Remove ${name}?`,
       "The capture, its words and what was learned from its words are removed from the database. This cannot be undone.",
@@ -93,7 +93,6 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
 
   function showFacts(): void {
     if (!facts) return;
-    const { name } = facts;
     take.setLanes(lanesOf(facts));
     captions.show(name, facts.words, !context.status().read_only && facts.kind !== "generated");
     const buttons: [string, () => void][] = [
@@ -118,19 +117,22 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
 
   return {
     element,
-    async show(name) {
+    async show(next) {
+      name = next;
       title.textContent = name;
       facts = null;
+      under.replaceChildren();
+      const ready = take.load({ ref: ref() }); // it plays while the facts are computed
       try {
-        const answer = await get<CaptureFacts>("/api/capture", { name });
-        if (title.textContent !== name) return;
+        const answer = await get<CaptureFacts>("/api/capture", { name: next });
+        if (name !== next) return;
         facts = answer;
       } catch (fault) {
-        fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
+        if (name === next) fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
         return;
       }
       showFacts();
-      await take.load({ ref: facts.ref, duration: facts.duration, lanes: lanesOf(facts) });
+      await ready;
     },
     async reload() {
       if (!facts) return;

@@ -49,7 +49,7 @@ function lanesOf(match: Match): Lane[] {
 
 function foundList(match: Match, seek: (time: number) => void): Child {
   const parts = match.parts ?? [];
-  if (parts.length === 0) return match.place === "unknown" ? h("p", { class: "small" }, match.reason ?? "") : null;
+  if (parts.length === 0) return match.reason ? h("p", { class: "small" }, match.reason) : null;
   return h("ul", { class: "plain found" }, parts.map((part) => {
     const certain = [
       part.probability === null ? "" : `shown ${probability(part.probability)}`,
@@ -74,7 +74,7 @@ export function makeAnswer(context: { stage: Stage; motions: Motions }, match: M
   const clip: Clip = makeClip(context, {
     ref: match.ref,
     part,
-    lit: match.place === "unknown" ? null : part,
+    lit: match.place === "unknown" || !options.matches ? null : part,
     label: `${match.capture}, ${interval(...part)}`,
     onTime: (time) => timeline.setTime(time),
   });

@@ -18,7 +18,6 @@ export interface Example {
 }
 
 interface Described {
-  duration: number;
   words: WordsOverTime[];
 }
 
@@ -28,19 +27,16 @@ export function nameOf(ref: string): string {
   return ref.startsWith("upload:") ? name.slice(name.indexOf("/") + 1) : name;
 }
 
-async function load(ref: string): Promise<{ duration: number; lanes: Lane[] }> {
+async function lanesOf(ref: string): Promise<Lane[]> {
   if (ref.startsWith("capture:")) {
     const facts = await get<CaptureFacts>("/api/capture", { name: nameOf(ref) });
-    return {
-      duration: facts.duration,
-      lanes: [symbolLane(facts.segments), captionLane(facts.words, facts.duration), wordLane(facts.recognised)],
-    };
+    return [symbolLane(facts.segments), captionLane(facts.words, facts.duration), wordLane(facts.recognised)];
   }
   const described = await get<Described>("/api/describe", { ref });
   const symbols = described.words.flatMap(({ start, end, symbols: list }) =>
     list?.length === 1 ? [{ start, end, symbol: list[0]!, known: true }] : [],
   );
-  return { duration: described.duration, lanes: [symbolLane(symbols), wordLane(described.words)] };
+  return [symbolLane(symbols), wordLane(described.words)];
 }
 
 export function makeExample(context: Context, selected: (part: Interval | null) => void, leave: () => void): Example {
@@ -63,8 +59,10 @@ export function makeExample(context: Context, selected: (part: Interval | null) 
       shown = ref;
       ready = false;
       try {
-        const { duration, lanes } = await load(ref);
-        await take.load({ ref, duration, lanes, selection: part });
+        const described = lanesOf(ref);
+        await take.load({ ref, selection: part });
+        ready = true;
+        take.setLanes(await described);
       } catch (fault) {
         if (!isAbort(fault)) context.fail(fault);
       }

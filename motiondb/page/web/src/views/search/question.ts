@@ -1,7 +1,9 @@
 /** The understood question as chips: what was asked, in which order, and what is not used. */
 
-import type { Question, QuestionTree, WordProbability } from "../../api/types.ts";
+import type { Decoding, Question, QuestionTree, WordProbability } from "../../api/types.ts";
 import { h, type Child } from "../../dom/element.ts";
+import { signed } from "../../parts/text.ts";
+import { routeTo } from "../../shell/router.ts";
 
 /** A chip of the question: an action, a joint between actions, or a frame around some. */
 export type Chip =
@@ -58,6 +60,17 @@ function chipElement(chip: Chip): HTMLElement {
     { class: chip.excluded ? "chip-group excluded" : "chip-group" },
     chip.text ? h("span", { class: "chip-joint" }, chip.text) : null,
     chip.chips.map(chipElement),
+  );
+}
+
+/** The symbols that a question was decoded to, each a link to its place on the map. */
+export function decodingElement(decoding: Decoding): HTMLElement {
+  return h(
+    "p",
+    { class: "small" },
+    "Decoded to symbols ",
+    decoding.symbols.map((symbol) => [h("a", { href: routeTo("symbols", { symbol }) }, symbol), " "]),
+    h("span", { class: "muted" }, `(log-probability ${signed(decoding.log_probability)}, ${decoding.certificate})`),
   );
 }
 

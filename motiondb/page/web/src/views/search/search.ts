@@ -13,7 +13,7 @@ import type { Context, OpenView, View } from "../view.ts";
 import { notLearned } from "../not_learned.ts";
 import { makeAnswers } from "./answers.ts";
 import { makeExample, type Example } from "./example.ts";
-import { questionElement } from "./question.ts";
+import { decodingElement, questionElement } from "./question.ts";
 import { makeSelection } from "./selection.ts";
 
 const EXAMPLES = ["walk, turn left, sit down", "wave while walking", "walk but not run", "jump twice"];
@@ -112,7 +112,8 @@ function open(host: HTMLElement, context: Context): OpenView {
       const rest = { where: wanted.where, limit: wanted.limit || "10" };
       if (wanted.q) {
         const answer = await get<SearchAnswer>("/api/search", { q: wanted.q, ...rest, exact: wanted.exact !== "", by_symbols: wanted.symbols !== "" }, signal);
-        fill(understood, questionElement(answer.question, answer.sentences, answer.unknown, answer.suggested, replaceWord));
+        fill(understood, questionElement(answer.question, answer.sentences, answer.unknown, answer.suggested, replaceWord),
+          answer.decoding ? decodingElement(answer.decoding) : null);
         answers.show(answer);
       } else {
         const answer = await get<LikeAnswer>("/api/like", { ref: wanted.like, start: wanted.start, end: wanted.end, ...rest }, signal);
