@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
@@ -66,6 +67,7 @@ def search(
     ] = False,
     exact: Exact = False,
     png: Png = None,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -98,6 +100,10 @@ def search(
             explaining.draw_reason(base, answer, png, words)
         elif png and answer.matches:
             _draw(base, answer.matches, png, words)
+        if html:
+            from motiondb.page.standalone import search_page
+
+            write_html(html, search_page(base, answer))
     note_taken(answer.taken, answer.suggested, answer.unknown)
     why = [answer_facts.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
     more = {"question": answer_facts.question_facts(answer.question, answer.not_used)}
@@ -128,6 +134,7 @@ def like(
         ),
     ] = None,
     png: Png = None,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -142,6 +149,10 @@ def like(
         if png and answer.matches:
             motion = base.motion(example, start, end)
             _draw(base, answer.matches, png, f"like {example}", motion)
+        if html:
+            from motiondb.page.standalone import like_page
+
+            write_html(html, like_page(base, answer, example, (start, end)))
     _print_answer(answer, json, reasons=any(m.reason for m in answer))
 
 
@@ -247,6 +258,7 @@ def generate(
         str | None, typer.Option("--save", help="Keep it as a capture of this name.")
     ] = None,
     png: Png = None,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -265,6 +277,10 @@ def generate(
             facts["capture"] = save
         if png:
             made.draw(png)
+        if html:
+            from motiondb.page.standalone import generated_page
+
+            write_html(html, generated_page(base, made, save or ""))
     note_taken(made.taken, made.suggested, made.unknown)
     if json:
         facts["question"] = answer_facts.question_facts(made.question, made.not_used)

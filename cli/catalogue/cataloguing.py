@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
     Commands,
@@ -236,6 +237,7 @@ def show(
     ] = None,
     start: From = None,
     end: To = None,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -250,6 +252,10 @@ def show(
             base.draw(name, png)
         if gif:
             base.animate(name, gif, start, end)
+        if html:
+            from motiondb.page.standalone import capture_page
+
+            write_html(html, capture_page(base, name))
     pictures = {k: str(file) for k, file in (("png", png), ("gif", gif)) if file}
     if json:
         print_json(facts | pictures)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
@@ -61,6 +62,7 @@ def generate(
     ] = None,
     save: Save = None,
     png: Png = None,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -71,6 +73,10 @@ def generate(
             base.check_name_free(save)
         made = base.grammars.generate(name, seed, length)
         facts = _hand_out(base, made, seed, (output, png), save, {"length": length})
+        if html:
+            from motiondb.page.standalone import sequence_page
+
+            write_html(html, sequence_page(base, made, seed))
     if json:
         print_json(facts)
     else:

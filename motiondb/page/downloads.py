@@ -14,9 +14,10 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.page.answers import PageError
-from motiondb.page.facts.scene_facts import find_kept, scene_tracks
+from motiondb.page.facts.scene_facts import find_kept
+from motiondb.page.parameters import Part
 from motiondb.page.refs import Ref, find_capture, load_motion, read_ref
-from motiondb.page.routes.parameters import Part
+from motiondb.page.scene_motions import load_scene
 from motiondb.page.state import Page
 from motiondb.records import Motion
 
@@ -108,7 +109,7 @@ def _write(page: Page, db: MotionDB, wanted: tuple[Part, str, bool], folder: Pat
         _write_scene(page, ref, folder)
     elif ref.kind == "kept":
         record = find_kept(db, ref.name)
-        scene_tracks(page, db, ref, None, None, 30.0)  # refuses what is gone
+        load_scene(page, db, ref, None, None, 30.0)  # refuses what is gone
         for player in record.players:
             name = f"{ref.name}/{player.name}"
             db.export(name, folder / f"{_plain(player.name)}.{ending}", canonical=True)

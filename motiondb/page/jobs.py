@@ -9,6 +9,7 @@ database saves all of a change or nothing.
 from __future__ import annotations
 
 import json
+import re
 import secrets
 import subprocess
 import sys
@@ -86,7 +87,7 @@ class Job:
     def tell(self, what: str, share: float, error: float | None) -> None:
         """Note progress."""
         self.what, self.share, self.error = what, min(max(share, 0.0), 1.0), error
-        if error is not None and self.kind in SCENE_KINDS:
+        if error is not None and what.startswith("sampling"):
             self.curve.append((round(self.share, 4), error))
             del self.curve[:-MOST_POINTS]
         self.version += 1
@@ -190,6 +191,7 @@ class Jobs:
 
     def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
         self._database, self._read_only, self._folder = database, read_only, folder
+        self._private = re.compile(rf"{re.escape(str(folder.parent))}/(?:[^/\s:]+/)*")
         self._jobs: OrderedDict[str, Job] = OrderedDict()
         self._workers: dict[str, Worker] = {}
         self._scene_worker: Worker | None = None
@@ -277,7 +279,7 @@ class Jobs:
             self._workers[job.job_id] = worker
         try:
             if not job.is_over and not self._closed:
-                worker.run(job, parameters)
+                self._run(worker, job, parameters)
         finally:
             with self._lock:
                 self._workers.pop(job.job_id, None)
@@ -295,10 +297,16 @@ class Jobs:
                 with self._lock:
                     self._workers[job.job_id] = worker
                 if not job.is_over:
-                    worker.run(job, parameters)
+                    self._run(worker, job, parameters)
                 with self._lock:
                     self._workers.pop(job.job_id, None)
             return
+
+    def _run(self, worker: Worker, job: Job, parameters: Mapping[str, Any]) -> None:
+        """Do a job; its message does not tell the server's private folder."""
+        worker.run(job, parameters)
+        if job.message:
+            job.message = self._private.sub("", job.message)
 
     def _forget(self) -> None:
         """Forget the oldest jobs that are over, if there are too many."""

@@ -10,8 +10,8 @@ from fastapi import APIRouter, Query
 from motiondb.page.answers import Answer
 from motiondb.page.facts.asked_facts import like_facts, search_facts
 from motiondb.page.facts.capture_facts import description_facts
+from motiondb.page.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
 from motiondb.page.refs import load_motion, read_ref
-from motiondb.page.routes.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
 from motiondb.page.state import Page
 
 

@@ -13,7 +13,7 @@ from motiondb.database.scenes.scene_files import GRAMMAR, shipped
 from motiondb.page.answers import Answer, PageError
 from motiondb.page.boards import list_boards, read_board_text, remove_board, save_board
 from motiondb.page.facts.board_facts import board_facts
-from motiondb.page.routes.parameters import Body, Name
+from motiondb.page.parameters import Body, Name
 from motiondb.page.state import Page
 from motiondb.scene.language.diagram_text import format_diagram
 from motiondb.scene.language.semantic_rules import Spot

@@ -18,7 +18,7 @@ from motiondb.page.facts.capture_facts import (
     relation_facts,
     row_facts,
 )
-from motiondb.page.routes.parameters import Body, Limit, Name, Seconds, Text, Where
+from motiondb.page.parameters import Body, Limit, Name, Seconds, Text, Where
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS
 from motiondb.page.state import Page, WordEdit
 from motiondb.records import Caption

@@ -13,9 +13,9 @@ from motiondb.database.grammars.grammar_editing import Edit
 from motiondb.errors import QueryError
 from motiondb.page.answers import Answer, PageError, unknown
 from motiondb.page.facts.made_facts import sequence_facts
+from motiondb.page.parameters import Body, Name, Seed, Text
 from motiondb.page.routes.catalogue import find_row
 from motiondb.page.routes.generating import SaveBody
-from motiondb.page.routes.parameters import Body, Name, Seed, Text
 from motiondb.page.state import MadeSequence, Page
 
 LONGEST_SEQUENCE = 200

@@ -17,7 +17,7 @@ from motiondb.capture import unit_from_name
 from motiondb.page.answers import Answer, PageError, to_json
 from motiondb.page.folders import allowed_path, list_folder
 from motiondb.page.jobs import Job
-from motiondb.page.routes.parameters import Body, Seed, Text
+from motiondb.page.parameters import Body, Seed, Text
 from motiondb.page.state import Page
 
 EVERY = 0.1

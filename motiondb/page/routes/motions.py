@@ -11,9 +11,9 @@ from starlette.responses import Response
 from motiondb.database import MotionDB
 from motiondb.page import container, figure
 from motiondb.page.container import Track, body_track
-from motiondb.page.facts import scene_facts
+from motiondb.page.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start
 from motiondb.page.refs import Ref, load_motion, read_ref
-from motiondb.page.routes.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start
+from motiondb.page.scene_motions import load_scene
 from motiondb.page.state import Page
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS
@@ -78,7 +78,7 @@ def tracks_of(page: Page, db: MotionDB, part: Part, fps: float) -> list[Track]:
     """Return the tracks of a part; those of a scene include the ball."""
     ref = read_ref(part.ref)
     if ref.kind in ("scene", "kept"):
-        return scene_facts.scene_tracks(page, db, ref, part.start, part.end, fps)
+        return load_scene(page, db, ref, part.start, part.end, fps)
     loaded = load_motion(page, db, ref, part.start, part.end)
     first = round((part.start or 0.0) * MOTION_FPS / FEATURE_STEP) * FEATURE_STEP / MOTION_FPS
     return [body_track(ref.name, part.ref, figure.figure_of(loaded), first, fps)]

@@ -15,9 +15,9 @@ from motiondb.database.scenes.scene_reports import report_facts
 from motiondb.page.answers import Answer, PageError
 from motiondb.page.boards import read_board_text
 from motiondb.page.facts.scene_facts import find_kept, kept_scene_facts, read_scene_facts
+from motiondb.page.parameters import Body, RefText, Seed, Text
 from motiondb.page.refs import Ref, read_ref
 from motiondb.page.routes.board_routes import BoardBody
-from motiondb.page.routes.parameters import Body, RefText, Seed, Text
 from motiondb.page.state import Page
 
 Minutes = Annotated[float, Field(gt=0.0, le=10_000.0, allow_inf_nan=False)]

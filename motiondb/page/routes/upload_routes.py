@@ -14,7 +14,7 @@ from starlette.responses import Response
 
 from motiondb.page.answers import Answer, PageError
 from motiondb.page.downloads import Download, download
-from motiondb.page.routes.parameters import Body, End, Part, RefText, Start
+from motiondb.page.parameters import Body, End, Part, RefText, Start
 from motiondb.page.state import Page
 
 MOST_ITEMS = 500

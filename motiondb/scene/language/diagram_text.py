@@ -20,7 +20,8 @@ def format_diagram(diagram: Diagram) -> str:
         The diagram; names must be such as the format allows.
 
     >>> from motiondb.scene.language.tactics import Player
-    >>> play = Diagram("Drill", (Player("A1", "attack", Spot(0.0, 8.0)),), (Element("layup", 1, "A1"),))
+    >>> shooter = Player("A1", "attack", Spot(0.0, 8.0))
+    >>> play = Diagram("Drill", (shooter,), (Element("layup", 1, "A1"),))
     >>> print(format_diagram(play))
     diagram "Drill"
     grammar basketball

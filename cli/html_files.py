@@ -1,0 +1,65 @@
+"""The option ``--html``: a file with the answer, its motions and a player, for any browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from motiondb.page.standalone import Standalone
+
+
+def html_name(path: Path | None) -> Path | None:
+    """Refuse a file that cannot be a page, before anything is computed.
+
+    Parameters
+    ----------
+    path : Path, optional
+        The file.
+
+    Raises
+    ------
+    QueryError
+        If the ending is not .html or .htm.
+    MotionDBError
+        If the files of the page were not built.
+    """
+    if path is None:
+        return None
+    from motiondb.errors import QueryError
+    from motiondb.page.standalone import check_bundle
+
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise QueryError(
+            f"{path}: expected a name that ends in .html, found {path.suffix or 'no ending'!r}."
+        )
+    check_bundle()
+    return path
+
+
+Html = Annotated[
+    Path | None,
+    typer.Option(
+        "--html",
+        callback=html_name,
+        help="Write a page with the answer and a player into this file (.html).",
+    ),
+]
+
+
+def write_html(path: Path, shown: Standalone) -> None:
+    """Write the page, and say so on standard error.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    shown : Standalone
+        What it shows.
+    """
+    from motiondb.page.standalone import write_standalone
+
+    write_standalone(path, shown)
+    typer.echo(f"page: {path}", err=True)

@@ -1,0 +1,52 @@
+"""The motions of scenes: made by a job of this server, or kept in the database."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from motiondb.database import MotionDB
+from motiondb.errors import QueryError
+from motiondb.page import container, figure
+from motiondb.page.container import Track
+from motiondb.page.facts.scene_facts import MOTION_FILE, find_kept, scene_tracks
+from motiondb.page.refs import Ref
+from motiondb.page.state import Page
+from motiondb.records import MOTION_FPS, FloatArray
+
+
+def load_scene(
+    page: Page, db: MotionDB, ref: Ref, start: float | None, end: float | None, fps: float
+) -> list[Track]:
+    """Return the tracks of a scene, or of a part of it.
+
+    Raises
+    ------
+    MotionDBError
+        There is no such scene, or captures of a kept one were removed.
+    """
+    if ref.kind == "scene":
+        data = (page.scene_folder(ref.name) / MOTION_FILE).read_bytes()
+        tracks = container.read_tracks(data)
+    else:
+        record = find_kept(db, ref.name)
+        gone = [player.name for player in record.players if player.capture_id == -1]
+        if gone:
+            raise QueryError(
+                f"{ref.name}: expected the motions of its players, found that the captures of"
+                f" {', '.join(gone)} were removed. Make the scene anew."
+            )
+        motions = {player.name: db.motion(f"{ref.name}/{player.name}") for player in record.players}
+        tracks = scene_tracks(record, motions, str(ref))
+    return [_part(track, start, end, fps) for track in tracks]
+
+
+def _part(track: Track, start: float | None, end: float | None, fps: float) -> Track:
+    """Return a part of a track (seconds) at a lower or the same rate."""
+    n_frames = len(track.points)
+    low = min(round((start or 0.0) * MOTION_FPS), n_frames)
+    high = n_frames if end is None else min(round(end * MOTION_FPS), n_frames)
+    kept = low + figure.thinned(max(high - low, 0), MOTION_FPS, fps)
+    points: FloatArray = track.points[kept]
+    contacts = None if track.contacts is None else track.contacts[kept]
+    rate = min(fps, MOTION_FPS)
+    return replace(track, points=points, contacts=contacts, start=low / MOTION_FPS, fps=rate)

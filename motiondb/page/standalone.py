@@ -1,0 +1,247 @@
+"""One file with the page, an answer and its motions, to send to somebody.
+
+The file needs no server and loads nothing: script and style are inside, and its content security
+policy allows these two alone, by their hashes. The answer has the form that the route of the same
+name gives. Motions are containers (:mod:`motiondb.page.container`) in base64, by ref.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from motiondb import __version__
+from motiondb.database import MotionDB
+from motiondb.database.catalogue.parts import write_bytes
+from motiondb.errors import MotionDBError
+from motiondb.page import container, figure
+from motiondb.page.answers import to_json
+from motiondb.page.bundle_files import BUNDLE, NO_BUNDLE, is_built
+from motiondb.page.facts.asked_facts import like_facts, search_facts
+from motiondb.page.facts.capture_facts import capture_facts
+from motiondb.page.facts.made_facts import made_facts, sentence_facts, sequence_facts
+from motiondb.page.facts.scene_facts import made_scene_facts, made_scene_motion
+from motiondb.pose.features import FEATURE_STEP
+from motiondb.records import MOTION_FPS, Match, Motion
+
+if TYPE_CHECKING:
+    from motiondb.database.generate.generating import Generated
+    from motiondb.database.grammars.grammar_sequences import GrammarSequence
+    from motiondb.database.scenes.scene_verbs import Scene
+    from motiondb.learning.answers.example_answers import ExampleAnswer
+    from motiondb.learning.answers.word_answers import WordAnswer
+
+STYLE, SCRIPT = '<link rel="stylesheet" href="app.css">', '<script defer src="app.js"></script>'
+"""What the page's ``index.html`` has, once each."""
+MARGIN = 1.0
+"""Seconds that are shown before and after a match."""
+EXAMPLE = "example"
+"""Key of the motion of an example that is no stored capture."""
+
+
+@dataclass(frozen=True, eq=False)
+class Standalone:
+    """What a file shows.
+
+    Attributes
+    ----------
+    kind : str
+        "search", "like", "generate", "capture", "sequence" or "scene".
+    title : str
+        Title of the page.
+    database : str
+        Name of the database file.
+    answer : dict
+        The answer, as the route of this kind gives it.
+    motions : dict of str to bytes
+        Containers by ref.
+    """
+
+    kind: str
+    title: str
+    database: str
+    answer: Mapping[str, Any]
+    motions: Mapping[str, bytes]
+
+
+def check_bundle(bundle: Path = BUNDLE) -> None:
+    """Refuse to write a page that was not built, before anything is computed.
+
+    Raises
+    ------
+    MotionDBError
+        It was not.
+    """
+    if not is_built(bundle):
+        raise MotionDBError(f"--html: expected the files of the page, found none. {NO_BUNDLE}")
+
+
+def write_standalone(path: Path, shown: Standalone, bundle: Path = BUNDLE) -> Path:
+    """Write the file, whole or not at all.
+
+    Raises
+    ------
+    MotionDBError
+        The page was not built, or the file cannot be written.
+    """
+    check_bundle(bundle)
+    return write_bytes(path, standalone_page(shown, bundle).encode("utf-8", "replace"))
+
+
+def standalone_page(shown: Standalone, bundle: Path = BUNDLE) -> str:
+    """Return the text of the file.
+
+    Parameters
+    ----------
+    shown : Standalone
+        What it shows.
+    bundle : Path
+        The folder with the files of the page.
+
+    Raises
+    ------
+    MotionDBError
+        The files of the page are not as the build makes them.
+    """
+    index, script, style = (
+        (bundle / name).read_text(encoding="utf-8").replace("\r\n", "\n")
+        for name in ("index.html", "app.js", "app.css")
+    )
+    if index.count(STYLE) != 1 or index.count(SCRIPT) != 1 or "</body>" not in index:
+        raise MotionDBError(
+            f"{bundle / 'index.html'}: expected one style and one script, found others. Build the"
+            " page again: python build_backend.py."
+        )
+    script = script.replace("</script", "<\\/script").replace("<!--", "<\\!--")
+    policy = (
+        f"default-src 'none'; script-src {_hash(script)}; style-src {_hash(style)};"
+        " img-src data: blob:; base-uri 'none'; form-action 'none'"
+    )
+    meta = f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">'
+    data = f'<script type="application/json" id="motiondb-data">{_data(shown)}</script>'
+    body, end = index.replace(SCRIPT, "").rsplit("</body>", 1)
+    page = body.replace(STYLE, f"{meta}\n<style>{style}</style>")
+    return f"{page}{data}\n<script>{script}</script>\n</body>{end}"
+
+
+def _hash(text: str) -> str:
+    digest = hashlib.sha256(text.encode("utf-8")).digest()
+    return f"'sha256-{base64.b64encode(digest).decode()}'"
+
+
+def _data(shown: Standalone) -> str:
+    facts = {
+        "format": 1,
+        "kind": shown.kind,
+        "title": shown.title,
+        "version": __version__,
+        "database": shown.database,
+        "answer": to_json(shown.answer),
+        "motions": {ref: base64.b64encode(data).decode() for ref, data in shown.motions.items()},
+    }
+    return json.dumps(facts, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
+
+
+def search_page(db: MotionDB, answer: WordAnswer) -> Standalone:
+    """Return the page of an answer to words."""
+    facts = search_facts(db, answer) | {"took": None}
+    motions = _matched(db, answer.matches)
+    return Standalone("search", answer.question.text, _name(db), facts, motions)
+
+
+def like_page(
+    db: MotionDB, answer: ExampleAnswer, example: str, part: tuple[float | None, float | None]
+) -> Standalone:
+    """Return the page of an answer to an example.
+
+    Parameters
+    ----------
+    db : MotionDB
+        The database.
+    answer : ExampleAnswer
+        The answer.
+    example : str
+        A file, or the name of a stored capture.
+    part : tuple of (float or None, float or None)
+        Start and end of the part of the example, seconds.
+    """
+    start, end = part
+    head = {"ref": EXAMPLE, "start": start, "end": end, "took": None}
+    shown = _packed(example, EXAMPLE, db.motion(example, start, end), start or 0.0)
+    motions = {**_matched(db, answer.matches), EXAMPLE: shown}
+    return Standalone("like", f"like {example}", _name(db), head | like_facts(db, answer), motions)
+
+
+def generated_page(db: MotionDB, made: Generated, saved: str = "") -> Standalone:
+    """Return the page of a generated motion."""
+    facts = made_facts(db, made, "file", saved)
+    answer = sentence_facts(made) | {"variants": [facts]}
+    motions = {facts["ref"]: _packed(made.words, facts["ref"], made.motion)}
+    return Standalone("generate", made.words, _name(db), answer, motions)
+
+
+def capture_page(db: MotionDB, name: str) -> Standalone:
+    """Return the page of a stored capture.
+
+    Raises
+    ------
+    QueryError
+        There is none of this name.
+    """
+    motion = db.motion(name)
+    full = db.show(name)["capture"]
+    row = db.browsed(full)
+    assert row is not None
+    ref = f"capture:{full}"
+    motions = {ref: _packed(full, ref, motion)}
+    return Standalone("capture", full, _name(db), capture_facts(db, row), motions)
+
+
+def sequence_page(db: MotionDB, sequence: GrammarSequence, seed: int) -> Standalone:
+    """Return the page of a sequence of a grammar."""
+    ref = "sequence:file"
+    facts = sequence_facts(db, sequence, seed) | {
+        "id": "file", "ref": ref, "parent": None, "edited": None, "saved": None,
+    }  # fmt: skip
+    motions = {ref: _packed(sequence.grammar, ref, sequence.motion)}
+    return Standalone("sequence", sequence.grammar, _name(db), facts, motions)
+
+
+def scene_page(db: MotionDB, scene: Scene, curve: Iterable[tuple[float, float]] = ()) -> Standalone:
+    """Return the page of a made scene."""
+    ref = "scene:file"
+    facts = {"ref": ref} | made_scene_facts(scene, list(curve))
+    motions = {ref: made_scene_motion(scene, ref)}
+    return Standalone("scene", scene.record.name, _name(db), facts, motions)
+
+
+def _name(db: MotionDB) -> str:
+    return db.store.path.name
+
+
+def _matched(db: MotionDB, matches: Iterable[Match]) -> dict[str, bytes]:
+    """Return the motion of each matched capture, from before its first match to after its last."""
+    spans: dict[str, tuple[float, float]] = {}
+    for match in matches:
+        low, high = spans.get(match.capture, (match.start, match.end))
+        spans[match.capture] = (min(low, match.start), max(high, match.end))
+    motions = {}
+    for name, (low, high) in spans.items():
+        row = db.browsed(name)
+        assert row is not None
+        start, end = max(low - MARGIN, 0.0), high + MARGIN
+        whole_end = None if end >= row.info.motion_frames / MOTION_FPS else end
+        first = round(start * MOTION_FPS / FEATURE_STEP) * FEATURE_STEP / MOTION_FPS
+        ref = f"capture:{name}"
+        motions[ref] = _packed(name, ref, db.motion(name, start, whole_end), first)
+    return motions
+
+
+def _packed(name: str, ref: str, motion: Motion, start: float = 0.0) -> bytes:
+    return container.pack([container.body_track(name, ref, figure.figure_of(motion), start)])
