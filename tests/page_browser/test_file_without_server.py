@@ -92,9 +92,9 @@ def test_one_capture_has_its_timeline_and_licence(asked_server, new_page, open_f
 
 
 def test_an_example_plays_above_its_answers(asked_server, new_page, open_file):
-    answer = _get(new_page, asked_server, "api/like?ref=capture:ana/kick_1&limit=2")
+    answer = _get(new_page, asked_server, "api/like?ref=capture:fatou/kick_1&limit=2")
     parts = {m["ref"]: (m["ref"], 0, 0) for m in answer["matches"]}
-    parts["capture:ana/kick_1"] = ("capture:ana/kick_1", 0, 0)
+    parts["capture:fatou/kick_1"] = ("capture:fatou/kick_1", 0, 0)
     page, _ = open_file("like", answer, list(parts.values()))
     wait_for_figure(page)
     wait_for_figure(page, ".answer .clip-canvas")

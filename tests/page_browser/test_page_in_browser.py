@@ -12,7 +12,7 @@ VIEWS = {
     "copies": ("#/catalogue?show=duplicates", ".duplicate-group"),
     "search": ("#/search?q=walk,+turn+left&limit=5", ".answer"),
     "nothing": ("#/search?q=walk,+kick&where=performer%3Dana&limit=5", ".not-here"),
-    "example": ("#/search?like=capture:ana/kick_1&limit=5", ".answer"),
+    "example": ("#/search?like=capture:fatou/kick_1&limit=5", ".answer"),
     "generate": ("#/generate?q=walk&seed=1", ".variant"),
     "symbols": ("#/symbols?symbol=3", ".segment-list li"),
 }

@@ -89,12 +89,19 @@ export async function startPage(root: HTMLElement): Promise<void> {
     open?.update(route.parameters);
   }
 
+  async function catchUp(): Promise<void> {
+    const before = status.revision;
+    const { revision } = await context.refresh();
+    if (revision !== before) open?.news?.({ kind: "revision", revision });
+  }
+
   live.listen((news) => {
-    if (news.kind === "connection") lost.hidden = news.open;
-    if (news.kind !== "revision") open?.news?.(news);
-    else if (news.revision !== status.revision) {
-      void context.refresh().then(() => open?.news?.(news), context.fail);
-    }
+    if (news.kind === "connection") {
+      lost.hidden = news.open;
+      // What happened before the connection was open was not told.
+      if (news.open) void catchUp().catch(context.fail);
+    } else if (news.kind === "job") open?.news?.(news);
+    else if (news.revision !== status.revision) void catchUp().catch(context.fail);
   });
   addEventListener("hashchange", show);
   addEventListener("keydown", (event) => {

@@ -93,7 +93,7 @@ export function makeCaptionList(actions: WordsActions, play: (start: number, end
     const cell = h("div", { class: "caption-words" });
     const reset = (): void =>
       fill(cell, canEdit
-        ? h("button", { class: "words-button", type: "button", "aria-label": `Edit “${words}”`, on: { click: begin } }, words)
+        ? h("button", { class: "words-button", type: "button", title: "Edit these words", on: { click: begin } }, words)
         : words);
     const begin = (): void =>
       editInPlace(cell, words, "Words", async (value) => {

@@ -94,7 +94,7 @@ function wordsOf(capture: CaptureRow, canEdit: boolean): Node {
   if (!canEdit) return h("span", {}, text);
   return h(
     "button",
-    { class: "words-button", type: "button", tabindex: -1, "data-edit": "words", title: "Edit the words (E)", "aria-label": `Edit the words of ${capture.name}: ${whole || "no words"}` },
+    { class: "words-button", type: "button", tabindex: -1, "data-edit": "words", title: "Edit the words (E)" },
     text,
   );
 }

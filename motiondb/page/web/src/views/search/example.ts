@@ -60,6 +60,7 @@ export function makeExample(context: Context, selected: (part: Interval | null) 
       ready = false;
       try {
         const described = lanesOf(ref);
+        described.catch(() => undefined); // told below, once the motion is there
         await take.load({ ref, selection: part });
         ready = true;
         take.setLanes(await described);

@@ -38,7 +38,7 @@ export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
     return svg(
       "g",
       {
-        class: "dot", role: "button", tabindex: 0, "aria-label": nameOf(facts), transform: `translate(${x} ${y})`,
+        class: "dot", role: "button", tabindex: 0, transform: `translate(${x} ${y})`,
         "data-symbol": facts.symbol,
         on: { click: press, keydown: (event: KeyboardEvent) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); press(); } } },
       },
