@@ -23,9 +23,9 @@ def test_the_map_has_every_symbol_and_a_click_plays_one(asked_server, new_page):
 def test_another_segment_is_played_and_searched_for(asked_server, new_page):
     page = new_page(f"{asked_server}#/symbols?symbol=7")
     wait_for_figure(page, ".symbol-clip .clip-canvas")
-    before = page.locator(".symbol-clip p").inner_text()
+    before = page.locator(".symbol-clip > p").inner_text()
     page.locator(".segment-list li button").nth(3).click()
-    wait_for(page, "text => document.querySelector('.symbol-clip p').innerText !== text", before)
+    wait_for(page, "text => document.querySelector('.symbol-clip > p').innerText !== text", before)
     wait_for_figure(page, ".symbol-clip .clip-canvas")
     assert pixels(page, ".symbol-clip .clip-canvas") != ""
     page.locator(".segment-list li a").first.click()

@@ -18,7 +18,6 @@ type Row = readonly [from: string, to: string, fromRadius: number, toRadius: num
 
 /** One side of the body, to be mirrored. Chosen by hand so that the figure looks like an adult. */
 const SIDE: readonly Row[] = [
-  ["pelvis", "hip", 0.1, 0.088],
   ["hip", "knee", 0.09, 0.06],
   ["knee", "ankle", 0.06, 0.04],
   ["ankle", "toe", 0.042, 0.036],
@@ -31,14 +30,15 @@ const SIDE: readonly Row[] = [
 ];
 
 const MIDDLE: readonly Row[] = [
-  ["pelvis", "spine", 0.108, 0.104],
-  ["spine", "chest", 0.104, 0.118],
+  ["l_hip", "r_hip", 0.104, 0.104],
+  ["pelvis", "spine", 0.116, 0.108],
+  ["spine", "chest", 0.108, 0.12],
   ["chest", "neck", 0.115, 0.06],
   ["neck", "head", 0.056, 0.065],
   ["head", "head_end", 0.082, 0.094],
 ];
 
-const CENTRAL = new Set(["pelvis", "chest"]);
+const CENTRAL = new Set(["chest"]);
 
 function sided(name: string, side: string): string {
   return CENTRAL.has(name) ? name : `${side}_${name}`;
