@@ -16,7 +16,7 @@ import sys
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
@@ -127,8 +127,20 @@ class Worker:
         """Whether the process runs."""
         return self._process.poll() is None
 
-    def run(self, job: Job, parameters: Mapping[str, Any]) -> None:
-        """Do a job: send the command, and note the events until it has ended."""
+    def run(
+        self, job: Job, parameters: Mapping[str, Any], shown: Callable[[str], str] = str
+    ) -> None:
+        """Do a job: send the command, and note the events until it has ended.
+
+        Parameters
+        ----------
+        job : Job
+            The job.
+        parameters : dict of str to object
+            Parameters of the command.
+        shown : callable
+            Makes of a message what may be told.
+        """
         stdin, stdout = self._process.stdin, self._process.stdout
         assert stdin is not None
         assert stdout is not None
@@ -137,7 +149,7 @@ class Worker:
         with suppress(OSError, ValueError):
             stdin.write(json.dumps({"kind": job.kind, "parameters": dict(parameters)}) + "\n")
             stdin.flush()
-            _follow(job, stdout)
+            _follow(job, stdout, shown)
         if not job.is_over:
             code = self._process.wait()
             job.end(
@@ -161,12 +173,12 @@ class Worker:
                     stream.close()
 
 
-def _follow(job: Job, events: IO[str]) -> None:
+def _follow(job: Job, events: IO[str], shown: Callable[[str], str]) -> None:
     """Note the events of a worker until the job has ended."""
     for line in events:
         event = json.loads(line)
         if "failed" in event:
-            job.end(FAILED, event["failed"], event["kind"])
+            job.end(FAILED, shown(event["failed"]), event["kind"])
         elif "done" in event:
             job.result, job.share = event["done"], 1.0
             job.end(DONE)
@@ -191,7 +203,6 @@ class Jobs:
 
     def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
         self._database, self._read_only, self._folder = database, read_only, folder
-        self._private = re.compile(rf"{re.escape(str(folder.parent))}/(?:[^/\s:]+/)*")
         self._jobs: OrderedDict[str, Job] = OrderedDict()
         self._workers: dict[str, Worker] = {}
         self._scene_worker: Worker | None = None
@@ -279,7 +290,7 @@ class Jobs:
             self._workers[job.job_id] = worker
         try:
             if not job.is_over and not self._closed:
-                self._run(worker, job, parameters)
+                worker.run(job, parameters, self._shown)
         finally:
             with self._lock:
                 self._workers.pop(job.job_id, None)
@@ -297,16 +308,15 @@ class Jobs:
                 with self._lock:
                     self._workers[job.job_id] = worker
                 if not job.is_over:
-                    self._run(worker, job, parameters)
+                    worker.run(job, parameters, self._shown)
                 with self._lock:
                     self._workers.pop(job.job_id, None)
             return
 
-    def _run(self, worker: Worker, job: Job, parameters: Mapping[str, Any]) -> None:
-        """Do a job; its message does not tell the server's private folder."""
-        worker.run(job, parameters)
-        if job.message:
-            job.message = self._private.sub("", job.message)
+    def _shown(self, message: str) -> str:
+        """Return a message without the server's private folder."""
+        private = re.escape(str(self._folder.parent))
+        return re.sub(rf"{private}/(?:[^/\s:]+/)*", "", message)
 
     def _forget(self) -> None:
         """Forget the oldest jobs that are over, if there are too many."""

@@ -64,6 +64,8 @@ export interface Status {
   drift: { relearn: boolean; reasons: string[]; words: string[] };
   accepts: {
     captures: string[];
+    /** Files that belong to captures: skeletons of ASF/AMC. */
+    skeletons: string[];
     sheets: string[];
     max_file_bytes: number;
     max_request_bytes: number;

@@ -13,7 +13,7 @@ export interface Sorted {
 
 /** Sort files by whether the server accepts them. */
 export function sortFiles(files: readonly NamedFile[], accepts: Status["accepts"]): Sorted {
-  const endings = [...accepts.captures, ...accepts.sheets];
+  const endings = [...accepts.captures, ...accepts.skeletons, ...accepts.sheets];
   const sorted: Sorted = { send: [], refused: [] };
   for (const one of files) {
     const name = one.path.toLowerCase();

@@ -27,7 +27,7 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
     "div",
     { class: "drop-zone" },
     h("p", { class: "drop-title" }, "Drop captures here"),
-    h("p", { class: "muted" }, `${accepts.captures.join(" ")}, and a sheet of words (${accepts.sheets.join(" ")}). Folders are read with all that is in them.`),
+    h("p", { class: "muted" }, `${[...accepts.captures, ...accepts.skeletons].join(" ")}, and a sheet of words (${accepts.sheets.join(" ")}). Folders are read with all that is in them.`),
     h("div", { class: "row centre" }, chooseFiles, chooseFolder),
   );
   onDrop(zone, (files) => void take(files));

@@ -44,7 +44,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   const limit = h("select", { class: "field", id: "search-limit" }, ["5", "10", "20", "50"].map((one) => h("option", { value: one }, one)));
   const exact = h("input", { type: "checkbox", id: "search-exact" });
   const symbols = h("input", { type: "checkbox", id: "search-symbols" });
-  const file = h("input", { type: "file", hidden: true, "aria-label": "A file to search with", accept: context.status().accepts.captures.join(","), multiple: true, on: { change: () => void byFile(fromList(file.files)) } });
+  const file = h("input", { type: "file", hidden: true, "aria-label": "A file to search with", accept: [...context.status().accepts.captures, ...context.status().accepts.skeletons].join(","), multiple: true, on: { change: () => void byFile(fromList(file.files)) } });
   const understood = h("div", { "aria-live": "polite" });
   const exampleBox = h("div", {});
   const more = h("details", { class: "search-more" }, h("summary", {}, "Options"),

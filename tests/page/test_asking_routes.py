@@ -1,0 +1,151 @@
+"""Search, like, describe, the symbol space, and what is generated."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from page_serving import Serve, get, post, refused
+from starlette.testclient import TestClient
+
+import motiondb
+from motiondb.page.container import read_tracks
+
+
+def test_search_gives_what_the_class_gives(client: TestClient, learned_file: Path) -> None:
+    facts = get(client, "/api/search", q="walk, turn left", limit=5)
+    with motiondb.open(learned_file, read_only=True) as db:
+        answer = db.search("walk, turn left", limit=5)
+    assert [m["capture"] for m in facts["matches"]] == [m.capture for m in answer.matches]
+    assert [m["probability"] for m in facts["matches"]] == [m.probability for m in answer.matches]
+    assert facts["question"]["understood"] == "walk, then turn left"
+    assert facts["matches_anything"] is True
+
+
+def test_the_parts_of_a_reason_sum_to_its_log_odds(client: TestClient) -> None:
+    for question in ("walk, turn left", "walk but not run"):
+        for match in get(client, "/api/search", q=question, limit=5)["matches"]:
+            why = match["explain"]
+            parts = [why["together"], *(each["amount"] for each in why["excluded"])]
+            for word in why["words"]:
+                parts += [word["prior"], word["written"], *(s["share"] for s in word["symbols"])]
+            assert math.fsum(parts) == pytest.approx(why["log_odds"], abs=1e-9)
+
+
+def test_every_match_has_the_timeline_of_its_take(client: TestClient) -> None:
+    for match in get(client, "/api/search", q="kick", limit=5)["matches"]:
+        segments = match["timeline"]["segments"]
+        assert segments[0]["start"] == 0.0
+        for one, following in pairwise(segments):
+            assert one["end"] == following["start"]
+        assert match["end"] <= match["duration"]
+
+
+def test_what_a_question_does_not_use_is_named(client: TestClient) -> None:
+    facts = get(client, "/api/search", q="stroll about the moon")
+    assert "stroll" in facts["taken"] or "stroll" in facts["suggested"]
+    assert any("stroll" in sentence for sentence in facts["sentences"])
+    assert facts["question"]["not_used"]
+
+
+def test_a_question_of_unknown_words_is_refused_in_a_sentence(client: TestClient) -> None:
+    assert "expected a known word, found yodel" in refused(client, "/api/search", 400, q="yodel")
+
+
+def test_an_example_finds_itself_first(client: TestClient) -> None:
+    facts = get(client, "/api/like", ref="capture:ana/long_1", start=2, end=4, limit=3)
+    best = facts["matches"][0]
+    assert (best["capture"], best["start"]) == ("ana/long_1", 2.0)
+
+
+def test_a_wrong_ref_is_told(client: TestClient) -> None:
+    assert "expected one of capture:NAME" in refused(client, "/api/like", 400, ref="walk")
+    refused(client, "/api/like", 404, ref="made:m0")
+    refused(client, "/api/like", 400, ref="scene:s0")
+
+
+def test_symbols_have_a_place_and_their_segments(client: TestClient) -> None:
+    space = get(client, "/api/symbols")
+    assert all(len(s["at"]) == space["dimensions"] for s in space["symbols"])
+    first = space["symbols"][0]
+    own = get(client, "/api/symbol", symbol=0, limit=1000)
+    assert own["total"] == first["count"] == len(own["segments"])
+    likely = [s["log_likelihood"] for s in own["segments"]]
+    assert likely == sorted(likely, reverse=True)
+    assert "expected 0 to" in refused(client, "/api/symbol", 400, symbol=9999)
+
+
+def test_variants_have_their_seeds_and_say_what_they_show(client: TestClient) -> None:
+    body = {"words": "a person walks then kicks", "seed": 7, "variants": 2}
+    facts = post(client, "/api/generate", body)
+    assert [v["seed"] for v in facts["variants"]] == [7, 8]
+    made = facts["variants"][0]
+    assert [(s["text"], s["shown"]) for s in made["shown"]] == [("walk", True), ("kick", True)]
+    assert made["stretches"][0]["start"] == 0.0
+    assert made["stretches"][-1]["end"] == pytest.approx(made["seconds"], abs=1e-3)
+    assert {s["licence"] for s in made["stretches"]} == {"CC0-1.0"}
+    (track,) = read_tracks(client.get("/api/motion", params={"ref": made["ref"]}).content)
+    assert len(track.points) / 30.0 == pytest.approx(made["seconds"], abs=1e-3)
+    assert get(client, "/api/made", id=made["id"])["seconds"] == made["seconds"]
+
+
+def test_what_is_generated_by_the_page_is_what_the_class_makes(
+    client: TestClient, learned_file: Path
+) -> None:
+    made = post(client, "/api/generate", {"words": "jump", "seed": 3})["variants"][0]
+    (track,) = read_tracks(client.get("/api/motion", params={"ref": made["ref"]}).content)
+    with motiondb.open(learned_file, read_only=True) as db:
+        motion = db.generate("jump", 3).motion
+    assert abs(track.points[:, :21] - motion.joint_positions()).max() < 1e-3
+
+
+def test_a_generated_motion_is_saved_once(learned_copy: Path, serve: Serve) -> None:
+    client = serve(learned_copy)
+    made = post(client, "/api/generate", {"words": "jump"})["variants"][0]
+    body = {"id": made["id"], "name": "new/jump"}
+    assert post(client, "/api/made/save", body) == {
+        "capture": "new/jump", "ref": "capture:new/jump",
+    }  # fmt: skip
+    assert client.post("/api/made/save", json=body).status_code == 409
+    facts = get(client, "/api/capture", name="new/jump")
+    assert facts["kind"] == "generated"
+    assert facts["sources"] == made["sources"]
+    taken = post(client, "/api/generate", {"words": "jump", "seed": 1})["variants"][0]
+    answer = client.post("/api/made/save", json={"id": taken["id"], "name": "new/jump"})
+    assert answer.status_code == 400
+
+
+def test_small_motions_come_in_the_order_asked_for(client: TestClient) -> None:
+    asked = ["ana/walk_1", "nobody", "boris/kick_1"]
+    tracks = read_tracks(client.get("/api/thumbs", params={"name": asked}).content)
+    assert [track.name for track in tracks] == asked
+    assert [0 < len(track.points) <= 24 for track in tracks] == [True, False, True]
+    assert abs(tracks[0].points[0, 0, [0, 2]]).max() < 0.01
+
+
+def test_a_part_of_a_motion_says_where_it_begins(client: TestClient) -> None:
+    query = {"ref": "capture:ana/long_1", "start": 1.5, "end": 3.0, "fps": 15}
+    (track,) = read_tracks(client.get("/api/motion", params=query).content)
+    assert (track.start, track.fps) == (pytest.approx(22 * 2 / 30, abs=1e-3), 15.0)
+    refused(client, "/api/motion", 400, ref="capture:ana/long_1", start=99, end=100)
+
+
+def test_downloads_are_files_or_a_zip(client: TestClient, samples_folder: Path) -> None:
+    import io
+    import zipfile
+
+    source = {"ref": "capture:ana/walk_1", "format": "source"}
+    answer = client.get("/api/download", params=source)
+    assert answer.content == (samples_folder / "ana" / "walk_1.bvh").read_bytes()
+    assert answer.headers["content-disposition"] == 'attachment; filename="ana_walk_1.bvh"'
+    items = [{"ref": "capture:ana/walk_1"}, {"ref": "capture:ana/walk_1", "start": 0.5, "end": 1}]
+    several = client.post("/api/download", json={"items": items, "format": "glb"})
+    with zipfile.ZipFile(io.BytesIO(several.content)) as archive:
+        assert archive.namelist() == ["ana_walk_1.glb", "ana_walk_1_0.50-1.00.glb"]
+        assert archive.read("ana_walk_1.glb")[:4] == b"glTF"
+    made = post(client, "/api/generate", {"words": "jump"})["variants"][0]
+    own = client.get("/api/download", params={"ref": made["ref"]})
+    with zipfile.ZipFile(io.BytesIO(own.content)) as archive:
+        assert [name.partition(".")[2] for name in archive.namelist()] == ["bvh", "provenance.json"]

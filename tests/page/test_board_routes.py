@@ -1,0 +1,149 @@
+"""Boards: what is known of a diagram, and the text that it is saved as."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from page_serving import Serve, get, post, refused
+from starlette.testclient import TestClient
+
+from motiondb.database.scenes.scene_boards import read_board
+from motiondb.database.scenes.scene_files import TACTICS, shipped, shipped_text
+from motiondb.scene.language.diagram_text import format_diagram
+from motiondb.scene.language.tactics import Diagram
+from motiondb.scene.language.tactics_file import read_diagram
+
+DRILL = """diagram "Drill"
+attack A1 at 0 8
+attack A2 at 3 6
+defence D1 at 0 6.5 guards A1
+1 pass A1 to A2
+2 cut A1 to 0.6 1.4
+3 pass A2 to A1
+4 layup A1
+"""
+
+
+def without_lines(diagram: Diagram) -> tuple[object, ...]:
+    from dataclasses import replace
+
+    return (
+        replace(diagram, players=(), elements=()),
+        [replace(player, line=0) for player in diagram.players],
+        [replace(element, line=0) for element in diagram.elements],
+    )
+
+
+@pytest.mark.parametrize("name", shipped(TACTICS))
+def test_a_shipped_diagram_is_the_same_after_writing_and_reading(name: str) -> None:
+    diagram = read_diagram(shipped_text(name, TACTICS), name)
+    again = read_diagram(format_diagram(diagram), name)
+    assert without_lines(again) == without_lines(diagram)
+    assert format_diagram(again) == format_diagram(diagram)
+
+
+@pytest.mark.parametrize("name", shipped(TACTICS))
+def test_a_shipped_diagram_comes_back_from_its_json(client: TestClient, name: str) -> None:
+    board = get(client, "/api/board", name=name)
+    assert board["feasible"]
+    again = post(client, "/api/board/check", {"diagram": board["diagram"]})
+    lines = [e.pop("line") for e in [*board["diagram"]["elements"], *again["diagram"]["elements"]]]
+    assert all(lines)
+    assert again["diagram"] == board["diagram"]
+    assert again["players"] == board["players"]
+
+
+def test_a_diagram_that_can_be_played_has_strings_and_clips(client: TestClient) -> None:
+    board = post(client, "/api/board/check", {"text": DRILL})
+    assert board["feasible"]
+    assert board["holder"] == "A1"
+    strings = {player["name"]: player["shortest"] for player in board["players"]}
+    assert strings["A1"] == ["hold", "pass", "run", "catch", "layup"]
+    assert board["clips"]["pass"] > 0
+    assert board["without_clips"] == []
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "element", "said"),
+    [
+        ("1 pass A1 to A2", "1 pass A1 to D1", 0, "a receiver of the team of A1"),
+        ("2 cut A1 to 0.6 1.4", "2 cut A1 to 60 1.4", 1, "a point on the court"),
+        ("3 pass A2 to A1", "3 pass A2 to A9", 2, "one of the players"),
+        ("1 pass A1 to A2", "1 pass A1 to A2 caught 9", 2, "A2 to have the ball"),
+    ],
+)
+def test_an_element_that_cannot_be_played_is_the_one_at_fault(
+    client: TestClient, before: str, after: str, element: int, said: str
+) -> None:
+    board = post(client, "/api/board/check", {"text": DRILL.replace(before, after)})
+    assert not board["feasible"]
+    wrong = [each["element"] for each in board["elements"] if not each["feasible"]]
+    assert element in wrong
+    assert said in board["elements"][element]["reason"]
+
+
+def test_what_a_grammar_does_not_allow_is_told_of_its_player(client: TestClient) -> None:
+    text = 'diagram "D"\ndefence D1 at 0 6\nattack A1 at 0 8\n1 shoot A1\n2 feint D1 to 1 6\n'
+    board = read_board(text)
+    told = {fault.player: fault.line for fault in board.faults}
+    if board.faults:
+        assert set(told) <= {"A1", "D1"}
+        assert all(line in (4, 5) for line in told.values())
+    assert client.post("/api/board/check", json={"text": text}).status_code == 200
+
+
+def test_a_text_that_cannot_be_read_is_an_answer_with_its_line(client: TestClient) -> None:
+    board = post(client, "/api/board/check", {"text": DRILL + "5 dunk A1\n"})
+    assert (board["diagram"], board["feasible"], board["line"]) == (None, False, 9)
+    assert "expected what is done" in board["fault"]
+
+
+def test_text_and_diagram_exclude_each_other(client: TestClient) -> None:
+    assert client.post("/api/board/check", json={}).status_code == 400
+    wrong = {"title": 'a"\nball A1', "players": []}
+    assert client.post("/api/board/check", json={"diagram": wrong}).status_code == 422
+
+
+def test_a_board_is_saved_as_the_file_that_the_command_line_reads(
+    learned_copy: Path, serve: Serve
+) -> None:
+    client = serve(learned_copy)
+    post(client, "/api/board", {"name": "my-drill", "text": DRILL}, "PUT")
+    path = learned_copy.parent / "boards" / "my-drill.tactics"
+    assert path.read_text() == DRILL
+    assert read_diagram(path.read_text(), str(path)).name == "Drill"
+    own = [board for board in get(client, "/api/boards")["boards"] if not board["shipped"]]
+    assert own == [{"name": "my-drill", "title": "Drill", "shipped": False}]
+    assert get(client, "/api/board", name="my-drill")["text"] == DRILL
+    assert client.delete("/api/board", params={"name": "my-drill"}).status_code == 200
+    assert not path.exists()
+    refused(client, "/api/board", 404, name="my-drill")
+
+
+@pytest.mark.parametrize("name", ["../x", "/tmp/x", "a b", ".x", "con", "x.tactics", "ü"])
+def test_a_name_of_a_board_is_no_path(learned_copy: Path, serve: Serve, name: str) -> None:
+    client = serve(learned_copy)
+    answer = client.put("/api/board", json={"name": name, "text": DRILL})
+    assert answer.status_code == 400
+    assert "expected a name of letters" in answer.json()["error"]["message"]
+    assert not (learned_copy.parent / "boards").exists()
+
+
+def test_a_shipped_board_is_not_overwritten(learned_copy: Path, serve: Serve) -> None:
+    client = serve(learned_copy)
+    answer = client.put("/api/board", json={"name": "give-and-go", "text": DRILL})
+    assert answer.status_code == 409
+    assert client.delete("/api/board", params={"name": "give-and-go"}).status_code == 404
+
+
+def test_a_link_in_the_folder_of_boards_is_not_followed(learned_copy: Path, serve: Serve) -> None:
+    client = serve(learned_copy)
+    folder = learned_copy.parent / "boards"
+    folder.mkdir()
+    secret = learned_copy.parent / "secret"
+    secret.write_text("private")
+    (folder / "link.tactics").symlink_to(secret)
+    refused(client, "/api/board", 404, name="link")
+    assert client.put("/api/board", json={"name": "link", "text": DRILL}).status_code == 400
+    assert secret.read_text() == "private"

@@ -1,0 +1,203 @@
+"""The catalogue page by page, words and their undo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from page_serving import Serve, get, post, refused
+from starlette.testclient import TestClient
+
+import motiondb
+from motiondb.errors import QueryError
+from motiondb.records import Caption
+
+NAME = "ana/walk_1"
+
+
+def names(client: TestClient, **query: object) -> list[str]:
+    return [row["name"] for row in get(client, "/api/captures", **query)["captures"]]
+
+
+def test_pages_of_the_catalogue_join_to_the_whole(client: TestClient, learned_file: Path) -> None:
+    whole = names(client, limit=1000)
+    parts = [
+        name for offset in range(0, 110, 20) for name in names(client, offset=offset, limit=20)
+    ]
+    assert parts == whole
+    with motiondb.open(learned_file, read_only=True) as db:
+        assert sorted(whole) == sorted(info.name for info in db.captures())
+
+
+def test_captures_are_sorted_and_numbers_in_names_count_as_numbers(client: TestClient) -> None:
+    rows = get(client, "/api/captures", sort="-duration", limit=1000)["captures"]
+    lengths = [row["duration"] for row in rows]
+    assert lengths == sorted(lengths, reverse=True)
+    performers = [
+        r["performer"] for r in get(client, "/api/captures", sort="performer")["captures"]
+    ]
+    assert performers == sorted(performers)
+
+
+def test_a_filter_is_that_of_the_command_line(client: TestClient, learned_file: Path) -> None:
+    where = "performer in (ana, boris) and duration>5"
+    with motiondb.open(learned_file, read_only=True) as db:
+        expected = sorted(info.name for info in db.captures(where))
+    assert sorted(names(client, where=where, limit=1000)) == expected
+    assert "Did you mean performer?" in refused(client, "/api/captures", 400, where="perfomer=ana")
+
+
+def test_an_unknown_column_to_sort_by_is_refused(client: TestClient) -> None:
+    assert "Did you mean duration?" in refused(client, "/api/captures", 400, sort="durations")
+    assert names(client, sort="tag.nothing", limit=3) == names(client, limit=3)
+
+
+def test_facets_count_every_capture_and_their_filters_hold(client: TestClient) -> None:
+    facts = get(client, "/api/facets")
+    performers = next(f for f in facts["facets"] if f["column"] == "performer")
+    assert sum(v["count"] for v in performers["values"]) + performers["missing"] == facts["total"]
+    for value in performers["values"][:3]:
+        found = get(client, "/api/captures", where=value["where"], limit=1)
+        assert found["total"] == value["count"]
+
+
+def test_one_capture_has_what_the_class_knows(client: TestClient, learned_file: Path) -> None:
+    facts = get(client, "/api/capture", name="ana/long_1")
+    with motiondb.open(learned_file, read_only=True) as db:
+        known = db.show("ana/long_1")
+        described = db.describe("ana/long_1")
+    assert facts["segments"] == known["segments"]
+    assert facts["activities"] == known["activities"]
+    assert facts["sha256"] == known["sha256"]
+    assert [d["start"] for d in facts["recognised"]] == [d.start for d in described]
+    assert facts["licence"] == "CC0-1.0"
+
+
+def test_what_is_not_there_is_named(client: TestClient) -> None:
+    message = refused(client, "/api/capture", 404, name="ana/walk")
+    assert message == (
+        "capture: expected one that is there, found 'ana/walk'. It may have been removed."
+    )
+
+
+def test_status_says_what_the_class_says(client: TestClient, learned_file: Path) -> None:
+    facts = get(client, "/api/status")
+    with motiondb.open(learned_file, read_only=True) as db:
+        known = db.info()
+    for key in ("captures", "symbols", "words", "learned", "copies"):
+        assert facts[key] == known[key]
+    assert facts["database"] == "samples.duckdb"
+    assert facts["read_only"] is True
+
+
+def test_words_are_set_and_undone_in_turn(learned_copy: Path, serve: Serve) -> None:
+    client = serve(learned_copy)
+    before = get(client, "/api/capture", name=NAME)["words"]
+    first = post(client, "/api/words", {"capture": NAME, "words": "stroll", "start": 0, "end": 1})
+    assert first["words"] == [*before, {"words": "stroll", "start": 0.0, "end": 1.0}]
+    assert first["new_words"] == ["stroll"]
+    second = post(client, "/api/words", {"capture": NAME, "words": "a person walks"})
+    assert second["words"] == [{"words": "a person walks", "start": None, "end": None}]
+    assert post(client, "/api/undo", {}) == {
+        "capture": NAME, "words": first["words"], "left": 1,
+    }  # fmt: skip
+    assert post(client, "/api/undo", {})["words"] == before
+    assert client.post("/api/undo", json={}).status_code == 409
+    with motiondb.open(learned_copy, read_only=True) as db:
+        assert [c.words for c in db.captions(NAME)] == [c["words"] for c in before]
+
+
+def test_all_words_can_be_removed_and_brought_back(learned_copy: Path, serve: Serve) -> None:
+    client = serve(learned_copy)
+    before = get(client, "/api/capture", name=NAME)["words"]
+    assert post(client, "/api/captions", {"capture": NAME, "words": []}, "PUT")["words"] == []
+    assert post(client, "/api/undo", {})["words"] == before
+
+
+def test_what_somebody_else_wrote_is_not_undone(learned_copy: Path, serve: Serve) -> None:
+    client = serve(learned_copy)
+    post(client, "/api/words", {"capture": NAME, "words": "walk"})
+    with motiondb.open(learned_copy, wait=5.0) as db:
+        db.set_words(NAME, "somebody else wrote this")
+    answer = client.post("/api/undo", json={})
+    assert answer.status_code == 409
+    assert "Somebody changed them since" in answer.json()["error"]["message"]
+    with motiondb.open(learned_copy, read_only=True) as db:
+        assert db.captions(NAME)[0].words == "somebody else wrote this"
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ({"words": " "}, "expected words, found none"),
+        ({"words": "walk", "start": 3, "end": 2}, "expected an interval within"),
+        ({"words": "walk", "end": 99}, "expected an interval within"),
+    ],
+)
+def test_words_without_sense_change_nothing(
+    learned_copy: Path, serve: Serve, body: dict[str, object], said: str
+) -> None:
+    client = serve(learned_copy)
+    answer = client.post("/api/words", json={"capture": NAME} | body)
+    assert answer.status_code == 400
+    assert said in answer.json()["error"]["message"]
+    assert get(client, "/api/undo") == {"left": 0, "capture": None}
+
+
+def test_the_command_line_works_beside_the_page(
+    learned_copy: Path, serve: Serve, command: object
+) -> None:
+    client = serve(learned_copy)
+    get(client, "/api/captures")
+    ended = command("words", "set", NAME, "crawl", "--db", learned_copy)  # type: ignore[operator]
+    assert ended.code == 0
+    assert get(client, "/api/capture", name=NAME)["words"][0]["words"] == "crawl"
+    post(client, "/api/words", {"capture": NAME, "words": "walk"})
+    ended = command("show", NAME, "--db", learned_copy)  # type: ignore[operator]
+    assert "walk" in ended.out
+
+
+def test_a_database_that_is_held_is_told(learned_copy: Path, serve: Serve) -> None:
+    import subprocess
+    import sys
+
+    client = serve(learned_copy, wait=0.2)
+    code = (
+        "import sys, duckdb; c = duckdb.connect(sys.argv[1]); print('held', flush=True);"
+        " sys.stdin.read()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code, str(learned_copy)],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    ) as holder:  # fmt: skip
+        assert holder.stdout is not None
+        holder.stdout.readline()
+        answer = client.get("/api/captures")
+        holder.terminate()
+    assert answer.status_code == 503
+    assert answer.headers["retry-after"] == "1"
+    assert f"held by process {holder.pid}" in answer.json()["error"]["message"]
+    assert client.get("/api/captures").status_code == 200
+
+
+def test_a_new_database_is_an_empty_catalogue(tmp_path: Path, serve: Serve) -> None:
+    client = serve(tmp_path / "new.duckdb")
+    assert get(client, "/api/captures")["total"] == 0
+    assert get(client, "/api/status")["learned"] is False
+    answer = client.get("/api/search", params={"q": "walk"})
+    assert (answer.status_code, answer.json()["error"]["kind"]) == (409, "NotLearnedError")
+
+
+def test_captions_that_cannot_be_saved_leave_all_as_they_were(learned_copy: Path) -> None:
+    with motiondb.open(learned_copy) as db:
+        before = db.captions(NAME)
+        with pytest.raises(QueryError, match="expected an interval"):
+            db.set_captions(NAME, [Caption("walk"), Caption("run", 5.0, 1.0)])
+        assert db.captions(NAME) == before
+
+
+def test_a_removed_capture_is_gone(learned_copy: Path, serve: Serve) -> None:
+    client = serve(learned_copy)
+    assert client.delete("/api/capture", params={"name": NAME}).json() == {"removed": [NAME]}
+    refused(client, "/api/capture", 404, name=NAME)
+    refused(client, "/api/motion", 404, ref=f"capture:{NAME}")

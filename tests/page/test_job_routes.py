@@ -1,0 +1,118 @@
+"""Long work in processes of its own: progress, results, cancelling."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+from page_serving import Serve, get, post, refused
+from starlette.testclient import TestClient
+
+import motiondb
+
+
+def ended(client: TestClient, job: dict[str, Any]) -> dict[str, Any]:
+    """The job when it is over, followed by its events as a browser does."""
+    with client.stream("GET", f"/api/jobs/{job['id']}/events") as stream:
+        assert stream.headers["content-type"].startswith("text/event-stream")
+        lines = [line for line in stream.iter_lines() if line]
+    names = [line.removeprefix("event: ") for line in lines if line.startswith("event: ")]
+    facts = [json.loads(line.removeprefix("data: ")) for line in lines if line.startswith("data: ")]
+    assert names[0] == "job"
+    assert set(names[1:-1]) <= {"progress"}
+    assert names[-1] == "job"
+    last: dict[str, Any] = facts[-1]
+    assert last["state"] in ("done", "failed", "cancelled")
+    assert get(client, f"/api/jobs/{job['id']}")["state"] == last["state"]
+    return last
+
+
+def uploaded(client: TestClient, *files: tuple[str, bytes]) -> str:
+    answer = client.post("/api/uploads", files=[("files", file) for file in files])
+    upload: str = answer.json()["upload"]
+    return upload
+
+
+def test_uploaded_captures_are_added_with_their_words(
+    tmp_path: Path, serve: Serve, samples_folder: Path
+) -> None:
+    client = serve(tmp_path / "new.duckdb")
+    data = (samples_folder / "ana" / "walk_1.bvh").read_bytes()
+    sheet = b"file\twords\tperformer\nana/walk\ta person walks\tana\n"
+    upload = uploaded(
+        client, ("ana/walk.bvh", data), ("words.tsv", sheet), ("bad.bvh", b"HIERARCHY\nrubbish")
+    )
+    job = ended(client, post(client, "/api/add", {"upload": upload, "words": "words.tsv"}))
+    assert job["state"] == "done", job
+    assert (job["result"]["added"], job["result"]["captures"]) == (1, ["ana/walk"])
+    assert any("bad.bvh" in problem for problem in job["result"]["problems"])
+    assert "/uploads/" not in json.dumps(job)
+    facts = get(client, "/api/capture", name="ana/walk")
+    assert facts["words"][0]["words"] == "a person walks"
+    again = ended(client, post(client, "/api/add", {"upload": upload, "words": None}))
+    assert (again["result"]["added"], again["result"]["known"]) == (0, 1)
+
+
+def test_a_folder_that_the_user_allowed_is_added(tmp_path: Path, serve: Serve, some: Path) -> None:
+    client = serve(tmp_path / "new.duckdb", folders=(some,))
+    (some / "out").symlink_to(tmp_path)
+    listed = get(client, "/api/folders", root=0)
+    assert (listed["folders"], listed["captures"]) == (["ana", "boris"], 0)
+    for path in ("..", "out", "ana/../..", "/etc", "\0"):
+        assert client.get("/api/folders", params={"root": 0, "path": path}).status_code == 404
+    body = {"folder": {"root": 0, "path": "ana"}}
+    job = ended(client, post(client, "/api/add", body))
+    assert job["result"]["captures"] == ["bow_1", "jump_1"]
+    assert client.post("/api/add", json={"folder": {"root": 1}}).status_code == 403
+    assert client.post("/api/add", json={}).status_code == 400
+
+
+def test_a_job_that_fails_says_why(tmp_path: Path, serve: Serve) -> None:
+    client = serve(tmp_path / "new.duckdb")
+    job = ended(client, post(client, "/api/learn", {}))
+    assert (job["state"], job["error_kind"]) == ("failed", "MotionDBError")
+    assert "captures" in job["message"]
+
+
+def test_a_cancelled_job_leaves_the_database_as_it_was(learned_copy: Path, serve: Serve) -> None:
+    client = serve(learned_copy)
+    before = get(client, "/api/status")
+    job = post(client, "/api/learn", {"seed": 5})
+    deadline = time.monotonic() + 60.0
+    while get(client, f"/api/jobs/{job['id']}")["state"] == "waiting":
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    gone = client.delete(f"/api/jobs/{job['id']}").json()
+    assert gone["state"] == "cancelled"
+    assert client.delete(f"/api/jobs/{job['id']}").json()["state"] == "cancelled"
+    after = get(client, "/api/status")
+    assert (after["revision"], after["symbols"]) == (before["revision"], before["symbols"])
+    with motiondb.open(learned_copy, wait=30.0) as db:
+        assert db.check() == []
+
+
+def test_jobs_are_listed_newest_first_for_a_page_that_is_loaded_again(
+    tmp_path: Path, serve: Serve
+) -> None:
+    client = serve(tmp_path / "new.duckdb")
+    first = ended(client, post(client, "/api/learn", {}))
+    second = ended(client, post(client, "/api/learn", {"seed": 1}))
+    assert [job["id"] for job in get(client, "/api/jobs")["jobs"]] == [second["id"], first["id"]]
+    refused(client, "/api/jobs/j0", 404)
+
+
+def test_a_worker_that_dies_is_told(tmp_path: Path) -> None:
+    from motiondb.page.jobs import FAILED, Jobs
+
+    (tmp_path / "work").mkdir()
+    jobs = Jobs(tmp_path / "new.duckdb", False, tmp_path / "work")
+    job = jobs.start("nonsense", "nonsense", {})
+    deadline = time.monotonic() + 60.0
+    while not job.is_over:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert job.state == FAILED
+    assert job.error_kind == "ProgramError"
+    jobs.close()

@@ -1,0 +1,71 @@
+"""The command: address, token, what is refused before anything is opened."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from motiondb.errors import MotionDBError
+from motiondb.page import serve as serving
+from motiondb.page.settings import PageSettings
+
+
+def test_the_address_names_host_port_and_token() -> None:
+    local = PageSettings(Path("x"))
+    assert serving.address_of(local, 8765) == "http://127.0.0.1:8765/"
+    six = PageSettings(Path("x"), host="::1")
+    assert serving.address_of(six, 1) == "http://[::1]:1/"
+    wide = PageSettings(Path("x"), host="0.0.0.0", token="T")
+    assert serving.address_of(wide, 1) == f"http://{socket.gethostname()}:1/?token=T"
+
+
+def test_other_computers_never_come_without_a_token() -> None:
+    with pytest.raises(MotionDBError, match="expected a token"):
+        serving.check_settings(PageSettings(Path("x"), host="0.0.0.0"))
+
+
+def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(MotionDBError, match="expected a folder to add captures from"):
+        serving.check_settings(PageSettings(Path("x"), folders=(tmp_path / "none",)))
+
+
+def test_a_port_that_is_taken_is_told(command: Any, learned_file: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        ended = command("serve", "--no-open", "--port", port, "--db", learned_file)
+    assert ended.code == 1
+    assert "Choose another with --port" in ended.err
+
+
+def test_a_read_only_page_needs_a_database(command: Any) -> None:
+    ended = command("serve", "--no-open", "--port", 0, "--read-only", "--db", "none.duckdb")
+    assert ended.code == 1
+    assert "expected a database of motiondb, found no such file" in ended.err
+
+
+def test_it_serves_until_it_is_interrupted(learned_file: Path, tmp_path: Path) -> None:
+    code = "from motiondb.cli.main import main; main()"
+    words = ["serve", "--no-open", "--port", "0", "--read-only", "--db", str(learned_file)]
+    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    with subprocess.Popen(
+        [sys.executable, "-c", code, *words],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+    ) as server:  # fmt: skip
+        assert server.stdout is not None
+        line = server.stdout.readline()
+        address = line.removeprefix("The page is at ").split()[0]
+        with urllib.request.urlopen(f"{address}api/jobs", timeout=60) as answer:
+            assert answer.read() == b'{"jobs": []}'
+        server.send_signal(signal.SIGINT)
+        server.communicate(timeout=60)
+    assert list(tmp_path.iterdir()) == []

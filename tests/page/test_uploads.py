@@ -1,0 +1,113 @@
+"""Files that a browser sends."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path, PurePosixPath
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from starlette.testclient import TestClient
+
+from motiondb.page.answers import PageError
+from motiondb.page.settings import UploadLimits
+from motiondb.page.uploads import Uploads, clean_name
+
+
+@given(st.text(max_size=80))
+def test_a_cleaned_name_stays_below_its_folder(name: str) -> None:
+    cleaned = clean_name(name)
+    parts = PurePosixPath(cleaned).parts
+    assert not cleaned.startswith("/")
+    assert not {"..", "."} & set(parts)
+    assert not set(cleaned) & set('\\:*?"<>|\0\n')
+    folder = Path("/upload")
+    assert folder.joinpath(*parts).is_relative_to(folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "cleaned"),
+    [
+        ("16/16_01.amc", "16/16_01.amc"),
+        ("..\\..\\walk.bvh", "walk.bvh"),
+        ("/etc/passwd.bvh", "etc/passwd.bvh"),
+        ("....//....//x.bvh", "x.bvh"),
+        ("läuft.bvh", "läuft.bvh"),
+        (".hidden.bvh", "hidden.bvh"),
+        ("..", ""),
+        ("x" * 200 + ".bvh", "x" * 96 + ".bvh"),
+    ],
+)
+def test_names_are_cleaned(name: str, cleaned: str) -> None:
+    assert clean_name(name) == cleaned
+
+
+def test_kinds_are_told_by_endings_and_others_refused(client: TestClient) -> None:
+    names = ["a.bvh", "A.ASF", "words.tsv", "run.exe", "a.bvh", "noending"]
+    answer = client.post("/api/uploads", files=[("files", (name, b"x")) for name in names])
+    facts = answer.json()
+    assert [(f["name"], f["kind"]) for f in facts["files"]] == [
+        ("a.bvh", "capture"), ("A.ASF", "skeleton"), ("words.tsv", "sheet"),
+    ]  # fmt: skip
+    assert [refused["name"] for refused in facts["refused"]] == ["run.exe", "a.bvh", "noending"]
+    assert facts["files"][0]["ref"] == f"upload:{facts['upload']}/a.bvh"
+
+
+def test_an_upload_without_captures_is_refused(client: TestClient) -> None:
+    answer = client.post("/api/uploads", files=[("files", ("run.exe", b"MZ"))])
+    assert answer.status_code == 415
+    assert answer.json()["error"]["message"] == (
+        "upload: expected captures or sheets of words, found none."
+        " run.exe: expected a capture or a sheet, found another ending."
+    )
+
+
+@pytest.mark.parametrize("content", [b"", b"rubbish", b"--x\r\n\r\n"])
+def test_a_broken_form_is_refused(client: TestClient, content: bytes) -> None:
+    headers = {"content-type": "multipart/form-data; boundary=x"}
+    answer = client.post("/api/uploads", content=content, headers=headers)
+    assert answer.status_code in (400, 415)
+
+
+def test_the_oldest_uploads_are_dropped_when_there_is_too_much(tmp_path: Path) -> None:
+    uploads = Uploads(tmp_path, UploadLimits(kept_bytes=10))
+    kept = []
+    for _ in range(2):
+        received = uploads.begin()
+        received.take("a.bvh", io.BytesIO(b"x" * 8))
+        kept.append(uploads.keep(received))
+    assert not kept[0].folder.exists()
+    assert kept[1].path("a.bvh").read_bytes() == b"x" * 8
+    with pytest.raises(PageError, match="Upload the files again"):
+        uploads.get(kept[0].upload_id)
+    with pytest.raises(PageError, match="uploaded file"):
+        kept[1].path("../a.bvh")
+
+
+def test_an_uploaded_file_is_an_example_like_a_stored_one(
+    client: TestClient, samples_folder: Path
+) -> None:
+    data = (samples_folder / "ana" / "walk_1.bvh").read_bytes()
+    sent = client.post("/api/uploads", files=[("files", ("x/mine.bvh", data))]).json()
+    ref = sent["files"][0]["ref"]
+    found = client.get("/api/like", params={"ref": ref, "limit": 1}).json()
+    assert found["matches"][0]["capture"] == "ana/walk_1"
+    body = {"items": [{"ref": ref}], "format": "bvh"}
+    assert client.post("/api/download", json=body).content.startswith(b"HIERARCHY")
+
+
+def test_the_fault_of_an_uploaded_file_does_not_tell_where_it_lies(client: TestClient) -> None:
+    sent = client.post("/api/uploads", files=[("files", ("bad.bvh", b"HIERARCHY\nrubbish"))])
+    ref = sent.json()["files"][0]["ref"]
+    answer = client.get("/api/describe", params={"ref": ref})
+    message = answer.json()["error"]["message"]
+    assert answer.status_code == 400
+    assert message.startswith("bad.bvh:2: expected a keyword such as JOINT or OFFSET")
+    assert "/uploads/" not in message
+
+
+def test_what_is_sent_is_not_added_by_itself(client: TestClient) -> None:
+    before = client.get("/api/captures").json()["total"]
+    client.post("/api/uploads", files=[("files", ("new.bvh", b"x"))])
+    assert client.get("/api/captures").json()["total"] == before
