@@ -46,3 +46,20 @@ def test_other_axes_move_the_dots(asked_server, new_page):
     before = dot.get_attribute("transform")
     page.get_by_label("Vertical axis").select_option("2")
     assert dot.get_attribute("transform") != before
+
+
+def test_the_map_is_enlarged_and_shown_whole_again(asked_server, new_page):
+    page = new_page(f"{asked_server}#/symbols")
+    dot = page.locator(".dot[data-symbol='5']")
+    before = dot.get_attribute("transform")
+    page.get_by_role("button", name="Enlarge the map").click()
+    assert dot.get_attribute("transform") != before
+    page.get_by_role("button", name="All").click()
+    assert dot.get_attribute("transform") == before
+    page.locator(".symbol-map").hover()
+    page.mouse.wheel(0, -400)
+    wait_for(
+        page,
+        "text => document.querySelector('.dot[data-symbol=\"5\"]').getAttribute('transform') !== text",
+        before,
+    )

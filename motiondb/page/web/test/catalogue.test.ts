@@ -48,16 +48,38 @@ test("a line of words replaces the sentences of the whole capture and keeps thos
 });
 
 test("files that the server would refuse are left out with the reason", () => {
-  const accepts = { captures: [".bvh"], skeletons: [".asf"], sheets: [".tsv"], max_file_bytes: 10, max_request_bytes: 100, max_files: 2 };
+  const accepts = {
+    captures: [".bvh"],
+    skeletons: [".asf"],
+    sheets: [".tsv"],
+    max_file_bytes: 10,
+    max_request_bytes: 100,
+    max_files: 2,
+  };
   const file = (path: string, size: number) => ({ path, file: { size } as File });
-  const sorted = sortFiles([file("a/B.BVH", 3), file("x.exe", 3), file("large.bvh", 11), file("w.tsv", 1), file("c.bvh", 1)], accepts);
-  assert.deepEqual(sorted.send.map((one) => one.path), ["a/B.BVH", "w.tsv"]);
-  assert.deepEqual(sorted.refused.map((one) => one.message), ["not one of .bvh .asf .tsv", "larger than 10 B", "more than 2 files at once"]);
+  const sorted = sortFiles(
+    [file("a/B.BVH", 3), file("x.exe", 3), file("large.bvh", 11), file("w.tsv", 1), file("c.bvh", 1)],
+    accepts,
+  );
+  assert.deepEqual(
+    sorted.send.map((one) => one.path),
+    ["a/B.BVH", "w.tsv"],
+  );
+  assert.deepEqual(
+    sorted.refused.map((one) => one.message),
+    ["not one of .bvh .asf .tsv", "larger than 10 B", "more than 2 files at once"],
+  );
 });
 
 test("routes are read as they are written", () => {
   const route = parseRoute(routeTo("search", { q: "walk & turn, left", where: "", limit: 5 }), "catalogue");
   assert.equal(route.view, "search");
-  assert.deepEqual([...route.parameters], [["q", "walk & turn, left"], ["limit", "5"]]);
+  assert.deepEqual(
+    [...route.parameters],
+    [
+      ["q", "walk & turn, left"],
+      ["limit", "5"],
+    ],
+  );
   assert.equal(parseRoute("", "catalogue").view, "catalogue");
 });

@@ -10,8 +10,31 @@ function container(): ArrayBuffer {
     parents: [-1, 0],
     radii: [0, 0.1],
     tracks: [
-      { name: "a", ref: "capture:a", kind: "body", team: null, frames: 2, fps: 30, start: 1.5, offset: 0, origin: [1, 2, 3], scale: [0.5, 0.1, 2], contacts: 24 },
-      { name: "ball", kind: "ball", frames: 1, fps: 30, start: 0, offset: 28, origin: [0, 0, 0], scale: [1, 1, 1], contacts: null, radius: 0.12 },
+      {
+        name: "a",
+        ref: "capture:a",
+        kind: "body",
+        team: null,
+        frames: 2,
+        fps: 30,
+        start: 1.5,
+        offset: 0,
+        origin: [1, 2, 3],
+        scale: [0.5, 0.1, 2],
+        contacts: 24,
+      },
+      {
+        name: "ball",
+        kind: "ball",
+        frames: 1,
+        fps: 30,
+        start: 0,
+        offset: 28,
+        origin: [0, 0, 0],
+        scale: [1, 1, 1],
+        contacts: null,
+        radius: 0.12,
+      },
     ],
   };
   let text = JSON.stringify(header);
@@ -22,7 +45,9 @@ function container(): ArrayBuffer {
   view.setUint32(4, text.length, true);
   new Uint8Array(buffer).set(new TextEncoder().encode(text), 8);
   const payload = 8 + text.length;
-  [2, 10, -1, 4, 0, 0, 0, 0, 0, 0, 0, -32768].forEach((value, i) => view.setInt16(payload + 2 * i, value, true));
+  [2, 10, -1, 4, 0, 0, 0, 0, 0, 0, 0, -32768].forEach((value, i) =>
+    view.setInt16(payload + 2 * i, value, true),
+  );
   new Uint8Array(buffer).set([1, 3], payload + 24);
   [7, 8, 9].forEach((value, i) => view.setInt16(payload + 28 + 2 * i, value, true));
   return buffer;
@@ -47,7 +72,10 @@ test("a ball has one place a frame and a radius", () => {
 
 test("other bytes and other formats are refused with a sentence", () => {
   assert.throws(() => readContainer(new ArrayBuffer(4)), /does not begin with MDBM/);
-  assert.throws(() => readContainer(new TextEncoder().encode("not a motion").buffer), /does not begin with MDBM/);
+  assert.throws(
+    () => readContainer(new TextEncoder().encode("not a motion").buffer),
+    /does not begin with MDBM/,
+  );
 });
 
 test("base64 gives back the bytes", () => {

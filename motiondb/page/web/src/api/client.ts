@@ -52,7 +52,11 @@ async function errorOf(response: Response): Promise<ApiError> {
     const { error } = (await response.json()) as { error: { kind: string; message: string } };
     return new ApiError(error.kind, error.message, response.status);
   } catch {
-    return new ApiError("HTTP", `The server answered ${response.status} ${response.statusText}.`, response.status);
+    return new ApiError(
+      "HTTP",
+      `The server answered ${response.status} ${response.statusText}.`,
+      response.status,
+    );
   }
 }
 

@@ -63,8 +63,7 @@ function readTrack(buffer: ArrayBuffer, payload: number, header: Header, track: 
   if (track.kind === "ball") {
     return { kind: "ball", name, motion: { fps, frames, start, positions, radius: track.radius ?? 0.12 } };
   }
-  const contacts =
-    track.contacts === null ? null : new Uint8Array(buffer, payload + track.contacts, frames);
+  const contacts = track.contacts === null ? null : new Uint8Array(buffer, payload + track.contacts, frames);
   const { parents, radii } = header;
   const motion = { fps, frames, start, points: header.points, parents, radii, positions, contacts };
   return { kind: "body", name, ref: track.ref ?? null, team: track.team ?? null, motion };

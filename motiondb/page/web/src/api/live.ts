@@ -4,9 +4,7 @@ import { get } from "./client.ts";
 import type { Job } from "./types.ts";
 
 export type News =
-  | { kind: "revision"; revision: number }
-  | { kind: "job"; job: Job }
-  | { kind: "connection"; open: boolean };
+  { kind: "revision"; revision: number } | { kind: "job"; job: Job } | { kind: "connection"; open: boolean };
 
 export interface Live {
   /** Call a listener with every piece of news; returns how to stop. */

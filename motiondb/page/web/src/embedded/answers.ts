@@ -1,7 +1,14 @@
 /** The answers of a file without a server, shown with the same parts as in the page. */
 
 import type { Motions } from "../api/motions.ts";
-import type { CaptureFacts, GenerateAnswer, LikeAnswer, SearchAnswer, Source, Stretch } from "../api/types.ts";
+import type {
+  CaptureFacts,
+  GenerateAnswer,
+  LikeAnswer,
+  SearchAnswer,
+  Source,
+  Stretch,
+} from "../api/types.ts";
 import { append, h } from "../dom/element.ts";
 import type { Stage } from "../player/stage.ts";
 import { makeTake } from "../take/take.ts";
@@ -40,7 +47,14 @@ export function renderAnswer(host: HTMLElement, context: EmbeddedContext): void 
   if (kind === "generate") return renderGenerated(host, context, answer as GenerateAnswer);
   if (kind === "capture") {
     const facts = answer as CaptureFacts;
-    return renderTake(host, context, facts.ref, lanesOf(facts), [{ capture: facts.name, licence: facts.licence ?? "not known", sha256: facts.sha256, frames: facts.frames }]);
+    return renderTake(host, context, facts.ref, lanesOf(facts), [
+      {
+        capture: facts.name,
+        licence: facts.licence ?? "not known",
+        sha256: facts.sha256,
+        frames: facts.frames,
+      },
+    ]);
   }
   if (kind === "sequence") {
     const facts = answer as SequenceFacts;
@@ -48,12 +62,17 @@ export function renderAnswer(host: HTMLElement, context: EmbeddedContext): void 
   }
   const facts = answer as SceneFacts;
   renderTake(host, context, facts.ref, sceneLanes(facts), []);
-  append(host, [h("details", {}, h("summary", {}, "The diagram as text"), h("pre", { tabindex: 0 }, facts.text))]);
+  append(host, [
+    h("details", {}, h("summary", {}, "The diagram as text"), h("pre", { tabindex: 0 }, facts.text)),
+  ]);
 }
 
 function renderSearch(host: HTMLElement, context: EmbeddedContext, answer: SearchAnswer): void {
   const answers = makeAnswers(context, null);
-  append(host, [questionElement(answer.question, answer.sentences, answer.unknown, {}, () => undefined), answers.element]);
+  append(host, [
+    questionElement(answer.question, answer.sentences, answer.unknown, {}, () => undefined),
+    answers.element,
+  ]);
   answers.show(answer);
 }
 
@@ -68,17 +87,42 @@ function renderLike(host: HTMLElement, context: EmbeddedContext, answer: LikeAns
 function renderGenerated(host: HTMLElement, context: EmbeddedContext, answer: GenerateAnswer): void {
   append(host, [
     questionElement(answer.question, answer.sentences, answer.unknown, {}, () => undefined),
-    h("div", { class: "answer-grid wide" }, answer.variants.map((made) => makeVariant(context, made, null).element)),
+    h(
+      "div",
+      { class: "answer-grid wide" },
+      answer.variants.map((made) => makeVariant(context, made, null).element),
+    ),
   ]);
 }
 
-function renderTake(host: HTMLElement, context: EmbeddedContext, ref: string, lanes: readonly Lane[], sources: readonly Source[]): void {
+function renderTake(
+  host: HTMLElement,
+  context: EmbeddedContext,
+  ref: string,
+  lanes: readonly Lane[],
+  sources: readonly Source[],
+): void {
   const take = makeTake(context, { label: context.data.title });
   append(host, [
     take.element,
     sources.length > 0
-      ? h("section", {}, h("h2", {}, "Sources and licences"),
-          h("ul", { class: "plain" }, sources.map((one) => h("li", {}, one.capture, h("span", { class: "muted" }, ` ${one.frames} frames, licence ${one.licence}`)))))
+      ? h(
+          "section",
+          {},
+          h("h2", {}, "Sources and licences"),
+          h(
+            "ul",
+            { class: "plain" },
+            sources.map((one) =>
+              h(
+                "li",
+                {},
+                one.capture,
+                h("span", { class: "muted" }, ` ${one.frames} frames, licence ${one.licence}`),
+              ),
+            ),
+          ),
+        )
       : null,
   ]);
   void take.load({ ref, lanes });
@@ -86,7 +130,10 @@ function renderTake(host: HTMLElement, context: EmbeddedContext, ref: string, la
 
 function sequenceLanes(facts: SequenceFacts): Lane[] {
   const blocks = facts.strip.map(({ terminal, start, end, words }) => ({
-    start, end, label: words.length > 0 ? `${terminal} ${words.join(" ")}` : terminal, title: `terminal ${terminal}: ${words.join(" ")}`,
+    start,
+    end,
+    label: words.length > 0 ? `${terminal} ${words.join(" ")}` : terminal,
+    title: `terminal ${terminal}: ${words.join(" ")}`,
   }));
   return [{ name: "terminals", kind: "parts", blocks }, stretchLane(facts.stretches)];
 }
@@ -95,6 +142,11 @@ function sceneLanes(facts: SceneFacts): Lane[] {
   return Object.entries(facts.actions).map(([player, actions]) => ({
     name: player,
     kind: "parts" as const,
-    blocks: actions.map(({ terminal, start, end }) => ({ start, end, label: terminal, title: `${player}: ${terminal}, ${start.toFixed(2)} to ${end.toFixed(2)} s` })),
+    blocks: actions.map(({ terminal, start, end }) => ({
+      start,
+      end,
+      label: terminal,
+      title: `${player}: ${terminal}, ${start.toFixed(2)} to ${end.toFixed(2)} s`,
+    })),
   }));
 }

@@ -24,20 +24,36 @@ export function startEmbedded(root: HTMLElement, text: string): void {
     data = JSON.parse(text) as Embedded;
     if (data.format !== 1) throw new Error(`format ${data.format}`);
   } catch {
-    fill(root, h("main", { class: "centre" }, emptyState("This file cannot be shown", "Its data is damaged, or it was made by a newer motiondb.")));
+    fill(
+      root,
+      h(
+        "main",
+        { class: "centre" },
+        emptyState("This file cannot be shown", "Its data is damaged, or it was made by a newer motiondb."),
+      ),
+    );
     return;
   }
-  const containers = new Map(Object.entries(data.motions).map(([ref, base64]) => [ref, () => fromBase64(base64)]));
+  const containers = new Map(
+    Object.entries(data.motions).map(([ref, base64]) => [ref, () => fromBase64(base64)]),
+  );
   const context: EmbeddedContext = { stage: makeStage(), motions: embeddedMotions(containers), data };
   document.title = `${data.title} · motiondb`;
   const host = h("main", { id: "view", class: "view embedded" });
   fill(
     root,
-    h("header", { class: "top" },
+    h(
+      "header",
+      { class: "top" },
       h("span", { class: "brand" }, h("span", { class: "brand-mark", "aria-hidden": "true" }), "motiondb"),
-      h("span", { class: "database" }, data.database)),
+      h("span", { class: "database" }, data.database),
+    ),
     host,
-    h("footer", { class: "foot" }, `Made with motiondb ${data.version}. Captures keep the licences that are shown with them.`),
+    h(
+      "footer",
+      { class: "foot" },
+      `Made with motiondb ${data.version}. Captures keep the licences that are shown with them.`,
+    ),
   );
   fill(host, h("h1", {}, data.title));
   renderAnswer(host, context);

@@ -8,8 +8,16 @@ export function openDialog(title: string, ...children: Child[]): HTMLDialogEleme
   const dialog = h(
     "dialog",
     { class: "dialog", "aria-label": title, on: { close: () => dialog.remove() } },
-    h("div", { class: "dialog-head" }, h("h2", {}, title),
-      h("button", { class: "tool", type: "button", "aria-label": "Close", on: { click: () => dialog.close() } }, icon("close"))),
+    h(
+      "div",
+      { class: "dialog-head" },
+      h("h2", {}, title),
+      h(
+        "button",
+        { class: "tool", type: "button", "aria-label": "Close", on: { click: () => dialog.close() } },
+        icon("close"),
+      ),
+    ),
     ...children,
   );
   document.body.append(dialog);
@@ -28,9 +36,16 @@ export function askWhether(title: string, text: string, yes: string): Promise<bo
     const dialog = openDialog(
       title,
       h("p", {}, text),
-      h("div", { class: "row end" },
-        h("button", { class: "button plain", type: "button", autofocus: true, on: { click: () => choose(false) } }, "Cancel"),
-        h("button", { class: "button danger", type: "button", on: { click: () => choose(true) } }, yes)),
+      h(
+        "div",
+        { class: "row end" },
+        h(
+          "button",
+          { class: "button plain", type: "button", autofocus: true, on: { click: () => choose(false) } },
+          "Cancel",
+        ),
+        h("button", { class: "button danger", type: "button", on: { click: () => choose(true) } }, yes),
+      ),
     );
     dialog.addEventListener("close", () => resolve(answer));
   });

@@ -22,7 +22,10 @@ export function sortFiles(files: readonly NamedFile[], accepts: Status["accepts"
     } else if (one.file.size > accepts.max_file_bytes) {
       sorted.refused.push({ name: one.path, message: `larger than ${bytesText(accepts.max_file_bytes)}` });
     } else if (sorted.send.length >= accepts.max_files) {
-      sorted.refused.push({ name: one.path, message: `more than ${plural(accepts.max_files, "file")} at once` });
+      sorted.refused.push({
+        name: one.path,
+        message: `more than ${plural(accepts.max_files, "file")} at once`,
+      });
     } else sorted.send.push(one);
   }
   return sorted;

@@ -20,7 +20,11 @@ export const BODY_FINENESS: Fineness = { around: 10, rings: 3 };
 export const MARK_FINENESS: Fineness = { around: 8, rings: 2 };
 
 /** Directions on the unit sphere, cut in two halves along z; `half` says which end a vertex belongs to. */
-function halfSpheres({ around, rings }: Fineness): { position: Float32Array; half: Float32Array; index: number[] } {
+function halfSpheres({ around, rings }: Fineness): {
+  position: Float32Array;
+  half: Float32Array;
+  index: number[];
+} {
   const rows: [number, number][] = [];
   for (let ring = 0; ring <= rings; ring += 1) rows.push([-1 + ring / rings, 0]);
   for (let ring = 0; ring <= rings; ring += 1) rows.push([ring / rings, 1]);

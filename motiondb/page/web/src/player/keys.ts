@@ -25,9 +25,21 @@ export function showKeys(player: HTMLElement): void {
     "dialog",
     { class: "dialog keys", "aria-label": "Keys of the player", on: { close: () => dialog.remove() } },
     h("h2", {}, "Keys of the player"),
-    h("dl", {}, KEYS.map(([keys, action]) => h("div", {}, h("dt", {}, keys), h("dd", {}, action)))),
-    h("p", { class: "muted" }, "The keys work while the picture has the focus. Drag turns the camera, Shift and drag moves it, the wheel zooms."),
-    h("button", { class: "button", type: "button", autofocus: true, on: { click: () => dialog.close() } }, "Close"),
+    h(
+      "dl",
+      {},
+      KEYS.map(([keys, action]) => h("div", {}, h("dt", {}, keys), h("dd", {}, action))),
+    ),
+    h(
+      "p",
+      { class: "muted" },
+      "The keys work while the picture has the focus. Drag turns the camera, Shift and drag moves it, the wheel zooms.",
+    ),
+    h(
+      "button",
+      { class: "button", type: "button", autofocus: true, on: { click: () => dialog.close() } },
+      "Close",
+    ),
   );
   player.append(dialog);
   dialog.showModal();

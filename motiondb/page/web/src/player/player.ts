@@ -38,12 +38,21 @@ const SWITCHES: readonly [keyof Switches, IconName, string][] = [
 ];
 
 function button(name: IconName, label: string, click: () => void): HTMLButtonElement {
-  return h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click } }, icon(name));
+  return h(
+    "button",
+    { class: "tool", type: "button", "aria-label": label, title: label, on: { click } },
+    icon(name),
+  );
 }
 
 /** Make a player. */
 export function makePlayer(stage: Stage, options: PlayerOptions): Player {
-  const canvas = h("canvas", { class: "player-canvas", tabindex: 0, role: "img", "aria-label": options.label });
+  const canvas = h("canvas", {
+    class: "player-canvas",
+    tabindex: 0,
+    role: "img",
+    "aria-label": options.label,
+  });
   const message = h("p", { class: "player-message", role: "status" });
   const screen = makeScreen(stage, canvas);
   const fps = options.fps ?? 30;
@@ -52,21 +61,29 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
   const playButton = button("play", "Play (Space)", () => change("toggle"));
   const readout = h("output", { class: "player-time", "aria-live": "off" });
   const slider = h("input", {
-    type: "range", class: "player-slider", min: 0, max: 1, step: "any", value: 0, "aria-label": "Time",
-    on: { input: () => screen.setPlayback({ ...seek(screen.playback, Number(slider.value)), playing: false }) },
+    type: "range",
+    class: "player-slider",
+    min: 0,
+    max: 1,
+    step: "any",
+    value: 0,
+    "aria-label": "Time",
+    on: {
+      input: () => screen.setPlayback({ ...seek(screen.playback, Number(slider.value)), playing: false }),
+    },
   });
   const speed = h(
     "select",
     {
-      class: "player-speed", "aria-label": "Speed", title: "Speed (up, down)",
+      class: "player-speed",
+      "aria-label": "Speed",
+      title: "Speed (up, down)",
       on: { change: () => screen.setPlayback({ ...screen.playback, speed: Number(speed.value) }) },
     },
     SPEEDS.map((one) => h("option", { value: one, selected: one === 1 }, `${one}×`)),
   );
   const loopButton = button("loop", "Loop (L)", () => change("loop"));
-  const switchButtons = SWITCHES.map(([name, picture, label]) =>
-    button(picture, label, () => change(name)),
-  );
+  const switchButtons = SWITCHES.map(([name, picture, label]) => button(picture, label, () => change(name)));
   const element = h(
     "section",
     { class: "player", "aria-label": options.label },

@@ -36,7 +36,13 @@ export function makeJobs(context: Context): { element: HTMLElement } {
   const count = h("span", {});
   const button = h(
     "button",
-    { class: "jobs-button", type: "button", "aria-expanded": "false", "aria-controls": "jobs", on: { click: () => toggle() } },
+    {
+      class: "jobs-button",
+      type: "button",
+      "aria-expanded": "false",
+      "aria-controls": "jobs",
+      on: { click: () => toggle() },
+    },
     count,
   );
   const panel = h("section", { id: "jobs", class: "jobs-panel", "aria-label": "Jobs", hidden: true });
@@ -60,10 +66,19 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     return h(
       "li",
       { class: `job ${job.state}` },
-      h("div", { class: "job-head" }, h("b", {}, job.title), h("span", { class: "muted" }, active ? job.state : `${job.state} · ${job.seconds.toFixed(0)} s`)),
-      active ? progressBar(job.state === "waiting" ? null : job.share, job.what || job.state) : h("p", {}, outcome(job)),
+      h(
+        "div",
+        { class: "job-head" },
+        h("b", {}, job.title),
+        h("span", { class: "muted" }, active ? job.state : `${job.state} · ${job.seconds.toFixed(0)} s`),
+      ),
+      active
+        ? progressBar(job.state === "waiting" ? null : job.share, job.what || job.state)
+        : h("p", {}, outcome(job)),
       problemList(job),
-      active ? h("button", { class: "link", type: "button", on: { click: () => void cancel(job) } }, "Cancel") : null,
+      active
+        ? h("button", { class: "link", type: "button", on: { click: () => void cancel(job) } }, "Cancel")
+        : null,
     );
   }
 

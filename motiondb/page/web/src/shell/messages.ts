@@ -18,7 +18,11 @@ export function makeMessages(): Messages {
   const element = h("div", { class: "messages" }, news, faults);
 
   function add(where: HTMLElement, kind: string, ...children: (Node | string)[]): HTMLElement {
-    const close = h("button", { class: "tool", type: "button", "aria-label": "Close", on: { click: () => message.remove() } }, icon("close"));
+    const close = h(
+      "button",
+      { class: "tool", type: "button", "aria-label": "Close", on: { click: () => message.remove() } },
+      icon("close"),
+    );
     const message = h("div", { class: `message ${kind}` }, h("p", {}, ...children), close);
     where.append(message);
     while (where.childElementCount > MOST) where.firstElementChild!.remove();
@@ -29,7 +33,20 @@ export function makeMessages(): Messages {
     element,
     notify(text, action) {
       const button = action
-        ? h("button", { class: "link", type: "button", on: { click: () => { message.remove(); action.run(); } } }, action.label)
+        ? h(
+            "button",
+            {
+              class: "link",
+              type: "button",
+              on: {
+                click: () => {
+                  message.remove();
+                  action.run();
+                },
+              },
+            },
+            action.label,
+          )
         : null;
       const message: HTMLElement = button ? add(news, "news", text, " ", button) : add(news, "news", text);
       setTimeout(() => message.remove(), SHOWN_FOR);

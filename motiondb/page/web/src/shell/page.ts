@@ -21,9 +21,16 @@ export async function startPage(root: HTMLElement): Promise<void> {
   try {
     status = await get<Status>("/api/status");
   } catch (fault) {
-    fill(root, h("main", { class: "centre" }, emptyState("motiondb cannot be reached", messageOf(fault), [
-      { label: "Try again", run: () => location.reload() },
-    ])));
+    fill(
+      root,
+      h(
+        "main",
+        { class: "centre" },
+        emptyState("motiondb cannot be reached", messageOf(fault), [
+          { label: "Try again", run: () => location.reload() },
+        ]),
+      ),
+    );
     return;
   }
   const messages = makeMessages();
@@ -44,7 +51,11 @@ export async function startPage(root: HTMLElement): Promise<void> {
   const jobs = makeJobs(context);
   const links = VIEWS.map((view) => h("a", { href: routeTo(view.name), class: "nav-link" }, view.title));
   const database = h("span", { class: "database" });
-  const lost = h("p", { class: "lost", role: "status", hidden: true }, "The server does not answer. Trying again…");
+  const lost = h(
+    "p",
+    { class: "lost", role: "status", hidden: true },
+    "The server does not answer. Trying again…",
+  );
   const host = h("main", { id: "view", tabindex: -1 });
   fill(
     root,
@@ -52,7 +63,12 @@ export async function startPage(root: HTMLElement): Promise<void> {
     h(
       "header",
       { class: "top" },
-      h("a", { class: "brand", href: routeTo(FIRST) }, h("span", { class: "brand-mark", "aria-hidden": "true" }), "motiondb"),
+      h(
+        "a",
+        { class: "brand", href: routeTo(FIRST) },
+        h("span", { class: "brand-mark", "aria-hidden": "true" }),
+        "motiondb",
+      ),
       h("nav", { "aria-label": "Views", class: "nav" }, links),
       database,
       jobs.element,

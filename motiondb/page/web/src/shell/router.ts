@@ -12,7 +12,10 @@ export function parseRoute(hash: string, first: string): Route {
 }
 
 /** The hash of a view with parameters; empty ones are left out. */
-export function routeTo(view: string, parameters: Record<string, string | number | null | undefined> = {}): string {
+export function routeTo(
+  view: string,
+  parameters: Record<string, string | number | null | undefined> = {},
+): string {
   const query = new URLSearchParams();
   for (const [name, value] of Object.entries(parameters)) {
     if (value !== null && value !== undefined && value !== "") query.set(name, String(value));

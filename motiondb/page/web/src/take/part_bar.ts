@@ -23,7 +23,11 @@ export function makePartBar(
 
   function number(label: string): HTMLInputElement {
     return h("input", {
-      type: "number", class: "number", step: 0.05, min: 0, "aria-label": label,
+      type: "number",
+      class: "number",
+      step: 0.05,
+      min: 0,
+      "aria-label": label,
       on: { change: () => typed() },
     });
   }
@@ -34,8 +38,17 @@ export function makePartBar(
     change([start, end]);
   }
 
-  const hint = h("p", { class: "hint" }, "Drag on the timeline to select a part, or ",
-    h("button", { class: "link", type: "button", on: { click: () => change([0, Math.min(1, whole)]) } }, "type its times"), ".");
+  const hint = h(
+    "p",
+    { class: "hint" },
+    "Drag on the timeline to select a part, or ",
+    h(
+      "button",
+      { class: "link", type: "button", on: { click: () => change([0, Math.min(1, whole)]) } },
+      "type its times",
+    ),
+    ".",
+  );
   const fields = h(
     "div",
     { class: "part-fields", hidden: true },
@@ -43,7 +56,17 @@ export function makePartBar(
     actions.map(({ label, run }) =>
       h("button", { class: "button plain", type: "button", on: { click: () => part && run(part) } }, label),
     ),
-    h("button", { class: "tool", type: "button", "aria-label": "Clear the part", title: "Clear the part", on: { click: () => change(null) } }, icon("close")),
+    h(
+      "button",
+      {
+        class: "tool",
+        type: "button",
+        "aria-label": "Clear the part",
+        title: "Clear the part",
+        on: { click: () => change(null) },
+      },
+      icon("close"),
+    ),
   );
   return {
     element: h("div", { class: "part-bar" }, hint, fields),

@@ -103,7 +103,10 @@ export function makeTimeline(options: TimelineOptions): Timeline {
   return {
     element,
     setLanes(lanes) {
-      fill(lanesBox, lanes.filter((lane) => lane.blocks.length > 0).map((lane) => laneElement(lane, percent, duration)));
+      fill(
+        lanesBox,
+        lanes.filter((lane) => lane.blocks.length > 0).map((lane) => laneElement(lane, percent, duration)),
+      );
     },
     setTime(time) {
       cursor.style.left = percent(time);

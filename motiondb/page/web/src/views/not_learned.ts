@@ -10,14 +10,21 @@ import { go, routeTo } from "../shell/router.ts";
 export function notLearned(fault: unknown, context: Context): HTMLElement | null {
   if (fault !== null && !(fault instanceof ApiError && fault.kind === "NotLearnedError")) return null;
   if (context.status().captures === 0) {
-    return emptyState("This database is empty", "Add captures and what people wrote about them, then let motiondb learn.", [
-      { label: "Go to the catalogue", run: () => go(routeTo("catalogue")) },
-    ]);
+    return emptyState(
+      "This database is empty",
+      "Add captures and what people wrote about them, then let motiondb learn.",
+      [{ label: "Go to the catalogue", run: () => go(routeTo("catalogue")) }],
+    );
   }
   if (context.status().read_only) {
-    return emptyState("Nothing learned yet", "This database has not learned, and it was opened to be read only.");
+    return emptyState(
+      "Nothing learned yet",
+      "This database has not learned, and it was opened to be read only.",
+    );
   }
-  return emptyState("Nothing learned yet", "Learning finds the movements in the captures and what words mean. It takes from seconds to minutes.", [
-    { label: "Learn…", run: () => openLearning(context) },
-  ]);
+  return emptyState(
+    "Nothing learned yet",
+    "Learning finds the movements in the captures and what words mean. It takes from seconds to minutes.",
+    [{ label: "Learn…", run: () => openLearning(context) }],
+  );
 }

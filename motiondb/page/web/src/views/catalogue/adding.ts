@@ -27,18 +27,30 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
     "div",
     { class: "drop-zone" },
     h("p", { class: "drop-title" }, "Drop captures here"),
-    h("p", { class: "muted" }, `${[...accepts.captures, ...accepts.skeletons].join(" ")}, and a sheet of words (${accepts.sheets.join(" ")}). Folders are read with all that is in them.`),
+    h(
+      "p",
+      { class: "muted" },
+      `${[...accepts.captures, ...accepts.skeletons].join(" ")}, and a sheet of words (${accepts.sheets.join(" ")}). Folders are read with all that is in them.`,
+    ),
     h("div", { class: "row centre" }, chooseFiles, chooseFolder),
   );
   onDrop(zone, (files) => void take(files));
 
   function picker(label: string, folder: boolean): HTMLElement {
     const input = h("input", {
-      type: "file", multiple: true, hidden: true, ...(folder ? { webkitdirectory: true } : {}),
+      type: "file",
+      multiple: true,
+      hidden: true,
+      ...(folder ? { webkitdirectory: true } : {}),
       "aria-label": label,
       on: { change: () => void take(fromList(input.files)) },
     });
-    return h("span", {}, input, h("button", { class: "button plain", type: "button", on: { click: () => input.click() } }, label));
+    return h(
+      "span",
+      {},
+      input,
+      h("button", { class: "button plain", type: "button", on: { click: () => input.click() } }, label),
+    );
   }
 
   async function take(files: readonly NamedFile[]): Promise<void> {
@@ -48,7 +60,11 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
       return;
     }
     const size = sorted.send.reduce((sum, one) => sum + one.file.size, 0);
-    fill(state, h("p", {}, `Sending ${plural(sorted.send.length, "file")} (${bytesText(size)})…`), h("progress", { "aria-label": "Sending" }));
+    fill(
+      state,
+      h("p", {}, `Sending ${plural(sorted.send.length, "file")} (${bytesText(size)})…`),
+      h("progress", { "aria-label": "Sending" }),
+    );
     try {
       const sent = await upload(sorted.send);
       fill(state, ready(sent, [...sorted.refused, ...sent.refused]));
@@ -68,12 +84,18 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
   }
 
   function addForm(sheets: readonly string[], body: (words: string | null) => object): HTMLElement {
-    const sheet = h("select", { class: "field", id: "sheet" },
+    const sheet = h(
+      "select",
+      { class: "field", id: "sheet" },
       h("option", { value: "" }, "no sheet"),
-      sheets.map((name, i) => h("option", { value: name, selected: i === 0 }, name)));
-    const form = h("form", { class: "row end" },
+      sheets.map((name, i) => h("option", { value: name, selected: i === 0 }, name)),
+    );
+    const form = h(
+      "form",
+      { class: "row end" },
       sheets.length > 0 ? [h("label", { for: "sheet" }, "Words from"), sheet] : null,
-      h("button", { class: "button", type: "submit" }, "Add to the database"));
+      h("button", { class: "button", type: "submit" }, "Add to the database"),
+    );
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       void begin(body(sheets.length > 0 ? sheet.value || null : null));
@@ -96,12 +118,49 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
       const listing = await get<FolderListing>("/api/folders", { root, path });
       const up = path.includes("/") ? path.slice(0, path.lastIndexOf("/")) : "";
       const name = folders.find((one) => one.root === root)?.name ?? "";
-      fill(into,
-        h("p", {}, h("b", {}, [name, path].filter(Boolean).join("/")), ` – ${plural(listing.captures, "capture")} here`),
-        h("ul", { class: "plain folder-list" },
-          path ? h("li", {}, h("button", { class: "link", type: "button", on: { click: () => void browse(into, root, up) } }, "one folder up")) : null,
-          listing.folders.map((folder) => h("li", {}, h("button", { class: "link", type: "button", on: { click: () => void browse(into, root, path ? `${path}/${folder}` : folder) } }, `${folder}/`)))),
-        addForm(listing.sheets, (words) => ({ folder: { root, path }, words: words && path ? `${path}/${words}` : words })));
+      fill(
+        into,
+        h(
+          "p",
+          {},
+          h("b", {}, [name, path].filter(Boolean).join("/")),
+          ` – ${plural(listing.captures, "capture")} here`,
+        ),
+        h(
+          "ul",
+          { class: "plain folder-list" },
+          path
+            ? h(
+                "li",
+                {},
+                h(
+                  "button",
+                  { class: "link", type: "button", on: { click: () => void browse(into, root, up) } },
+                  "one folder up",
+                ),
+              )
+            : null,
+          listing.folders.map((folder) =>
+            h(
+              "li",
+              {},
+              h(
+                "button",
+                {
+                  class: "link",
+                  type: "button",
+                  on: { click: () => void browse(into, root, path ? `${path}/${folder}` : folder) },
+                },
+                `${folder}/`,
+              ),
+            ),
+          ),
+        ),
+        addForm(listing.sheets, (words) => ({
+          folder: { root, path },
+          words: words && path ? `${path}/${words}` : words,
+        })),
+      );
     } catch (fault) {
       fill(into, h("p", { class: "bad" }, messageOf(fault)));
     }
@@ -109,8 +168,12 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
 
   const roots = folders.map(({ root, name }) => {
     const inside = h("div", {});
-    return h("details", { on: { toggle: () => inside.childElementCount === 0 && void browse(inside, root, "") } },
-      h("summary", {}, `Folder ${name} on the server's computer`), inside);
+    return h(
+      "details",
+      { on: { toggle: () => inside.childElementCount === 0 && void browse(inside, root, "") } },
+      h("summary", {}, `Folder ${name} on the server's computer`),
+      inside,
+    );
   });
   const dialog = openDialog("Add captures", zone, state, roots);
   if (dropped.length > 0) void take(dropped);
@@ -118,7 +181,14 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
 
 function refusedList(refused: readonly { name: string; message: string }[]): HTMLElement | null {
   if (refused.length === 0) return null;
-  return h("details", { class: "refused" },
+  return h(
+    "details",
+    { class: "refused" },
     h("summary", {}, `${plural(refused.length, "file")} left out`),
-    h("ul", { class: "plain" }, refused.slice(0, 200).map(({ name, message }) => h("li", {}, h("b", {}, name), ` ${message}`))));
+    h(
+      "ul",
+      { class: "plain" },
+      refused.slice(0, 200).map(({ name, message }) => h("li", {}, h("b", {}, name), ` ${message}`)),
+    ),
+  );
 }

@@ -48,27 +48,67 @@ function open(host: HTMLElement, context: Context): OpenView {
     onEdit: (capture, cell) => editWords(capture, cell),
   });
 
-  const filter = h("input", { class: "field", id: "filter", type: "search", placeholder: "performer = ana and duration > 10", "aria-describedby": "filter-fault", spellcheck: false });
+  const filter = h("input", {
+    class: "field",
+    id: "filter",
+    type: "search",
+    placeholder: "performer = ana and duration > 10",
+    "aria-describedby": "filter-fault",
+    spellcheck: false,
+  });
   const filterFault = h("p", { id: "filter-fault", class: "bad small", role: "alert" });
-  const form = h("form", { class: "filter-form", role: "search" }, h("label", { for: "filter" }, "Filter"), filter);
+  const form = h(
+    "form",
+    { class: "filter-form", role: "search" },
+    h("label", { for: "filter" }, "Filter"),
+    filter,
+  );
   const summary = h("p", { class: "summary", role: "status" });
   const canWrite = !context.status().read_only;
   const undo = toolbarButton("undo", "Undo the last edit of words", () => void actions.undo());
-  const duplicates = h("button", { class: "button plain", type: "button", on: { click: () => route({ duplicates: !wanted.duplicates }) } }, "Copies");
-  const tools = h("div", { class: "row" }, duplicates,
-    canWrite ? [undo,
-      h("button", { class: "button plain", type: "button", on: { click: () => openLearning(context) } }, "Learn…"),
-      h("button", { class: "button", type: "button", on: { click: () => openAdding(context) } }, icon("plus"), "Add captures")] : null);
+  const duplicates = h(
+    "button",
+    { class: "button plain", type: "button", on: { click: () => route({ duplicates: !wanted.duplicates }) } },
+    "Copies",
+  );
+  const tools = h(
+    "div",
+    { class: "row" },
+    duplicates,
+    canWrite
+      ? [
+          undo,
+          h(
+            "button",
+            { class: "button plain", type: "button", on: { click: () => openLearning(context) } },
+            "Learn…",
+          ),
+          h(
+            "button",
+            { class: "button", type: "button", on: { click: () => openAdding(context) } },
+            icon("plus"),
+            "Add captures",
+          ),
+        ]
+      : null,
+  );
   const notice = h("div", {});
-  const facetBox = h("details", { class: "facet-box", open: innerWidth > 900 }, h("summary", {}, "Narrow down"), facets.element);
+  const facetBox = h(
+    "details",
+    { class: "facet-box", open: innerWidth > 900 },
+    h("summary", {}, "Narrow down"),
+    facets.element,
+  );
   const content = h("div", { class: "catalogue-content" });
   const side = h("div", { class: "catalogue-side", hidden: true });
-  fill(host,
+  fill(
+    host,
     h("h1", { class: "hidden-heading" }, "Catalogue"),
     h("div", { class: "catalogue-bar" }, form, summary, tools),
     filterFault,
     notice,
-    h("div", { class: "catalogue-body" }, facetBox, content, side));
+    h("div", { class: "catalogue-body" }, facetBox, content, side),
+  );
   if (canWrite) onDrop(host, (files) => openAdding(context, files));
 
   form.addEventListener("submit", (event) => {
@@ -78,7 +118,12 @@ function open(host: HTMLElement, context: Context): OpenView {
   filter.addEventListener("search", () => route({ typed: filter.value }));
 
   function toolbarButton(name: "undo", label: string, click: () => void): HTMLButtonElement {
-    return h("button", { class: "button plain", type: "button", title: label, on: { click } }, icon(name), "Undo");
+    return h(
+      "button",
+      { class: "button plain", type: "button", title: label, on: { click } },
+      icon(name),
+      "Undo",
+    );
   }
 
   function route(change: Partial<Wanted>): void {
@@ -93,9 +138,13 @@ function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function editWords(capture: CaptureRow, cell: HTMLElement): void {
-    editInPlace(cell, wholeWords(capture), `Words of ${capture.name}`,
+    editInPlace(
+      cell,
+      wholeWords(capture),
+      `Words of ${capture.name}`,
       (line) => actions.replace(capture.name, withWholeWords(capture.words, line)),
-      () => table.refresh());
+      () => table.refresh(),
+    );
   }
 
   async function wordsChanged(capture: string, words: Caption[]): Promise<void> {
@@ -145,12 +194,23 @@ function open(host: HTMLElement, context: Context): OpenView {
       if (!table.element.isConnected) fill(content, table.element);
       table.reset(wanted.sort);
     } else if (filtered) {
-      fill(content, emptyState("No capture matches", "Take a condition away, or look at all captures.", [
-        { label: "Show all captures", run: () => route({ typed: "", picks: [] }) }]));
+      fill(
+        content,
+        emptyState("No capture matches", "Take a condition away, or look at all captures.", [
+          { label: "Show all captures", run: () => route({ typed: "", picks: [] }) },
+        ]),
+      );
     } else {
-      fill(content, emptyState("This database is empty",
-        canWrite ? "Drop motion-capture files or a folder anywhere on this page: BVH, ASF/AMC, C3D, npz and others." : "It was opened to be read only.",
-        canWrite ? [{ label: "Add captures", run: () => openAdding(context) }] : []));
+      fill(
+        content,
+        emptyState(
+          "This database is empty",
+          canWrite
+            ? "Drop motion-capture files or a folder anywhere on this page: BVH, ASF/AMC, C3D, npz and others."
+            : "It was opened to be read only.",
+          canWrite ? [{ label: "Add captures", run: () => openAdding(context) }] : [],
+        ),
+      );
     }
   }
 

@@ -45,7 +45,8 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
     const capture = name;
     askWords(capture, part, (words) => actions.addPart(capture, words, part[0], part[1]));
   };
-  const likeThis = (part: Interval): void => go(routeTo("search", { like: ref(), start: part[0].toFixed(3), end: part[1].toFixed(3) }));
+  const likeThis = (part: Interval): void =>
+    go(routeTo("search", { like: ref(), start: part[0].toFixed(3), end: part[1].toFixed(3) }));
   const take = makeTake(context, {
     label: "Capture",
     partActions: [
@@ -83,7 +84,22 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
   const element = h(
     "aside",
     { class: "details", "aria-label": "Capture" },
-    h("div", { class: "details-head" }, title, h("button", { class: "tool", type: "button", "aria-label": "Close the capture", title: "Close (Escape)", on: { click: leave } }, icon("close"))),
+    h(
+      "div",
+      { class: "details-head" },
+      title,
+      h(
+        "button",
+        {
+          class: "tool",
+          type: "button",
+          "aria-label": "Close the capture",
+          title: "Close (Escape)",
+          on: { click: leave },
+        },
+        icon("close"),
+      ),
+    ),
     take.element,
     under,
   );
@@ -103,15 +119,35 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
     ];
     fill(
       under,
-      h("div", { class: "row actions" }, buttons.map(([label, run]) =>
-        h("button", { class: "button plain", type: "button", ...(label === "More like this" ? {} : { "aria-label": `Download as ${label}` }), on: { click: run } },
-          label === "More like this" ? null : icon("download"), label))),
+      h(
+        "div",
+        { class: "row actions" },
+        buttons.map(([label, run]) =>
+          h(
+            "button",
+            {
+              class: "button plain",
+              type: "button",
+              ...(label === "More like this" ? {} : { "aria-label": `Download as ${label}` }),
+              on: { click: run },
+            },
+            label === "More like this" ? null : icon("download"),
+            label,
+          ),
+        ),
+      ),
       h("h3", {}, "Words"),
       captions.element,
       copiesOf(facts),
       h("h3", {}, "Facts"),
       factList(facts),
-      context.status().read_only ? null : h("button", { class: "link danger", type: "button", on: { click: () => void removeCapture() } }, "Remove this capture…"),
+      context.status().read_only
+        ? null
+        : h(
+            "button",
+            { class: "link danger", type: "button", on: { click: () => void removeCapture() } },
+            "Remove this capture…",
+          ),
     );
   }
 
@@ -151,26 +187,46 @@ function copiesOf(facts: CaptureFacts): Child {
   if (facts.copies.length === 0) return null;
   return [
     h("h3", {}, "Copies"),
-    h("ul", { class: "plain" }, facts.copies.map((copy) => {
-      const other = copy.capture === facts.name ? copy.other : copy.capture;
-      const where = copy.start === null || copy.end === null ? "" : `, ${interval(copy.start, copy.end)}`;
-      return h("li", {}, h("a", { href: routeTo("catalogue", { capture: other }) }, other), ` – ${copy.kind}${where}`);
-    })),
+    h(
+      "ul",
+      { class: "plain" },
+      facts.copies.map((copy) => {
+        const other = copy.capture === facts.name ? copy.other : copy.capture;
+        const where = copy.start === null || copy.end === null ? "" : `, ${interval(copy.start, copy.end)}`;
+        return h(
+          "li",
+          {},
+          h("a", { href: routeTo("catalogue", { capture: other }) }, other),
+          ` – ${copy.kind}${where}`,
+        );
+      }),
+    ),
   ];
 }
 
 function factList(facts: CaptureFacts): HTMLElement {
   const rows: [string, string | null][] = [
-    ["Length", `${seconds(facts.duration)}, ${facts.frames} frames at ${Number(facts.fps.toFixed(2))} per second`],
+    [
+      "Length",
+      `${seconds(facts.duration)}, ${facts.frames} frames at ${Number(facts.fps.toFixed(2))} per second`,
+    ],
     ["Performer", facts.performer],
     ["Licence", facts.licence ?? "not known"],
     ["Format", facts.format],
     ["File", facts.path],
     ...Object.entries(facts.tags).filter(([key]) => key !== "performer" && key !== "licence"),
     ...facts.notes.map((note): [string, string] => ["Note", note]),
-    ...facts.sources.map((one): [string, string] => ["Source", `${one.capture}, ${one.frames} frames, licence ${one.licence}`]),
+    ...facts.sources.map((one): [string, string] => [
+      "Source",
+      `${one.capture}, ${one.frames} frames, licence ${one.licence}`,
+    ]),
     ["SHA-256", facts.sha256],
   ];
-  return h("dl", { class: "facts" }, rows.filter(([, value]) => value).map(([name, value]) =>
-    h("div", {}, h("dt", {}, name), h("dd", {}, value!))));
+  return h(
+    "dl",
+    { class: "facts" },
+    rows
+      .filter(([, value]) => value)
+      .map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", {}, value!))),
+  );
 }

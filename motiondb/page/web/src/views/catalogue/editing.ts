@@ -8,7 +8,10 @@ import type { Context } from "../view.ts";
 
 /** Captions with the sentences of the whole capture replaced by a line "one; another". */
 export function withWholeWords(captions: readonly Caption[], line: string): Caption[] {
-  const sentences = line.split(";").map((one) => one.trim()).filter((one) => one !== "");
+  const sentences = line
+    .split(";")
+    .map((one) => one.trim())
+    .filter((one) => one !== "");
   const whole = sentences.map((words): Caption => ({ words, start: null, end: null }));
   return [...whole, ...captions.filter((one) => one.start !== null)];
 }
@@ -22,12 +25,18 @@ export interface WordsActions {
 }
 
 /** Word edits, each announced with a way to undo it. */
-export function makeWordsActions(context: Context, edited: (capture: string, words: Caption[]) => void): WordsActions {
+export function makeWordsActions(
+  context: Context,
+  edited: (capture: string, words: Caption[]) => void,
+): WordsActions {
   async function run(request: Promise<WordsEdited>): Promise<WordsEdited | null> {
     try {
       const answer = await request;
       edited(answer.capture, answer.words);
-      const fresh = answer.new_words.length > 0 ? ` New to this database: ${answer.new_words.join(", ")}; learn again to search for it.` : "";
+      const fresh =
+        answer.new_words.length > 0
+          ? ` New to this database: ${answer.new_words.join(", ")}; learn again to search for it.`
+          : "";
       context.notify(`Words of ${answer.capture} saved.${fresh}`, { label: "Undo", run: () => void undo() });
       return answer;
     } catch (fault) {
@@ -55,9 +64,20 @@ export function makeWordsActions(context: Context, edited: (capture: string, wor
 }
 
 /** Put an input into a cell. Enter and leaving save, Escape gives up; then `done` is called. */
-export function editInPlace(cell: HTMLElement, value: string, label: string, save: (value: string) => Promise<unknown>, done: () => void): void {
+export function editInPlace(
+  cell: HTMLElement,
+  value: string,
+  label: string,
+  save: (value: string) => Promise<unknown>,
+  done: () => void,
+): void {
   let finished = false;
-  const input = h("input", { class: "in-place", value, "aria-label": label, placeholder: "a person walks; walking" });
+  const input = h("input", {
+    class: "in-place",
+    value,
+    "aria-label": label,
+    placeholder: "a person walks; walking",
+  });
   async function finish(keep: boolean): Promise<void> {
     if (finished) return;
     finished = true;
@@ -83,7 +103,10 @@ export interface CaptionList {
 }
 
 /** The captions of one capture: each can be changed, removed, or played. */
-export function makeCaptionList(actions: WordsActions, play: (start: number, end: number) => void): CaptionList {
+export function makeCaptionList(
+  actions: WordsActions,
+  play: (start: number, end: number) => void,
+): CaptionList {
   const element = h("div", { class: "captions" });
 
   function row(capture: string, captions: readonly Caption[], index: number, canEdit: boolean): HTMLElement {
@@ -92,20 +115,56 @@ export function makeCaptionList(actions: WordsActions, play: (start: number, end
     const others = captions.filter((_, i) => i !== index);
     const cell = h("div", { class: "caption-words" });
     const reset = (): void =>
-      fill(cell, canEdit
-        ? h("button", { class: "words-button", type: "button", title: "Edit these words", on: { click: begin } }, words)
-        : words);
+      fill(
+        cell,
+        canEdit
+          ? h(
+              "button",
+              { class: "words-button", type: "button", title: "Edit these words", on: { click: begin } },
+              words,
+            )
+          : words,
+      );
     const begin = (): void =>
-      editInPlace(cell, words, "Words", async (value) => {
-        const changed = value.trim() === "" ? others : captions.map((one, i) => (i === index ? { ...one, words: value.trim() } : one));
-        return actions.replace(capture, changed);
-      }, reset);
+      editInPlace(
+        cell,
+        words,
+        "Words",
+        async (value) => {
+          const changed =
+            value.trim() === ""
+              ? others
+              : captions.map((one, i) => (i === index ? { ...one, words: value.trim() } : one));
+          return actions.replace(capture, changed);
+        },
+        reset,
+      );
     reset();
-    const when = start === null || end === null
-      ? h("span", { class: "muted" }, "whole")
-      : h("button", { class: "link time", type: "button", title: "Play this part", on: { click: () => play(start, end) } }, `${start.toFixed(2)}–${end.toFixed(2)}`);
+    const when =
+      start === null || end === null
+        ? h("span", { class: "muted" }, "whole")
+        : h(
+            "button",
+            {
+              class: "link time",
+              type: "button",
+              title: "Play this part",
+              on: { click: () => play(start, end) },
+            },
+            `${start.toFixed(2)}–${end.toFixed(2)}`,
+          );
     const removal = canEdit
-      ? h("button", { class: "tool", type: "button", "aria-label": `Remove “${words}”`, title: "Remove", on: { click: () => void actions.replace(capture, others) } }, icon("close"))
+      ? h(
+          "button",
+          {
+            class: "tool",
+            type: "button",
+            "aria-label": `Remove “${words}”`,
+            title: "Remove",
+            on: { click: () => void actions.replace(capture, others) },
+          },
+          icon("close"),
+        )
       : null;
     return h("li", { class: "caption" }, when, cell, removal);
   }
@@ -113,7 +172,11 @@ export function makeCaptionList(actions: WordsActions, play: (start: number, end
   return {
     element,
     show(capture, captions, canEdit) {
-      const input = h("input", { class: "field", "aria-label": "Words of the whole capture", placeholder: "Say what happens in this capture" });
+      const input = h("input", {
+        class: "field",
+        "aria-label": "Words of the whole capture",
+        placeholder: "Say what happens in this capture",
+      });
       const form = h(
         "form",
         {
@@ -132,7 +195,11 @@ export function makeCaptionList(actions: WordsActions, play: (start: number, end
       fill(
         element,
         captions.length > 0
-          ? h("ul", { class: "plain" }, captions.map((_, i) => row(capture, captions, i, canEdit)))
+          ? h(
+              "ul",
+              { class: "plain" },
+              captions.map((_, i) => row(capture, captions, i, canEdit)),
+            )
           : h("p", { class: "muted" }, "Nobody has written about this capture yet."),
         canEdit ? form : null,
       );

@@ -18,7 +18,8 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
   let asked = 0;
 
   function group(facet: Facet, picks: readonly Pick[]): HTMLElement {
-    const picked = (where: string): boolean => picks.some((pick) => pick.column === facet.column && pick.where === where);
+    const picked = (where: string): boolean =>
+      picks.some((pick) => pick.column === facet.column && pick.where === where);
     const shown = opened.has(facet.column) ? facet.values : facet.values.slice(0, SHOWN);
     const rest = facet.values.length - shown.length;
     return h(
@@ -29,13 +30,30 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
         h(
           "label",
           { class: "facet-value" },
-          h("input", { type: "checkbox", checked: picked(where), on: { change: () => toggle({ column: facet.column, where }) } }),
+          h("input", {
+            type: "checkbox",
+            checked: picked(where),
+            on: { change: () => toggle({ column: facet.column, where }) },
+          }),
           h("span", { class: "facet-name", title: value }, value),
           h("span", { class: "count" }, count),
         ),
       ),
       rest > 0
-        ? h("button", { class: "link", type: "button", on: { click: () => { opened.add(facet.column); void show(); } } }, `${rest} more`)
+        ? h(
+            "button",
+            {
+              class: "link",
+              type: "button",
+              on: {
+                click: () => {
+                  opened.add(facet.column);
+                  void show();
+                },
+              },
+            },
+            `${rest} more`,
+          )
         : null,
       facet.more > 0 ? h("p", { class: "muted" }, `and ${facet.more} rarer`) : null,
     );
@@ -47,7 +65,10 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
     const useful = last.facets.filter(
       ({ column, values }) => values.length > 1 || last.picks.some((pick) => pick.column === column),
     );
-    fill(element, useful.map((facet) => group(facet, last.picks)));
+    fill(
+      element,
+      useful.map((facet) => group(facet, last.picks)),
+    );
   }
 
   return {

@@ -37,7 +37,12 @@ const OWN_COLUMN = new Set(["performer", "licence"]);
 
 export function makeRow(): RowParts {
   const scale = Math.min(devicePixelRatio, 2);
-  const thumb = h("canvas", { class: "thumb", width: THUMB.width * scale, height: THUMB.height * scale, "aria-hidden": "true" });
+  const thumb = h("canvas", {
+    class: "thumb",
+    width: THUMB.width * scale,
+    height: THUMB.height * scale,
+    "aria-hidden": "true",
+  });
   const cells = COLUMNS.map(({ kind }) => h("div", { role: "gridcell", class: `cell cell-${kind}` }));
   cells[0]!.append(thumb);
   return { row: h("div", { role: "row", class: "row-capture", tabindex: -1 }, cells), thumb, cells };
@@ -45,22 +50,38 @@ export function makeRow(): RowParts {
 
 /** The captions of the whole capture, as they are written into one line. */
 export function wholeWords(row: Pick<CaptureRow, "words">): string {
-  return row.words.filter((one) => one.start === null).map((one) => one.words).join("; ");
+  return row.words
+    .filter((one) => one.start === null)
+    .map((one) => one.words)
+    .join("; ");
 }
 
 /** Fill a row with a capture; null while it has not arrived. */
-export function showRow(parts: RowParts, index: number, capture: CaptureRow | null, options: {
-  chosen: boolean;
-  canEdit: boolean;
-  thumbs: Thumbs;
-}): void {
+export function showRow(
+  parts: RowParts,
+  index: number,
+  capture: CaptureRow | null,
+  options: {
+    chosen: boolean;
+    canEdit: boolean;
+    thumbs: Thumbs;
+  },
+): void {
   const { row, cells, thumb } = parts;
   row.setAttribute("aria-rowindex", String(index + 2)); // the head is row 1
   row.setAttribute("aria-selected", String(options.chosen));
   row.tabIndex = options.chosen ? 0 : -1;
   row.classList.toggle("waiting", capture === null);
   options.thumbs.show(thumb, capture?.name ?? null);
-  const [, name, length, performer, words, tags, licence] = cells as [HTMLElement, HTMLElement, HTMLElement, HTMLElement, HTMLElement, HTMLElement, HTMLElement];
+  const [, name, length, performer, words, tags, licence] = cells as [
+    HTMLElement,
+    HTMLElement,
+    HTMLElement,
+    HTMLElement,
+    HTMLElement,
+    HTMLElement,
+    HTMLElement,
+  ];
   if (!capture) {
     for (const cell of cells.slice(1)) cell.replaceChildren();
     return;
@@ -70,7 +91,10 @@ export function showRow(parts: RowParts, index: number, capture: CaptureRow | nu
   performer.textContent = capture.performer ?? "";
   fill(words, wordsOf(capture, options.canEdit));
   const others = Object.entries(capture.tags).filter(([key]) => !OWN_COLUMN.has(key));
-  fill(tags, others.map(([key, value]) => h("span", { class: "tag", title: `${key} = ${value}` }, value)));
+  fill(
+    tags,
+    others.map(([key, value]) => h("span", { class: "tag", title: `${key} = ${value}` }, value)),
+  );
   licence.textContent = capture.licence ?? "unknown";
   licence.title = capture.licence ?? "The licence of this capture is not known.";
 }
@@ -78,10 +102,16 @@ export function showRow(parts: RowParts, index: number, capture: CaptureRow | nu
 function badges(capture: CaptureRow): HTMLElement {
   const marks: [string, string][] = [];
   if (capture.kind === "generated") marks.push(["generated", "Made by motiondb; nothing learns from it."]);
-  if (!capture.learned && capture.kind !== "generated") marks.push(["not learned yet", "Learn again to search it with its own words."]);
-  if (capture.copies > 0) marks.push([plural(capture.copies, "copy", "copies"), "There are copies, cuts or mirror images of it."]);
+  if (!capture.learned && capture.kind !== "generated")
+    marks.push(["not learned yet", "Learn again to search it with its own words."]);
+  if (capture.copies > 0)
+    marks.push([plural(capture.copies, "copy", "copies"), "There are copies, cuts or mirror images of it."]);
   for (const note of capture.notes) marks.push(["note", note]);
-  return h("span", { class: "badges" }, marks.map(([text, title]) => h("span", { class: "badge", title }, text)));
+  return h(
+    "span",
+    { class: "badges" },
+    marks.map(([text, title]) => h("span", { class: "badge", title }, text)),
+  );
 }
 
 function wordsOf(capture: CaptureRow, canEdit: boolean): Node {
@@ -89,12 +119,20 @@ function wordsOf(capture: CaptureRow, canEdit: boolean): Node {
   const parts = capture.words.filter((one) => one.start !== null);
   const text = [
     h("span", { class: whole ? "" : "muted" }, whole || (parts.length > 0 ? "" : "no words")),
-    parts.length > 0 ? h("span", { class: "muted" }, whole ? " · " : "", plural(parts.length, "caption"), " of parts") : null,
+    parts.length > 0
+      ? h("span", { class: "muted" }, whole ? " · " : "", plural(parts.length, "caption"), " of parts")
+      : null,
   ];
   if (!canEdit) return h("span", {}, text);
   return h(
     "button",
-    { class: "words-button", type: "button", tabindex: -1, "data-edit": "words", title: "Edit the words (E)" },
+    {
+      class: "words-button",
+      type: "button",
+      tabindex: -1,
+      "data-edit": "words",
+      title: "Edit the words (E)",
+    },
     text,
   );
 }

@@ -124,7 +124,8 @@ export function makeTable(options: TableOptions): Table {
     reset(nextSort) {
       sort = nextSort;
       COLUMNS.forEach((column, i) => {
-        const direction = sort === column.sort ? "ascending" : sort === `-${column.sort}` ? "descending" : null;
+        const direction =
+          sort === column.sort ? "ascending" : sort === `-${column.sort}` ? "descending" : null;
         if (direction) heads[i]!.setAttribute("aria-sort", direction);
         else heads[i]!.removeAttribute("aria-sort");
       });

@@ -22,27 +22,81 @@ function open(host: HTMLElement, context: Context): OpenView {
   let asked = "";
   let running = 0;
 
-  const box = h("input", { id: "sentence", class: "question-box", placeholder: "a person walks then kicks", autocomplete: "off", "aria-label": "What the person does" });
+  const box = h("input", {
+    id: "sentence",
+    class: "question-box",
+    placeholder: "a person walks then kicks",
+    autocomplete: "off",
+    "aria-label": "What the person does",
+  });
   const seed = h("input", { type: "number", class: "number", id: "seed", min: 0, step: 1, value: 0 });
-  const count = h("select", { class: "field", id: "variants" }, [1, 2, 3, 4, 6, 8].map((one) => h("option", { value: one }, one)));
-  const method = h("select", { class: "field", id: "method" }, METHODS.map(([value, label]) => h("option", { value }, label)));
+  const count = h(
+    "select",
+    { class: "field", id: "variants" },
+    [1, 2, 3, 4, 6, 8].map((one) => h("option", { value: one }, one)),
+  );
+  const method = h(
+    "select",
+    { class: "field", id: "method" },
+    METHODS.map(([value, label]) => h("option", { value }, label)),
+  );
   const understood = h("div", { "aria-live": "polite" });
   const results = h("section", { class: "answers", "aria-label": "Generated motion" });
-  const sync = h("button", { class: "button plain", type: "button", title: "Start all variants at the same moment", on: { click: () => together() } }, "Play together");
-  const form = h("form", { class: "search-form" },
+  const sync = h(
+    "button",
+    {
+      class: "button plain",
+      type: "button",
+      title: "Start all variants at the same moment",
+      on: { click: () => together() },
+    },
+    "Play together",
+  );
+  const form = h(
+    "form",
+    { class: "search-form" },
     h("div", { class: "search-line" }, box, h("button", { class: "button", type: "submit" }, "Generate")),
-    h("div", { class: "row settings" },
-      h("label", { for: "seed" }, "Seed"), seed,
-      h("button", { class: "button plain", type: "button", title: "Generate with the next seed", on: { click: () => { seed.value = String((seed.valueAsNumber || 0) + Number(count.value)); form.requestSubmit(); } } }, "Next seed"),
-      h("label", { for: "variants" }, "Variants"), count,
-      h("label", { for: "method" }, "Method"), method, sync));
+    h(
+      "div",
+      { class: "row settings" },
+      h("label", { for: "seed" }, "Seed"),
+      seed,
+      h(
+        "button",
+        {
+          class: "button plain",
+          type: "button",
+          title: "Generate with the next seed",
+          on: {
+            click: () => {
+              seed.value = String((seed.valueAsNumber || 0) + Number(count.value));
+              form.requestSubmit();
+            },
+          },
+        },
+        "Next seed",
+      ),
+      h("label", { for: "variants" }, "Variants"),
+      count,
+      h("label", { for: "method" }, "Method"),
+      method,
+      sync,
+    ),
+  );
   fill(host, h("h1", { class: "hidden-heading" }, "Generate"), form, understood, results);
 
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const q = box.value.trim();
     if (!q) return box.focus();
-    go(routeTo("generate", { q, seed: seed.value || "0", variants: count.value === "1" ? "" : count.value, method: method.value === "stitched" ? "" : method.value }));
+    go(
+      routeTo("generate", {
+        q,
+        seed: seed.value || "0",
+        variants: count.value === "1" ? "" : count.value,
+        method: method.value === "stitched" ? "" : method.value,
+      }),
+    );
   });
 
   /** All variants from their start, so that they can be compared. */
@@ -62,9 +116,18 @@ function open(host: HTMLElement, context: Context): OpenView {
   function showVariants(made: readonly Made[]): void {
     clear();
     const canSave = !context.status().read_only;
-    variants = made.map((one) => makeVariant(context, one, { fail: context.fail, notify: (text) => context.notify(text), canSave }));
+    variants = made.map((one) =>
+      makeVariant(context, one, { fail: context.fail, notify: (text) => context.notify(text), canSave }),
+    );
     sync.hidden = made.length < 2;
-    fill(results, h("div", { class: "answer-grid wide" }, variants.map((one) => one.element)));
+    fill(
+      results,
+      h(
+        "div",
+        { class: "answer-grid wide" },
+        variants.map((one) => one.element),
+      ),
+    );
   }
 
   async function make(parameters: URLSearchParams): Promise<void> {
@@ -72,7 +135,11 @@ function open(host: HTMLElement, context: Context): OpenView {
     const mine = running;
     clear();
     understood.replaceChildren();
-    fill(results, h("p", { class: "muted", role: "status" }, "Making motion…"), h("progress", { "aria-label": "Making motion" }));
+    fill(
+      results,
+      h("p", { class: "muted", role: "status" }, "Making motion…"),
+      h("progress", { "aria-label": "Making motion" }),
+    );
     try {
       const answer = await post<GenerateAnswer>("/api/generate", {
         words: parameters.get("q"),
@@ -85,7 +152,10 @@ function open(host: HTMLElement, context: Context): OpenView {
         box.value = box.value.replaceAll(word, by);
         form.requestSubmit();
       };
-      fill(understood, questionElement(answer.question, answer.sentences, answer.unknown, answer.suggested, replace));
+      fill(
+        understood,
+        questionElement(answer.question, answer.sentences, answer.unknown, answer.suggested, replace),
+      );
       showVariants(answer.variants);
     } catch (fault) {
       if (mine !== running) return;
@@ -106,10 +176,20 @@ function open(host: HTMLElement, context: Context): OpenView {
   function showStart(): void {
     clear();
     understood.replaceChildren();
-    fill(results, !context.status().learned
-      ? notLearned(null, context)
-      : emptyState("Write a sentence", "Motion is put together from captures that show these actions. What cannot be shown is named, and every stretch keeps its source and licence.",
-          EXAMPLES.map((q) => ({ label: q, plain: true, run: () => go(routeTo("generate", { q, seed: 0 })) }))));
+    fill(
+      results,
+      !context.status().learned
+        ? notLearned(null, context)
+        : emptyState(
+            "Write a sentence",
+            "Motion is put together from captures that show these actions. What cannot be shown is named, and every stretch keeps its source and licence.",
+            EXAMPLES.map((q) => ({
+              label: q,
+              plain: true,
+              run: () => go(routeTo("generate", { q, seed: 0 })),
+            })),
+          ),
+    );
   }
 
   return {

@@ -27,7 +27,9 @@ export interface AnswerCard {
 
 /** The intervals that were found: those of the parts where they are known, or the whole match. */
 function litParts(match: Match): Interval[] {
-  const known = (match.parts ?? []).filter((part) => part.place === "known" && part.start !== null && part.end !== null);
+  const known = (match.parts ?? []).filter(
+    (part) => part.place === "known" && part.start !== null && part.end !== null,
+  );
   if (known.length > 0) return known.map((part): Interval => [part.start!, part.end!]);
   return match.place === "unknown" ? [] : [[match.start, match.end]];
 }
@@ -36,10 +38,13 @@ function meter(name: string, value: number | null | undefined, hint: string): Ch
   if (value === null || value === undefined) return null;
   const bar = h("span", { class: "meter-fill" });
   bar.style.width = `${Math.round(value * 100)}%`;
-  return h("div", { class: "meter", title: hint },
+  return h(
+    "div",
+    { class: "meter", title: hint },
     h("span", { class: "meter-name" }, name),
     h("span", { class: "meter-bar", "aria-hidden": "true" }, bar),
-    h("span", { class: "meter-value" }, probability(value)));
+    h("span", { class: "meter-value" }, probability(value)),
+  );
 }
 
 function lanesOf(match: Match): Lane[] {
@@ -50,19 +55,46 @@ function lanesOf(match: Match): Lane[] {
 function foundList(match: Match, seek: (time: number) => void): Child {
   const parts = match.parts ?? [];
   if (parts.length === 0) return match.reason ? h("p", { class: "small" }, match.reason) : null;
-  return h("ul", { class: "plain found" }, parts.map((part) => {
-    const certain = [
-      part.probability === null ? "" : `shown ${probability(part.probability)}`,
-      part.interval_probability === null ? "" : `here ${probability(part.interval_probability)}`,
-    ].filter(Boolean).join(", ");
-    const place = part.place === "known" && part.start !== null && part.end !== null
-      ? h("button", { class: "link time", type: "button", title: "Go there", on: { click: () => seek(part.start!) } }, interval(part.start, part.end))
-      : h("span", { class: "muted" }, "somewhere, by its caption");
-    return h("li", {}, h("b", {}, part.words), " ", place, certain ? h("span", { class: "muted" }, ` ${certain}`) : null);
-  }));
+  return h(
+    "ul",
+    { class: "plain found" },
+    parts.map((part) => {
+      const certain = [
+        part.probability === null ? "" : `shown ${probability(part.probability)}`,
+        part.interval_probability === null ? "" : `here ${probability(part.interval_probability)}`,
+      ]
+        .filter(Boolean)
+        .join(", ");
+      const place =
+        part.place === "known" && part.start !== null && part.end !== null
+          ? h(
+              "button",
+              {
+                class: "link time",
+                type: "button",
+                title: "Go there",
+                on: { click: () => seek(part.start!) },
+              },
+              interval(part.start, part.end),
+            )
+          : h("span", { class: "muted" }, "somewhere, by its caption");
+      return h(
+        "li",
+        {},
+        h("b", {}, part.words),
+        " ",
+        place,
+        certain ? h("span", { class: "muted" }, ` ${certain}`) : null,
+      );
+    }),
+  );
 }
 
-export function makeAnswer(context: { stage: Stage; motions: Motions }, match: Match, options: AnswerOptions): AnswerCard {
+export function makeAnswer(
+  context: { stage: Stage; motions: Motions },
+  match: Match,
+  options: AnswerOptions,
+): AnswerCard {
   const { actions } = options;
   const part: Interval = [match.start, match.end];
   const timeline = makeTimeline({
@@ -84,7 +116,8 @@ export function makeAnswer(context: { stage: Stage; motions: Motions }, match: M
   timeline.setTime(match.start);
 
   const checkbox = h("input", {
-    type: "checkbox", "aria-label": `Select ${match.capture}, ${interval(...part)}`,
+    type: "checkbox",
+    "aria-label": `Select ${match.capture}, ${interval(...part)}`,
     on: { change: () => actions?.select(match, checkbox.checked) },
   });
   const name = actions
@@ -93,7 +126,11 @@ export function makeAnswer(context: { stage: Stage; motions: Motions }, match: M
   const explain = match.explain
     ? h("details", { class: "why" }, h("summary", {}, "Why this answer"), reasonsElement(match.explain))
     : null;
-  const wordsButton = h("button", { class: "link", type: "button", on: { click: () => void addWords() } }, "Recognised words");
+  const wordsButton = h(
+    "button",
+    { class: "link", type: "button", on: { click: () => void addWords() } },
+    "Recognised words",
+  );
 
   async function addWords(): Promise<void> {
     wordsButton.remove();
@@ -103,27 +140,61 @@ export function makeAnswer(context: { stage: Stage; motions: Motions }, match: M
 
   const element = h(
     "article",
-    { class: options.matches ? "answer" : "answer nearest", "aria-label": `Answer ${match.rank}: ${match.capture}` },
-    h("header", { class: "answer-head" },
+    {
+      class: options.matches ? "answer" : "answer nearest",
+      "aria-label": `Answer ${match.rank}: ${match.capture}`,
+    },
+    h(
+      "header",
+      { class: "answer-head" },
       actions ? h("label", { class: "check" }, checkbox) : null,
-      h("span", { class: "rank" }, match.rank), name,
-      h("span", { class: "time muted" }, interval(...part))),
+      h("span", { class: "rank" }, match.rank),
+      name,
+      h("span", { class: "time muted" }, interval(...part)),
+    ),
     clip.element,
     timeline.element,
   );
   const facts = h("div", { class: "answer-facts" });
-  fill(facts,
-    h("div", { class: "meters" },
+  fill(
+    facts,
+    h(
+      "div",
+      { class: "meters" },
       meter("shown", match.probability, "The probability that this take shows what was asked."),
       meter("here", match.interval_probability, "The probability that this interval shows it."),
-      match.probability === null ? meter("score", match.score, "A score between 0 and 1; no probability was calibrated for such a question.") : null),
+      match.probability === null
+        ? meter(
+            "score",
+            match.score,
+            "A score between 0 and 1; no probability was calibrated for such a question.",
+          )
+        : null,
+    ),
     foundList(match, (time) => clip.seek(time)),
     match.words.length > 0 ? h("p", { class: "small muted" }, `recognised: ${match.words.join(", ")}`) : null,
     explain,
-    h("div", { class: "row answer-actions" },
-      actions ? h("a", { class: "link", href: routeTo("search", { like: match.ref, start: match.start.toFixed(3), end: match.end.toFixed(3) }) }, "More like this") : null,
+    h(
+      "div",
+      { class: "row answer-actions" },
+      actions
+        ? h(
+            "a",
+            {
+              class: "link",
+              href: routeTo("search", {
+                like: match.ref,
+                start: match.start.toFixed(3),
+                end: match.end.toFixed(3),
+              }),
+            },
+            "More like this",
+          )
+        : null,
       actions ? wordsButton : null,
-      h("span", { class: "muted small licence", title: "Licence" }, match.licence ?? "licence not known")));
+      h("span", { class: "muted small licence", title: "Licence" }, match.licence ?? "licence not known"),
+    ),
+  );
   element.append(facts);
 
   return {

@@ -15,7 +15,10 @@ export interface Answers {
   clear(): void;
 }
 
-export function makeAnswers(context: { stage: Stage; motions: Motions }, selection: Selection | null): Answers {
+export function makeAnswers(
+  context: { stage: Stage; motions: Motions },
+  selection: Selection | null,
+): Answers {
   const element = h("section", { class: "answers", "aria-label": "Answers" });
   let cards: AnswerCard[] = [];
 
@@ -28,13 +31,25 @@ export function makeAnswers(context: { stage: Stage; motions: Motions }, selecti
   function verdict(answer: Answer): HTMLElement {
     const took = `${Math.max(Math.round(answer.took * 1000), 1)} ms`;
     if (answer.matches_anything === false) {
-      return h("div", { class: "verdict not-here", role: "status" },
+      return h(
+        "div",
+        { class: "verdict not-here", role: "status" },
         h("h2", {}, "Not in this database"),
-        h("p", {}, answer.matches.length > 0 ? "Nothing matches well enough. These are the nearest." : "Nothing comes near it."));
+        h(
+          "p",
+          {},
+          answer.matches.length > 0
+            ? "Nothing matches well enough. These are the nearest."
+            : "Nothing comes near it.",
+        ),
+      );
     }
-    return h("p", { class: "verdict muted", role: "status" },
+    return h(
+      "p",
+      { class: "verdict muted", role: "status" },
       `${plural(answer.matches.length, "answer")} in ${took}`,
-      answer.not_yet_learned > 0 ? ` · ${plural(answer.not_yet_learned, "capture")} not learned yet` : "");
+      answer.not_yet_learned > 0 ? ` · ${plural(answer.not_yet_learned, "capture")} not learned yet` : "",
+    );
   }
 
   return {
@@ -55,7 +70,15 @@ export function makeAnswers(context: { stage: Stage; motions: Motions }, selecti
         }),
       );
       selection?.onClear(() => cards.forEach((card) => card.setSelected(false)));
-      fill(element, verdict(answer), h("div", { class: "answer-grid" }, cards.map((card) => card.element)));
+      fill(
+        element,
+        verdict(answer),
+        h(
+          "div",
+          { class: "answer-grid" },
+          cards.map((card) => card.element),
+        ),
+      );
     },
   };
 }

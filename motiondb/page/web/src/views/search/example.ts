@@ -39,7 +39,11 @@ async function lanesOf(ref: string): Promise<Lane[]> {
   return [symbolLane(symbols), wordLane(described.words)];
 }
 
-export function makeExample(context: Context, selected: (part: Interval | null) => void, leave: () => void): Example {
+export function makeExample(
+  context: Context,
+  selected: (part: Interval | null) => void,
+  leave: () => void,
+): Example {
   const title = h("h2", {});
   const take = makeTake(context, { label: "Example", onSelect: (part) => ready && selected(part) });
   let ready = false;
@@ -47,8 +51,16 @@ export function makeExample(context: Context, selected: (part: Interval | null) 
   const element = h(
     "section",
     { class: "example", "aria-label": "Example" },
-    h("div", { class: "details-head" }, title,
-      h("button", { class: "tool", type: "button", "aria-label": "Leave the example", on: { click: leave } }, icon("close"))),
+    h(
+      "div",
+      { class: "details-head" },
+      title,
+      h(
+        "button",
+        { class: "tool", type: "button", "aria-label": "Leave the example", on: { click: leave } },
+        icon("close"),
+      ),
+    ),
     take.element,
   );
   return {

@@ -34,12 +34,31 @@ export function chipsOf(tree: QuestionTree, inside = false): Chip[] {
     case "without":
       return [
         ...chipsOf(tree.part, true),
-        ...tree.excluded.map((one): Chip => ({ kind: "group", text: "not", chips: chipsOf(one), excluded: true })),
+        ...tree.excluded.map((one): Chip => ({
+          kind: "group",
+          text: "not",
+          chips: chipsOf(one),
+          excluded: true,
+        })),
       ];
     case "repeated":
-      return [{ kind: "group", text: limits(tree.at_least, tree.at_most, " times"), chips: chipsOf(tree.part), excluded: false }];
+      return [
+        {
+          kind: "group",
+          text: limits(tree.at_least, tree.at_most, " times"),
+          chips: chipsOf(tree.part),
+          excluded: false,
+        },
+      ];
     case "lasting":
-      return [{ kind: "group", text: `for ${limits(tree.least_seconds, tree.most_seconds, " s")}`, chips: chipsOf(tree.part), excluded: false }];
+      return [
+        {
+          kind: "group",
+          text: `for ${limits(tree.least_seconds, tree.most_seconds, " s")}`,
+          chips: chipsOf(tree.part),
+          excluded: false,
+        },
+      ];
     default: {
       const chips = tree.parts.flatMap((part, i): Chip[] => [
         ...(i > 0 ? [{ kind: "joint" as const, text: JOINTS[tree.kind] }] : []),
@@ -53,7 +72,12 @@ export function chipsOf(tree: QuestionTree, inside = false): Chip[] {
 function chipElement(chip: Chip): HTMLElement {
   if (chip.kind === "joint") return h("span", { class: "chip-joint" }, chip.text);
   if (chip.kind === "action") {
-    return h("span", { class: "chip" }, chip.text, chip.detail ? h("span", { class: "chip-detail" }, chip.detail) : null);
+    return h(
+      "span",
+      { class: "chip" },
+      chip.text,
+      chip.detail ? h("span", { class: "chip-detail" }, chip.detail) : null,
+    );
   }
   return h(
     "span",
@@ -70,7 +94,11 @@ export function decodingElement(decoding: Decoding): HTMLElement {
     { class: "small" },
     "Decoded to symbols ",
     decoding.symbols.map((symbol) => [h("a", { href: routeTo("symbols", { symbol }) }, symbol), " "]),
-    h("span", { class: "muted" }, `(log-probability ${signed(decoding.log_probability)}, ${decoding.certificate})`),
+    h(
+      "span",
+      { class: "muted" },
+      `(log-probability ${signed(decoding.log_probability)}, ${decoding.certificate})`,
+    ),
   );
 }
 
@@ -98,9 +126,18 @@ export function questionElement(
     "div",
     { class: "question" },
     question.tree
-      ? h("p", { class: "chips", title: question.understood, "aria-label": `Understood: ${question.understood}` },
-          h("span", { class: "chips-lead" }, "Understood"), chipsOf(question.tree).map(chipElement))
-      : h("p", { class: "chips" }, h("span", { class: "chips-lead" }, "Understood"), question.understood || "nothing"),
+      ? h(
+          "p",
+          { class: "chips", title: question.understood, "aria-label": `Understood: ${question.understood}` },
+          h("span", { class: "chips-lead" }, "Understood"),
+          chipsOf(question.tree).map(chipElement),
+        )
+      : h(
+          "p",
+          { class: "chips" },
+          h("span", { class: "chips-lead" }, "Understood"),
+          question.understood || "nothing",
+        ),
     h(
       "ul",
       { class: "plain remarks" },
@@ -109,7 +146,16 @@ export function questionElement(
       Object.entries(unknown).map(([word, known]) => h("li", {}, suggestion(word, known))),
       near
         .filter(([word]) => !(word in unknown))
-        .map(([word, words]) => h("li", {}, suggestion(word, words.map((one) => one.word)))),
+        .map(([word, words]) =>
+          h(
+            "li",
+            {},
+            suggestion(
+              word,
+              words.map((one) => one.word),
+            ),
+          ),
+        ),
     ),
   );
 }

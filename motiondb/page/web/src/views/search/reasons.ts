@@ -12,7 +12,8 @@ export interface ReasonRow {
 
 function partsOf(word: ExplainedWord): string {
   const symbols = word.symbols.map(
-    ({ symbol, from, to, share }) => `symbol ${symbol} ${signed(share)} (${from.toFixed(1)}–${to.toFixed(1)} s)`,
+    ({ symbol, from, to, share }) =>
+      `symbol ${symbol} ${signed(share)} (${from.toFixed(1)}–${to.toFixed(1)} s)`,
   );
   return [`usual ${signed(word.prior)}`, `written ${signed(word.written)}`, ...symbols].join(", ");
 }
@@ -25,7 +26,11 @@ export function reasonRows(explanation: Explanation): ReasonRow[] {
     detail: partsOf(word),
   }));
   if (Math.abs(explanation.together) >= 0.005) {
-    rows.push({ label: "together", amount: explanation.together, detail: "how the parts of the question fit together" });
+    rows.push({
+      label: "together",
+      amount: explanation.together,
+      detail: "how the parts of the question fit together",
+    });
   }
   for (const one of explanation.excluded) {
     rows.push({
@@ -44,13 +49,20 @@ export function reasonsElement(explanation: Explanation): HTMLElement {
     "table",
     { class: "reasons" },
     h("caption", {}, `Evidence in log-odds (nats); together ${signed(explanation.log_odds)}`),
-    h("tbody", {}, rows.map((row) => {
-      const bar = h("span", { class: row.amount < 0 ? "reason-bar against" : "reason-bar" });
-      bar.style.width = `${(Math.abs(row.amount) / largest) * 100}%`;
-      return h("tr", {},
-        h("th", { scope: "row" }, row.label),
-        h("td", { class: "number-cell" }, signed(row.amount)),
-        h("td", { class: "reason-cell" }, bar, h("span", { class: "reason-detail" }, row.detail)));
-    })),
+    h(
+      "tbody",
+      {},
+      rows.map((row) => {
+        const bar = h("span", { class: row.amount < 0 ? "reason-bar against" : "reason-bar" });
+        bar.style.width = `${(Math.abs(row.amount) / largest) * 100}%`;
+        return h(
+          "tr",
+          {},
+          h("th", { scope: "row" }, row.label),
+          h("td", { class: "number-cell" }, signed(row.amount)),
+          h("td", { class: "reason-cell" }, bar, h("span", { class: "reason-detail" }, row.detail)),
+        );
+      }),
+    ),
   );
 }

@@ -25,15 +25,40 @@ export function makeSelection(fail: (fault: unknown) => void): Selection {
     button("BVH", "bvh"),
     button("glTF", "glb"),
     h("label", { class: "check", for: "whole-takes" }, whole, "whole takes"),
-    h("button", { class: "link", type: "button", on: { click: () => { cleared(); clear(); } } }, "Clear"),
+    h(
+      "button",
+      {
+        class: "link",
+        type: "button",
+        on: {
+          click: () => {
+            cleared();
+            clear();
+          },
+        },
+      },
+      "Clear",
+    ),
   );
 
   function button(label: string, format: FileFormat): HTMLElement {
-    return h("button", { class: "button plain", type: "button", "aria-label": `Download as ${label}`, on: { click: () => void save(format) } }, icon("download"), label);
+    return h(
+      "button",
+      {
+        class: "button plain",
+        type: "button",
+        "aria-label": `Download as ${label}`,
+        on: { click: () => void save(format) },
+      },
+      icon("download"),
+      label,
+    );
   }
 
   async function save(format: FileFormat): Promise<void> {
-    const items = [...chosen.values()].map(({ ref, start, end }) => (whole.checked ? { ref } : { ref, start, end }));
+    const items = [...chosen.values()].map(({ ref, start, end }) =>
+      whole.checked ? { ref } : { ref, start, end },
+    );
     try {
       await download(items, format);
     } catch (fault) {

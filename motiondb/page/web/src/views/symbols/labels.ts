@@ -24,14 +24,19 @@ const overlap = (a: Box, b: Box): boolean =>
 /** Whether the word of each dot is written; earlier dots come first. */
 export function wordsThatFit(dots: readonly Placed[]): boolean[] {
   const bodies = dots.map(({ x, y, radius }): Box => ({
-    left: x - radius, right: x + radius, top: y - radius, bottom: y + radius,
+    left: x - radius,
+    right: x + radius,
+    top: y - radius,
+    bottom: y + radius,
   }));
   const written: Box[] = [];
   return dots.map(({ x, y, radius, word }, i) => {
     if (!word) return false;
     const half = (word.length * LETTER) / 2;
     const box: Box = { left: x - half, right: x + half, top: y + radius + 2, bottom: y + radius + 2 + LINE };
-    const free = !written.some((other) => overlap(box, other)) && !bodies.some((other, j) => j !== i && overlap(box, other));
+    const free =
+      !written.some((other) => overlap(box, other)) &&
+      !bodies.some((other, j) => j !== i && overlap(box, other));
     if (free) written.push(box);
     return free;
   });

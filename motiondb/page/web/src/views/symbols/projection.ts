@@ -8,14 +8,19 @@ export interface Axes {
   place(at: readonly number[]): [x: number, y: number];
 }
 
-interface Size {
+export interface Size {
   width: number;
   height: number;
   margin: number;
 }
 
 /** Axes that fit all points into a picture; a space of one dimension lies on a line. */
-export function fitAxes(points: readonly (readonly number[])[], first: number, second: number, size: Size): Axes {
+export function fitAxes(
+  points: readonly (readonly number[])[],
+  first: number,
+  second: number,
+  size: Size,
+): Axes {
   const xs = points.map((point) => point[first] ?? 0);
   const ys = points.map((point) => point[second] ?? 0);
   const [left, right] = [Math.min(...xs, 0), Math.max(...xs, 0)];
@@ -36,6 +41,39 @@ export function fitAxes(points: readonly (readonly number[])[], first: number, s
   };
 }
 
+/** How far a picture is enlarged, and where its middle was moved to, in its units. */
+export interface Zoom {
+  factor: number;
+  x: number;
+  y: number;
+}
+
+export const NO_ZOOM: Zoom = { factor: 1, x: 0, y: 0 };
+const LARGEST_ZOOM = 12;
+
+/** A zoom changed by a factor, so that a place of the picture stays where it is. */
+export function zoomAt(zoom: Zoom, by: number, x: number, y: number, size: Size): Zoom {
+  const factor = Math.min(Math.max(zoom.factor * by, 1), LARGEST_ZOOM);
+  const grown = factor / zoom.factor;
+  const [fromX, fromY] = [x - size.width / 2, y - size.height / 2];
+  return { factor, x: fromX - (fromX - zoom.x) * grown, y: fromY - (fromY - zoom.y) * grown };
+}
+
+/** Axes as they lie in an enlarged picture. */
+export function zoomed(axes: Axes, zoom: Zoom, size: Size): Axes {
+  return {
+    ...axes,
+    scale: axes.scale * zoom.factor,
+    place(at) {
+      const [x, y] = axes.place(at);
+      return [
+        size.width / 2 + (x - size.width / 2) * zoom.factor + zoom.x,
+        size.height / 2 + (y - size.height / 2) * zoom.factor + zoom.y,
+      ];
+    },
+  };
+}
+
 export interface Ellipse {
   x: number;
   y: number;
@@ -49,7 +87,11 @@ export interface Ellipse {
 const DEVIATIONS = 2;
 
 /** The ellipse of a Gaussian, projected on the axes of a picture. */
-export function ellipseOf(mean: readonly number[], covariance: readonly (readonly number[])[], axes: Axes): Ellipse {
+export function ellipseOf(
+  mean: readonly number[],
+  covariance: readonly (readonly number[])[],
+  axes: Axes,
+): Ellipse {
   const { first, second, scale } = axes;
   const a = covariance[first]?.[first] ?? 0;
   const b = covariance[first]?.[second] ?? 0;

@@ -19,11 +19,17 @@ function open(host: HTMLElement, context: Context): OpenView {
   let axes: [number, number] = [0, 1];
   let clip: Clip | null = null;
 
-  const map = makeSymbolMap((symbol) => go(routeTo("symbols", { symbol, axes: axes.join(",") === "0,1" ? "" : axes.join(",") })));
+  const map = makeSymbolMap((symbol) =>
+    go(routeTo("symbols", { symbol, axes: axes.join(",") === "0,1" ? "" : axes.join(",") })),
+  );
   const bar = h("div", { class: "row settings" });
   const panel = h("aside", { class: "symbol-panel", "aria-label": "Chosen symbol" });
   const left = h("div", { class: "symbol-left" }, bar, map.element);
-  fill(host, h("h1", { class: "hidden-heading" }, "Symbol space"), h("div", { class: "symbol-body" }, left, panel));
+  fill(
+    host,
+    h("h1", { class: "hidden-heading" }, "Symbol space"),
+    h("div", { class: "symbol-body" }, left, panel),
+  );
 
   async function load(): Promise<void> {
     try {
@@ -36,19 +42,58 @@ function open(host: HTMLElement, context: Context): OpenView {
     void showChosen();
   }
 
+  function zoomButton(text: string, label: string, by: number): HTMLElement {
+    return h(
+      "button",
+      {
+        class: "button plain",
+        type: "button",
+        title: label,
+        ...(text === "All" ? {} : { "aria-label": label }),
+        on: { click: () => map.enlarge(by) },
+      },
+      text,
+    );
+  }
+
   function axisChoice(which: 0 | 1): HTMLElement {
-    const select = h("select", { class: "field", "aria-label": which === 0 ? "Horizontal axis" : "Vertical axis", on: { change: () => {
-      axes[which] = Number(select.value);
-      showMap();
-    } } }, Array.from({ length: space!.dimensions }, (_, i) => h("option", { value: i, selected: axes[which] === i }, `axis ${i + 1}`)));
+    const select = h(
+      "select",
+      {
+        class: "field",
+        "aria-label": which === 0 ? "Horizontal axis" : "Vertical axis",
+        on: {
+          change: () => {
+            axes[which] = Number(select.value);
+            showMap();
+          },
+        },
+      },
+      Array.from({ length: space!.dimensions }, (_, i) =>
+        h("option", { value: i, selected: axes[which] === i }, `axis ${i + 1}`),
+      ),
+    );
     return select;
   }
 
   function showMap(): void {
     if (!space) return;
-    fill(bar,
-      h("p", { class: "summary" }, `${plural(space.symbols.length, "symbol")}, ${plural(space.clusters.length, "cluster")}. Symbols that lie close together move alike.`),
-      space.dimensions > 2 ? h("span", { class: "row" }, axisChoice(0), "by", axisChoice(1)) : null);
+    fill(
+      bar,
+      h(
+        "p",
+        { class: "summary" },
+        `${plural(space.symbols.length, "symbol")}, ${plural(space.clusters.length, "cluster")}. Symbols that lie close together move alike.`,
+      ),
+      h(
+        "span",
+        { class: "row" },
+        zoomButton("−", "Shrink the map", 1 / 1.5),
+        zoomButton("+", "Enlarge the map", 1.5),
+        zoomButton("All", "See the whole map", 0),
+      ),
+      space.dimensions > 2 ? h("span", { class: "row" }, axisChoice(0), "by", axisChoice(1)) : null,
+    );
     map.show(space, axes);
     map.choose(chosen);
   }
@@ -60,8 +105,17 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   function play(box: HTMLElement, segment: SymbolSegments["segments"][number]): void {
     closeClip();
-    clip = makeClip(context, { ref: segment.ref, part: [segment.start, segment.end], lit: [segment.start, segment.end], label: `${segment.capture}, ${interval(segment.start, segment.end)}` });
-    fill(box, clip.element, h("p", { class: "small muted" }, segment.capture, ` ${interval(segment.start, segment.end)}`));
+    clip = makeClip(context, {
+      ref: segment.ref,
+      part: [segment.start, segment.end],
+      lit: [segment.start, segment.end],
+      label: `${segment.capture}, ${interval(segment.start, segment.end)}`,
+    });
+    fill(
+      box,
+      clip.element,
+      h("p", { class: "small muted" }, segment.capture, ` ${interval(segment.start, segment.end)}`),
+    );
   }
 
   async function showChosen(): Promise<void> {
@@ -69,7 +123,10 @@ function open(host: HTMLElement, context: Context): OpenView {
     closeClip();
     const facts = space?.symbols.find((one) => one.symbol === chosen);
     if (!facts) {
-      fill(panel, emptyState("Choose a symbol", "A click on a dot plays the movement and lists where it happens."));
+      fill(
+        panel,
+        emptyState("Choose a symbol", "A click on a dot plays the movement and lists where it happens."),
+      );
       return;
     }
     const box = h("div", { class: "symbol-clip" });
@@ -78,18 +135,62 @@ function open(host: HTMLElement, context: Context): OpenView {
     await moreSegments(facts.symbol, box, list, 0);
   }
 
-  async function moreSegments(symbol: number, box: HTMLElement, list: HTMLElement, offset: number): Promise<void> {
+  async function moreSegments(
+    symbol: number,
+    box: HTMLElement,
+    list: HTMLElement,
+    offset: number,
+  ): Promise<void> {
     try {
       const answer = await get<SymbolSegments>("/api/symbol", { symbol, offset, limit: PAGE });
       if (chosen !== symbol) return;
-      list.append(...answer.segments.map((segment) =>
-        h("li", {},
-          h("button", { class: "link", type: "button", title: "Play this segment", on: { click: () => play(box, segment) } }, segment.capture),
-          h("span", { class: "muted time" }, ` ${interval(segment.start, segment.end)} `),
-          h("a", { class: "link", href: routeTo("search", { like: segment.ref, start: segment.start.toFixed(3), end: segment.end.toFixed(3) }) }, "more like this"))));
+      list.append(
+        ...answer.segments.map((segment) =>
+          h(
+            "li",
+            {},
+            h(
+              "button",
+              {
+                class: "link",
+                type: "button",
+                title: "Play this segment",
+                on: { click: () => play(box, segment) },
+              },
+              segment.capture,
+            ),
+            h("span", { class: "muted time" }, ` ${interval(segment.start, segment.end)} `),
+            h(
+              "a",
+              {
+                class: "link",
+                href: routeTo("search", {
+                  like: segment.ref,
+                  start: segment.start.toFixed(3),
+                  end: segment.end.toFixed(3),
+                }),
+              },
+              "more like this",
+            ),
+          ),
+        ),
+      );
       const next = offset + answer.segments.length;
       if (next < answer.total) {
-        const more = h("button", { class: "button plain", type: "button", on: { click: () => { more.remove(); void moreSegments(symbol, box, list, next); } } }, `${answer.total - next} more`);
+        const more = h(
+          "button",
+          {
+            class: "button plain",
+            type: "button",
+            on: {
+              click: () => {
+                more.remove();
+                void moreSegments(symbol, box, list, next);
+              },
+            },
+          },
+          `${answer.total - next} more`,
+        );
         list.after(more);
       }
       if (offset === 0 && answer.segments[0]) play(box, answer.segments[0]);
@@ -99,13 +200,32 @@ function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function heading(facts: SymbolFacts): HTMLElement {
-    return h("div", {},
+    return h(
+      "div",
+      {},
       h("h2", {}, `Symbol ${facts.symbol}`),
-      h("p", { class: "muted" }, `${plural(facts.count, "segment")} in ${plural(facts.captures, "capture")}, ${seconds(facts.seconds)} on average, cluster ${facts.cluster}`),
-      h("p", { class: "chips" }, facts.words.filter((one) => one.probability >= 0.05).slice(0, 6).map(({ word, probability }) => {
-        const chip = h("a", { class: "chip", href: routeTo("search", { q: word }) }, word, h("span", { class: "chip-detail" }, probability.toFixed(2)));
-        return chip;
-      })));
+      h(
+        "p",
+        { class: "muted" },
+        `${plural(facts.count, "segment")} in ${plural(facts.captures, "capture")}, ${seconds(facts.seconds)} on average, cluster ${facts.cluster}`,
+      ),
+      h(
+        "p",
+        { class: "chips" },
+        facts.words
+          .filter((one) => one.probability >= 0.05)
+          .slice(0, 6)
+          .map(({ word, probability }) => {
+            const chip = h(
+              "a",
+              { class: "chip", href: routeTo("search", { q: word }) },
+              word,
+              h("span", { class: "chip-detail" }, probability.toFixed(2)),
+            );
+            return chip;
+          }),
+      ),
+    );
   }
 
   void load();
