@@ -8,6 +8,8 @@ from pathlib import Path
 from urllib.parse import quote
 
 import pytest
+import motiondb
+from motiondb.page.standalone import search_page, write_standalone
 from page_tools import wait_for_figure
 
 _BUNDLE = Path(__file__).parents[2] / "motiondb" / "page" / "bundle"
@@ -102,11 +104,45 @@ def test_an_example_plays_above_its_answers(asked_server, new_page, open_file):
 
 def test_damaged_data_is_said(new_page, tmp_path):
     path = tmp_path / "broken.html"
-    html = (_BUNDLE / "index.html").read_text().replace(
-        '<script defer src="app.js"></script>',
-        '<script type="application/json" id="motiondb-data">{"format": 9}</script>'
-        f'<script defer src="{(_BUNDLE / "app.js").as_uri()}"></script>',
+    html = (
+        (_BUNDLE / "index.html")
+        .read_text()
+        .replace(
+            '<script defer src="app.js"></script>',
+            '<script type="application/json" id="motiondb-data">{"format": 9}</script>'
+            f'<script defer src="{(_BUNDLE / "app.js").as_uri()}"></script>',
+        )
     )
     path.write_text(html)
     page = new_page(path.as_uri())
     page.get_by_role("heading", name="This file cannot be shown").wait_for()
+
+
+def test_several_characters_and_their_actions_play_together(asked_server, new_page, tmp_path):
+    page = new_page("about:blank")
+    names = ("ana/walk_1", "boris/walk_1", "fatou/kick_1")
+    items = [{"ref": f"capture:{name}"} for name in names]
+    body = page.request.post(f"{asked_server}api/motions", data={"items": items}).body()
+    answer = {
+        "ref": "scene:x", "text": 'diagram "x"',
+        "actions": {name: [{"terminal": "walk", "start": 0.0, "end": 2.0}] for name in names},
+    }  # fmt: skip
+    html = _file(page, asked_server, "scene", answer, [])
+    path = tmp_path / "scene.html"
+    path.write_text(
+        html.replace(
+            '"motions": {}', f'"motions": {{"scene:x": "{base64.b64encode(body).decode()}"}}'
+        )
+    )
+    page.goto(path.as_uri())
+    wait_for_figure(page)
+    assert page.locator(".lane").count() == 3
+    assert page.locator(".lane-name").all_inner_texts() == list(names)
+
+
+def test_the_file_that_motiondb_writes_opens(learned_database, new_page, tmp_path):
+    with motiondb.open(learned_database, read_only=True) as db:
+        path = write_standalone(tmp_path / "out.html", search_page(db, db.search("kick", limit=2)))
+    page = new_page(path.as_uri())
+    wait_for_figure(page, ".answer .clip-canvas")
+    assert page.locator(".answer").count() == 2

@@ -13,12 +13,12 @@ export interface Tint {
   strong: string;
 }
 
-function hue(number: number): number {
+export function hueOf(number: number): number {
   return (number * GOLDEN_ANGLE + 20) % 360;
 }
 
 export function tintOf(number: number): Tint {
-  return { soft: css(0.86, 0.075, hue(number)), strong: css(0.62, 0.13, hue(number)) };
+  return { soft: css(0.86, 0.075, hueOf(number)), strong: css(0.62, 0.13, hueOf(number)) };
 }
 
 /** Red, green and blue between 0 and 1 of an OKLCH colour (B. Ottosson, 2020), clipped to sRGB. */

@@ -30,8 +30,8 @@ const SIDE: readonly Row[] = [
 ];
 
 const MIDDLE: readonly Row[] = [
-  ["l_hip", "r_hip", 0.104, 0.104],
-  ["pelvis", "spine", 0.116, 0.108],
+  ["l_hip", "r_hip", 0.094, 0.094],
+  ["pelvis", "spine", 0.114, 0.106],
   ["spine", "chest", 0.108, 0.12],
   ["chest", "neck", 0.115, 0.06],
   ["neck", "head", 0.056, 0.065],

@@ -40,6 +40,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     { class: "field", id: "method" },
     METHODS.map(([value, label]) => h("option", { value }, label)),
   );
+  const exact = h("input", { type: "checkbox", id: "exact" });
   const understood = h("div", { "aria-live": "polite" });
   const results = h("section", { class: "answers", "aria-label": "Generated motion" });
   const sync = h(
@@ -80,6 +81,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       count,
       h("label", { for: "method" }, "Method"),
       method,
+      h("label", { class: "check", title: "Do not take a word for another one" }, exact, "Only known words"),
       sync,
     ),
   );
@@ -95,6 +97,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         seed: seed.value || "0",
         variants: count.value === "1" ? "" : count.value,
         method: method.value === "stitched" ? "" : method.value,
+        exact: exact.checked ? "1" : "",
       }),
     );
   });
@@ -146,6 +149,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         seed: Number(parameters.get("seed") ?? 0),
         variants: Number(parameters.get("variants") ?? 1),
         method: parameters.get("method") ?? "stitched",
+        exact: parameters.has("exact"),
       });
       if (mine !== running) return;
       const replace = (word: string, by: string): void => {
@@ -201,6 +205,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       seed.value = parameters.get("seed") ?? "0";
       count.value = parameters.get("variants") ?? "1";
       method.value = parameters.get("method") ?? "stitched";
+      exact.checked = parameters.has("exact");
       sync.hidden = true;
       const made = parameters.get("made");
       if (made) void showOne(made);
