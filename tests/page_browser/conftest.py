@@ -1,4 +1,7 @@
-"""A browser, and servers of copies of the learned sample data. Skipped with a word where either is missing."""
+"""A browser, and servers of copies of the learned sample data.
+
+The tests are skipped with a word where there is no browser, or where the page is not built.
+"""
 
 from __future__ import annotations
 

@@ -6,8 +6,9 @@ import json
 import re
 from urllib.parse import urlparse
 
-import motiondb
 from page_tools import drag_on, drop_files, pixels, wait_for, wait_for_figure
+
+import motiondb
 
 
 def _names(page):

@@ -8,9 +8,10 @@ from pathlib import Path
 from urllib.parse import quote
 
 import pytest
+from page_tools import wait_for_figure
+
 import motiondb
 from motiondb.page.standalone import search_page, write_standalone
-from page_tools import wait_for_figure
 
 _BUNDLE = Path(__file__).parents[2] / "motiondb" / "page" / "bundle"
 
