@@ -24,8 +24,8 @@ def _file(page, server, kind, answer, parts):
         body = page.request.get(f"{server}api/motion?{query}").body()
         motions[ref] = base64.b64encode(body).decode()
     data = {
-        "format": 1, "kind": kind, "title": "walk, turn left", "version": "0", "database": "x.duckdb",
-        "answer": answer, "motions": motions,
+        "format": 1, "kind": kind, "title": "walk, turn left", "version": "0",
+        "database": "x.duckdb", "answer": answer, "motions": motions,
     }  # fmt: skip
     text = json.dumps(data).replace("<", "\\u003c")
     script = (_BUNDLE / "app.js").read_text().replace("</script", "<\\/script")

@@ -124,7 +124,8 @@ def test_figures_are_drawn_flat_where_there_is_no_webgl(asked_server, new_page):
         """() => {
             const canvas = document.querySelector('.player-canvas');
             if (!canvas?.width) return false;
-            const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+            const { data } = canvas.getContext('2d')
+                .getImageData(0, 0, canvas.width, canvas.height);
             const first = data[0];
             return data.some((value, i) => i % 4 === 0 && Math.abs(value - first) > 30);
         }""",

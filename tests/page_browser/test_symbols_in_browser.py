@@ -60,6 +60,7 @@ def test_the_map_is_enlarged_and_shown_whole_again(asked_server, new_page):
     page.mouse.wheel(0, -400)
     wait_for(
         page,
-        "text => document.querySelector('.dot[data-symbol=\"5\"]').getAttribute('transform') !== text",
+        """text => document.querySelector('.dot[data-symbol="5"]')
+            .getAttribute('transform') !== text""",
         before,
     )
