@@ -83,3 +83,19 @@ test("the reasons add up to the log-odds", () => {
   );
   assert.match(rows[0]!.detail, /usual −1\.60, written \+2\.00, symbol 1 \+3\.50 \(0\.0–2\.9 s\)/);
 });
+
+test("small shares are added up, so that the numbers still make the whole", () => {
+  const shares = [0.1, -2, 3, 0.2, -0.3, 1, 0.05];
+  const symbols = shares.map((share, symbol) => ({ symbol, from: 0, to: 1, share }));
+  const word = {
+    word: "walk",
+    log_odds: 0,
+    log_probability: 0,
+    contribution: 2.05,
+    prior: 0,
+    written: 0,
+    symbols,
+  };
+  const [row] = reasonRows({ log_odds: 2.05, together: 0, words: [word], excluded: [] });
+  assert.match(row!.detail, /symbol 2 \+3\.00 .*symbol 1 −2\.00 .*3 other segments \+0\.35$/);
+});

@@ -2,7 +2,7 @@
 
 import type { ExplainedWord, Explanation } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
-import { signed } from "../../parts/text.ts";
+import { plural, signed } from "../../parts/text.ts";
 
 export interface ReasonRow {
   label: string;
@@ -10,11 +10,22 @@ export interface ReasonRow {
   detail: string;
 }
 
+/** Symbols that are listed one by one; the others of a word are added up. */
+const LISTED = 4;
+
 function partsOf(word: ExplainedWord): string {
-  const symbols = word.symbols.map(
-    ({ symbol, from, to, share }) =>
-      `symbol ${symbol} ${signed(share)} (${from.toFixed(1)}–${to.toFixed(1)} s)`,
-  );
+  const ordered = [...word.symbols].sort((a, b) => Math.abs(b.share) - Math.abs(a.share));
+  const symbols = ordered
+    .slice(0, LISTED)
+    .map(
+      ({ symbol, from, to, share }) =>
+        `symbol ${symbol} ${signed(share)} (${from.toFixed(1)}–${to.toFixed(1)} s)`,
+    );
+  const rest = ordered.slice(LISTED);
+  if (rest.length > 0) {
+    const sum = rest.reduce((total, { share }) => total + share, 0);
+    symbols.push(`${plural(rest.length, "other segment")} ${signed(sum)}`);
+  }
   return [`usual ${signed(word.prior)}`, `written ${signed(word.written)}`, ...symbols].join(", ");
 }
 
