@@ -13,6 +13,7 @@ CAPTURE = "#/catalogue?capture=ana/long_1"
 @pytest.fixture
 def player(asked_server, new_page):
     page = new_page(f"{asked_server}{CAPTURE}")
+    page.locator(".details .timeline-cursor").wait_for()  # the motion is there
     wait_for_figure(page)
     page.locator(".player-canvas").focus()
     return page

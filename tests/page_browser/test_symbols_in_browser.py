@@ -54,7 +54,7 @@ def test_the_map_is_enlarged_and_shown_whole_again(asked_server, new_page):
     before = dot.get_attribute("transform")
     page.get_by_role("button", name="Enlarge the map").click()
     assert dot.get_attribute("transform") != before
-    page.get_by_role("button", name="All").click()
+    page.get_by_role("button", name="All", exact=True).click()
     assert dot.get_attribute("transform") == before
     page.locator(".symbol-map").hover()
     page.mouse.wheel(0, -400)

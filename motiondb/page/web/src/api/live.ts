@@ -22,20 +22,30 @@ export function openLive(): Live {
     jobs.set(job.id, job);
     tell({ kind: "job", job });
   };
-  const source = new EventSource("/api/events");
-  source.addEventListener("revision", (event) =>
-    tell({ kind: "revision", ...(JSON.parse(event.data) as { revision: number }) }),
-  );
-  source.addEventListener("job", (event) => learn(JSON.parse(event.data) as Job));
-  source.addEventListener("open", () => {
-    tell({ kind: "connection", open: true });
-    get<{ jobs: Job[] }>("/api/jobs").then(
-      (answer) => answer.jobs.forEach(learn),
-      () => undefined, // the next opening asks again
+  let source: EventSource | null = null;
+
+  function connect(): void {
+    source?.close();
+    source = new EventSource("/api/events");
+    source.addEventListener("revision", (event) =>
+      tell({ kind: "revision", ...(JSON.parse(event.data) as { revision: number }) }),
     );
-  });
-  source.addEventListener("error", () => tell({ kind: "connection", open: false }));
-  addEventListener("pagehide", () => source.close());
+    source.addEventListener("job", (event) => learn(JSON.parse(event.data) as Job));
+    source.addEventListener("open", () => {
+      tell({ kind: "connection", open: true });
+      get<{ jobs: Job[] }>("/api/jobs").then(
+        (answer) => answer.jobs.forEach(learn),
+        () => undefined, // the next opening asks again
+      );
+    });
+    source.addEventListener("error", () => tell({ kind: "connection", open: false }));
+  }
+
+  // A browser opens only a few connections to one server: a hidden tab gives its own back.
+  document.addEventListener("visibilitychange", () => (document.hidden ? source?.close() : connect()));
+  addEventListener("pagehide", () => source?.close());
+  addEventListener("pageshow", (event) => event.persisted && connect());
+  connect();
   return {
     listen(listener) {
       listeners.add(listener);
