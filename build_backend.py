@@ -18,7 +18,10 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from setuptools import build_meta
+try:
+    from setuptools import build_meta
+except ImportError:  # not needed to build the page alone
+    build_meta = None
 
 ROOT = Path(__file__).resolve().parent
 WEB, BUNDLE = ROOT / "motiondb" / "page" / "web", ROOT / "motiondb" / "page" / "bundle"
@@ -145,8 +148,10 @@ def build_sdist(sdist_directory: str, config_settings: Config = None) -> str:
     return str(build_meta.build_sdist(sdist_directory, config_settings))
 
 
-prepare_metadata_for_build_wheel = build_meta.prepare_metadata_for_build_wheel
-prepare_metadata_for_build_editable = build_meta.prepare_metadata_for_build_editable
+prepare_metadata_for_build_wheel = getattr(build_meta, "prepare_metadata_for_build_wheel", None)
+prepare_metadata_for_build_editable = getattr(
+    build_meta, "prepare_metadata_for_build_editable", None
+)
 
 if __name__ == "__main__":
     sys.exit(0 if build_page() else 1)

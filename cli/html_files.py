@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from motiondb.page.standalone import Standalone
+    from motiondb import StandalonePage
 
 
 def html_name(path: Path | None) -> Path | None:
@@ -28,14 +28,13 @@ def html_name(path: Path | None) -> Path | None:
     """
     if path is None:
         return None
-    from motiondb.errors import QueryError
-    from motiondb.page.standalone import check_bundle
+    from motiondb import QueryError, StandalonePage
 
     if path.suffix.lower() not in (".html", ".htm"):
         raise QueryError(
             f"{path}: expected a name that ends in .html, found {path.suffix or 'no ending'!r}."
         )
-    check_bundle()
+    StandalonePage.check()
     return path
 
 
@@ -49,17 +48,15 @@ Html = Annotated[
 ]
 
 
-def write_html(path: Path, shown: Standalone) -> None:
+def write_html(path: Path, page: StandalonePage) -> None:
     """Write the page, and say so on standard error.
 
     Parameters
     ----------
     path : Path
         The file.
-    shown : Standalone
-        What it shows.
+    page : StandalonePage
+        The page.
     """
-    from motiondb.page.standalone import write_standalone
-
-    write_standalone(path, shown)
+    page.write(path)
     typer.echo(f"page: {path}", err=True)

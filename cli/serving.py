@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, seconds_to_wait
+from motiondb.cli.options import DEFAULT_DB, Db, Json, seconds_to_wait
+from motiondb.cli.printing import print_json
 
 
 def register(app: typer.Typer) -> None:
@@ -56,28 +57,24 @@ def serve(
         bool, typer.Option("--open/--no-open", help="Whether to open the page in the browser.")
     ] = True,
     db: Db = DEFAULT_DB,
+    json: Json = False,
 ) -> None:
     """Serve the page: the database in the browser, until Ctrl-C.
 
     The database is held only while a request is answered, so commands work beside it.
     """
-    import secrets
-
-    from motiondb.page.bundle_files import NO_BUNDLE, is_built
-    from motiondb.page.serve import serve as run
-    from motiondb.page.settings import LOOPBACK, PageSettings
+    from motiondb import PageSettings
+    from motiondb import serve as run
 
     settings = PageSettings(
-        db, host, port, read_only,
-        token="" if host in LOOPBACK else secrets.token_urlsafe(24),
-        folders=tuple(folders or ()), boards=boards, wait=seconds_to_wait(),
-        allowed_hosts=tuple(names or ()),
+        db, host, port, read_only, folders=tuple(folders or ()), boards=boards,
+        wait=seconds_to_wait(), allowed_hosts=tuple(names or ()),
     )  # fmt: skip
-    built = is_built()
-    if not built:
-        typer.echo(f"note: {NO_BUNDLE}", err=True)
 
     def told(address: str) -> None:
-        typer.echo(f"The page is at {address}  (Ctrl-C ends it)")
+        if json:
+            print_json({"address": address})
+        else:
+            typer.echo(f"The page is at {address}  (Ctrl-C ends it)")
 
-    run(settings, told, open_browser and built)
+    run(settings, told, lambda text: typer.echo(f"note: {text}", err=True), open_browser)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motiondb.cli.ask import explaining, understanding
 from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
@@ -22,18 +23,19 @@ from motiondb.cli.options import (
     To,
     Where,
     database,
+)
+from motiondb.cli.printing import (
     note_taken,
     note_unlearned,
     print_json,
+    print_sources,
     print_table,
     progress,
+    taken_facts,
 )
 
 if TYPE_CHECKING:
-    from motiondb.database import MotionDB
-    from motiondb.learning.answers.example_answers import ExampleAnswer
-    from motiondb.learning.answers.word_answers import WordAnswer
-    from motiondb.records import Match, Motion
+    from motiondb import ExampleAnswer, Match, WordAnswer
 
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
 
@@ -82,40 +84,36 @@ def search(
     action, its place is told as unknown. If no answer is good enough, a line says so, and the
     nearest ones follow.
     """
-    from motiondb.cli.ask import explaining, understanding
-    from motiondb.database.ask import answer_facts
-
     if explain and by_symbols:
-        from motiondb.errors import QueryError
+        from motiondb import QueryError
 
         raise QueryError(
             "search: expected --explain or --by-symbols, found both. An answer by symbols is found "
             "by aligning sequences: its symbols are its reason."
         )
+    from motiondb import StandalonePage
+
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols, exact=exact)
         note_unlearned(base)
-        vocabulary = (*base.vocabulary(), *answer.taken)
         if png and explain and answer.reasons:
-            explaining.draw_reason(base, answer, png, words)
+            base.draw_reasons(answer, png, words)
         elif png and answer.matches:
-            _draw(base, answer.matches, png, words)
+            base.draw_matches(answer, png, words)
         if html:
-            from motiondb.page.standalone import search_page
-
-            write_html(html, search_page(base, answer))
+            write_html(html, StandalonePage.of_search(base, answer))
     note_taken(answer.taken, answer.suggested, answer.unknown)
-    why = [answer_facts.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
-    more = {"question": answer_facts.question_facts(answer.question, answer.not_used)}
+    why = [explaining.explanation_facts(e) for e in answer.explanations] if explain else []
+    more = {"question": understanding.question_facts(answer.question, answer.not_used)}
     if answer.decoding:
         more["decoding"] = asdict(answer.decoding)
     if answer.taken:
-        more["taken"] = answer_facts.taken_facts(answer.taken)
+        more["taken"] = taken_facts(answer.taken)
     if not json:
         understanding.print_question(answer.question, answer.not_used, "search")
     _print_answer(answer, json, reasons=True, why=why, more=more)
     if explain and not json:
-        explaining.print_reasons(answer, vocabulary)
+        explaining.print_explanations(answer)
 
 
 def like(
@@ -143,16 +141,16 @@ def like(
     If captures of two or more performers have captions, every answer has a probability that it
     shows the same action, and a line says if none is good enough.
     """
+    from motiondb import StandalonePage
+
     with database(db) as base:
         answer = base.like(example, start, end, where, limit, meaning)
         note_unlearned(base)
         if png and answer.matches:
             motion = base.motion(example, start, end)
-            _draw(base, answer.matches, png, f"like {example}", motion)
+            base.draw_matches(answer, png, f"like {example}", motion)
         if html:
-            from motiondb.page.standalone import like_page
-
-            write_html(html, like_page(base, answer, example, (start, end)))
+            write_html(html, StandalonePage.of_like(base, answer, example, start, end))
     _print_answer(answer, json, reasons=any(m.reason for m in answer))
 
 
@@ -166,9 +164,15 @@ def _print_answer(
     """Print the matches, and whether any is good enough; in JSON one object."""
     matches, found = answer.matches, answer.matches_anything
     if json:
-        from motiondb.database.ask.answer_facts import match_facts
-
-        rows = [match_facts(match) for match in matches]
+        rows: list[dict[str, Any]] = [
+            {
+                "rank": m.rank, "capture": m.capture, "start": m.start, "end": m.end,
+                "score": m.score, "probability": m.probability, "words": list(m.words),
+            }
+            for m in matches
+        ]  # fmt: skip
+        for row, match in zip(rows, matches):
+            row.update(_place_facts(match))
         for row, reason in zip(rows, why):
             row["explain"] = reason
         print_json(
@@ -185,6 +189,17 @@ def _print_answer(
         typer.echo("nothing in this database matches" + ("; the nearest:" if matches else ""))
     if matches:
         _print_matches(matches, reasons)
+
+
+def _place_facts(match: Match) -> dict[str, Any]:
+    """Where an answer to words is, and how sure, for JSON; nothing for other answers."""
+    if not match.parts:
+        return {}
+    return {
+        "interval_probability": match.interval_probability,
+        "place": match.place,
+        "parts": [asdict(part) for part in match.parts],
+    }
 
 
 def _print_matches(matches: Sequence[Match], reasons: bool) -> None:
@@ -206,16 +221,6 @@ def _print_matches(matches: Sequence[Match], reasons: bool) -> None:
 
 def _two_digits(probability: float | None) -> str:
     return "" if probability is None else f"{probability:.2f}"
-
-
-def _draw(
-    base: MotionDB, matches: tuple[Match, ...], png: Path, title: str, query: Motion | None = None
-) -> None:
-    from motiondb import pictures
-
-    hits = [(m, base.motion(m.capture)) for m in matches[:8]]
-    example = ("query", query) if query is not None else None
-    pictures.draw_hits(hits, png, title=title, query=example)
 
 
 def describe(
@@ -263,8 +268,7 @@ def generate(
     json: Json = False,
 ) -> None:
     """Generate a motion from a sentence; a file beside it names its sources."""
-    from motiondb.cli.ask import understanding
-    from motiondb.database.ask import answer_facts
+    from motiondb import StandalonePage
 
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
@@ -278,20 +282,15 @@ def generate(
         if png:
             made.draw(png)
         if html:
-            from motiondb.page.standalone import generated_page
-
-            write_html(html, generated_page(base, made, save or ""))
+            write_html(html, StandalonePage.of_generated(base, made, save or ""))
     note_taken(made.taken, made.suggested, made.unknown)
     if json:
-        facts["question"] = answer_facts.question_facts(made.question, made.not_used)
+        facts["question"] = understanding.question_facts(made.question, made.not_used)
         print_json(facts)
         return
     understanding.print_question(made.question, made.not_used, "generation")
     typer.echo(f"{facts['seconds']:.2f} s of motion written to {output} ({method}, seed {seed})")
     typer.echo(f"symbols:    {' '.join(map(str, made.symbols))}")
     typer.echo(f"recognised: {' '.join(map(str, made.recognised))}")
-    for source in facts["sources"]:
-        typer.echo(
-            f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
-        )
+    print_sources(facts)
     typer.echo(f"every frame's origin: {facts['provenance']}")

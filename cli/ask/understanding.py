@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 if TYPE_CHECKING:
-    from motiondb.words.question.known import KnownQuestion
-    from motiondb.words.question.tree import NotUsed
+    from motiondb import KnownQuestion, NotUsed
+
+
+def question_facts(question: KnownQuestion, not_used: Sequence[NotUsed]) -> dict[str, Any]:
+    """A question for JSON: its text, one line for how it is understood, its tree, what is left."""
+    return {
+        "text": question.text,
+        "understood": question.understood,
+        "tree": question.tree_facts(),
+        "not_used": [{"text": left.text, "reason": left.reason} for left in not_used],
+    }
 
 
 def print_question(question: KnownQuestion, not_used: Sequence[NotUsed], what: str) -> None:
@@ -17,9 +26,7 @@ def print_question(question: KnownQuestion, not_used: Sequence[NotUsed], what: s
 
     Unknown words are told apart, on standard error (``options.note_unknown``).
     """
-    from motiondb.words.question.say import say
-
-    typer.echo(f"understood: {say(question.tree)}")
+    typer.echo(f"understood: {question.understood}")
     for left in not_used:
         if left.text not in question.unknown:
             typer.echo(f"{left.text!r} is not used in {what}: {left.reason}")

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
-from motiondb.database.ask.question_verbs import QuestionVerbs
+from motiondb.database.ask.fact_verbs import FactVerbs
 from motiondb.database.learn import learning
 from motiondb.database.session import Session
 from motiondb.learning.drift import Drift
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from motiondb.database.scenes.scene_verbs import Scenes
 
 
-class MotionDB(QuestionVerbs):
+class MotionDB(FactVerbs):
     """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
 
     Threads may share it. Every question is answered from one revision of the database, whatever

@@ -13,7 +13,6 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import FileResponse, Response
 
-from motiondb import __version__
 from motiondb.errors import MotionDBError
 from motiondb.page.answers import Answer, answer_of, error_answer, unknown
 from motiondb.page.bundle_files import BUNDLE, NO_BUNDLE, bundle_file
@@ -29,7 +28,7 @@ from motiondb.page.routes import (
     scene_routes,
     upload_routes,
 )
-from motiondb.page.settings import PageSettings
+from motiondb.page.settings import VERSION, PageSettings
 from motiondb.page.state import Page
 
 _ROUTES = (
@@ -75,7 +74,7 @@ def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE
         page.close()
 
     application = FastAPI(
-        title="motiondb", version=__version__, lifespan=lifespan,
+        title="motiondb", version=VERSION, lifespan=lifespan,
         description="The interface of the page. docs/page.md tells the answers.",
         openapi_url="/api/openapi.json", docs_url=None, redoc_url=None,
         responses={

@@ -10,15 +10,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import motiondb
 from motiondb.database import MotionDB
-from motiondb.database.catalogue.parts import cut_motion
+from motiondb.database.catalogue.parts import write_clip
 from motiondb.page.answers import PageError
 from motiondb.page.facts.scene_facts import find_kept
 from motiondb.page.parameters import Part
 from motiondb.page.refs import Ref, find_capture, load_motion, read_ref
 from motiondb.page.scene_motions import load_scene
 from motiondb.page.state import Page
+from motiondb.pose import retarget
 from motiondb.records import Motion
 
 _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")
@@ -130,8 +130,7 @@ def _write_source(db: MotionDB, ref: Ref, part: Part, folder: Path) -> None:
 
 
 def _write_motion(motion: Motion, path: Path) -> None:
-    write = motiondb.write_bvh if path.suffix == ".bvh" else motiondb.write_gltf
-    write(cut_motion(motion, None, None), path)
+    write_clip(retarget.to_clip(motion), path)
 
 
 def _write_scene(page: Page, ref: Ref, folder: Path) -> None:

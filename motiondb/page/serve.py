@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import secrets
 import shutil
 import socket
 import tempfile
@@ -10,9 +11,11 @@ import threading
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from motiondb.errors import MotionDBError
+from motiondb.page.bundle_files import NO_BUNDLE, is_built
 from motiondb.page.settings import PageSettings
 
 END = 2
@@ -35,17 +38,20 @@ def check_settings(settings: PageSettings) -> None:
     Raises
     ------
     MotionDBError
-        An allowed folder is missing, or other computers could use the page without a token.
+        An allowed folder is missing.
     """
     for folder in settings.folders:
         if not folder.is_dir():
             raise MotionDBError(
                 f"{folder}: expected a folder to add captures from, found none. Name another."
             )
-    if not settings.is_local and not settings.token:
-        raise MotionDBError(
-            f"host {settings.host}: expected a token for other computers, found none."
-        )
+
+
+def with_token(settings: PageSettings) -> PageSettings:
+    """Return settings in which other computers need a token; a new one if there is none."""
+    if settings.is_local or settings.token:
+        return settings
+    return replace(settings, token=secrets.token_urlsafe(24))
 
 
 def listen(settings: PageSettings) -> socket.socket:
@@ -82,7 +88,12 @@ def address_of(settings: PageSettings, port: int) -> str:
     return f"http://{host}:{port}/" + (f"?token={settings.token}" if settings.token else "")
 
 
-def serve(settings: PageSettings, told: Callable[[str], None], open_browser: bool) -> None:
+def serve(
+    settings: PageSettings,
+    told: Callable[[str], None],
+    warned: Callable[[str], None],
+    open_browser: bool = True,
+) -> None:
     """Serve the page until the process is interrupted.
 
     Parameters
@@ -91,8 +102,10 @@ def serve(settings: PageSettings, told: Callable[[str], None], open_browser: boo
         What the user decided.
     told : callable
         Called with the address once it can be opened.
+    warned : callable
+        Called with what to do if the page was not built.
     open_browser : bool
-        Whether to open it in the user's browser.
+        Whether to open it in the user's browser, if the page was built.
 
     Raises
     ------
@@ -104,6 +117,9 @@ def serve(settings: PageSettings, told: Callable[[str], None], open_browser: boo
     from motiondb.page.application import make_application
 
     check_settings(settings)
+    settings = with_token(settings)
+    if not is_built():
+        warned(NO_BUNDLE)
     with private_folder() as folder, listen(settings) as listening:
         application = make_application(settings, folder)
         address = address_of(settings, listening.getsockname()[1])
@@ -113,6 +129,6 @@ def serve(settings: PageSettings, told: Callable[[str], None], open_browser: boo
         )  # fmt: skip
         listening.listen(128)
         told(address)
-        if open_browser:
+        if open_browser and is_built():
             threading.Timer(0.5, webbrowser.open, [address]).start()
         uvicorn.Server(config).run(sockets=[listening])

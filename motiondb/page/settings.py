@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
 from motiondb.capture.folder import CAPTURE_ENDINGS
 
+VERSION = version("motiondb")
+"""Version of motiondb, as it is installed."""
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 """Addresses that only this computer reaches."""
 SKELETON_ENDINGS = (".asf",)

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motiondb import __version__
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.errors import MotionDBError
@@ -27,6 +26,7 @@ from motiondb.page.facts.asked_facts import like_facts, search_facts
 from motiondb.page.facts.capture_facts import capture_facts
 from motiondb.page.facts.made_facts import made_facts, sentence_facts, sequence_facts
 from motiondb.page.facts.scene_facts import made_scene_facts, made_scene_motion
+from motiondb.page.settings import VERSION
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, Motion
 
@@ -46,7 +46,7 @@ EXAMPLE = "example"
 
 
 @dataclass(frozen=True, eq=False)
-class Standalone:
+class StandalonePage:
     """What a file shows.
 
     Attributes
@@ -69,6 +69,69 @@ class Standalone:
     answer: Mapping[str, Any]
     motions: Mapping[str, bytes]
 
+    def write(self, path: str | Path) -> Path:
+        """Write the file, whole or not at all.
+
+        Raises
+        ------
+        MotionDBError
+            The page was not built, or the file cannot be written.
+        """
+        return write_standalone(Path(path), self)
+
+    @staticmethod
+    def check() -> None:
+        """Refuse to write a page that was not built, before anything is computed.
+
+        Raises
+        ------
+        MotionDBError
+            It was not.
+        """
+        check_bundle()
+
+    @staticmethod
+    def of_search(db: MotionDB, answer: WordAnswer) -> StandalonePage:
+        """Return the page of an answer to words."""
+        return search_page(db, answer)
+
+    @staticmethod
+    def of_like(
+        db: MotionDB,
+        answer: ExampleAnswer,
+        example: str,
+        start: float | None = None,
+        end: float | None = None,
+    ) -> StandalonePage:
+        """Return the page of an answer to an example: a file or a capture, and its part."""
+        return like_page(db, answer, example, (start, end))
+
+    @staticmethod
+    def of_generated(db: MotionDB, made: Generated, saved: str = "") -> StandalonePage:
+        """Return the page of a generated motion; ``saved`` is the capture that holds it."""
+        return generated_page(db, made, saved)
+
+    @staticmethod
+    def of_capture(db: MotionDB, name: str) -> StandalonePage:
+        """Return the page of a stored capture.
+
+        Raises
+        ------
+        QueryError
+            There is none of this name.
+        """
+        return capture_page(db, name)
+
+    @staticmethod
+    def of_sequence(db: MotionDB, sequence: GrammarSequence, seed: int = 0) -> StandalonePage:
+        """Return the page of a sequence of a grammar."""
+        return sequence_page(db, sequence, seed)
+
+    @staticmethod
+    def of_scene(scene: Scene, database: str = "") -> StandalonePage:
+        """Return the page of a made scene; ``database`` names the file it was made from."""
+        return scene_page(scene, database)
+
 
 def check_bundle(bundle: Path = BUNDLE) -> None:
     """Refuse to write a page that was not built, before anything is computed.
@@ -82,7 +145,7 @@ def check_bundle(bundle: Path = BUNDLE) -> None:
         raise MotionDBError(f"--html: expected the files of the page, found none. {NO_BUNDLE}")
 
 
-def write_standalone(path: Path, shown: Standalone, bundle: Path = BUNDLE) -> Path:
+def write_standalone(path: Path, shown: StandalonePage, bundle: Path = BUNDLE) -> Path:
     """Write the file, whole or not at all.
 
     Raises
@@ -94,12 +157,12 @@ def write_standalone(path: Path, shown: Standalone, bundle: Path = BUNDLE) -> Pa
     return write_bytes(path, standalone_page(shown, bundle).encode("utf-8", "replace"))
 
 
-def standalone_page(shown: Standalone, bundle: Path = BUNDLE) -> str:
+def standalone_page(shown: StandalonePage, bundle: Path = BUNDLE) -> str:
     """Return the text of the file.
 
     Parameters
     ----------
-    shown : Standalone
+    shown : StandalonePage
         What it shows.
     bundle : Path
         The folder with the files of the page.
@@ -135,12 +198,12 @@ def _hash(text: str) -> str:
     return f"'sha256-{base64.b64encode(digest).decode()}'"
 
 
-def _data(shown: Standalone) -> str:
+def _data(shown: StandalonePage) -> str:
     facts = {
         "format": 1,
         "kind": shown.kind,
         "title": shown.title,
-        "version": __version__,
+        "version": VERSION,
         "database": shown.database,
         "answer": to_json(shown.answer),
         "motions": {ref: base64.b64encode(data).decode() for ref, data in shown.motions.items()},
@@ -148,16 +211,16 @@ def _data(shown: Standalone) -> str:
     return json.dumps(facts, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
 
 
-def search_page(db: MotionDB, answer: WordAnswer) -> Standalone:
+def search_page(db: MotionDB, answer: WordAnswer) -> StandalonePage:
     """Return the page of an answer to words."""
     facts = search_facts(db, answer) | {"took": None}
     motions = _matched(db, answer.matches)
-    return Standalone("search", answer.question.text, _name(db), facts, motions)
+    return StandalonePage("search", answer.question.text, _name(db), facts, motions)
 
 
 def like_page(
     db: MotionDB, answer: ExampleAnswer, example: str, part: tuple[float | None, float | None]
-) -> Standalone:
+) -> StandalonePage:
     """Return the page of an answer to an example.
 
     Parameters
@@ -175,18 +238,20 @@ def like_page(
     head = {"ref": EXAMPLE, "start": start, "end": end, "took": None}
     shown = _packed(example, EXAMPLE, db.motion(example, start, end), start or 0.0)
     motions = {**_matched(db, answer.matches), EXAMPLE: shown}
-    return Standalone("like", f"like {example}", _name(db), head | like_facts(db, answer), motions)
+    return StandalonePage(
+        "like", f"like {example}", _name(db), head | like_facts(db, answer), motions
+    )
 
 
-def generated_page(db: MotionDB, made: Generated, saved: str = "") -> Standalone:
+def generated_page(db: MotionDB, made: Generated, saved: str = "") -> StandalonePage:
     """Return the page of a generated motion."""
     facts = made_facts(db, made, "file", saved)
     answer = sentence_facts(made) | {"variants": [facts]}
     motions = {facts["ref"]: _packed(made.words, facts["ref"], made.motion)}
-    return Standalone("generate", made.words, _name(db), answer, motions)
+    return StandalonePage("generate", made.words, _name(db), answer, motions)
 
 
-def capture_page(db: MotionDB, name: str) -> Standalone:
+def capture_page(db: MotionDB, name: str) -> StandalonePage:
     """Return the page of a stored capture.
 
     Raises
@@ -200,25 +265,27 @@ def capture_page(db: MotionDB, name: str) -> Standalone:
     assert row is not None
     ref = f"capture:{full}"
     motions = {ref: _packed(full, ref, motion)}
-    return Standalone("capture", full, _name(db), capture_facts(db, row), motions)
+    return StandalonePage("capture", full, _name(db), capture_facts(db, row), motions)
 
 
-def sequence_page(db: MotionDB, sequence: GrammarSequence, seed: int) -> Standalone:
+def sequence_page(db: MotionDB, sequence: GrammarSequence, seed: int) -> StandalonePage:
     """Return the page of a sequence of a grammar."""
     ref = "sequence:file"
     facts = sequence_facts(db, sequence, seed) | {
         "id": "file", "ref": ref, "parent": None, "edited": None, "saved": None,
     }  # fmt: skip
     motions = {ref: _packed(sequence.grammar, ref, sequence.motion)}
-    return Standalone("sequence", sequence.grammar, _name(db), facts, motions)
+    return StandalonePage("sequence", sequence.grammar, _name(db), facts, motions)
 
 
-def scene_page(db: MotionDB, scene: Scene, curve: Iterable[tuple[float, float]] = ()) -> Standalone:
+def scene_page(scene: Scene, database: str) -> StandalonePage:
     """Return the page of a made scene."""
     ref = "scene:file"
-    facts = {"ref": ref} | made_scene_facts(scene, list(curve))
+    trace = scene.made.trace.best
+    curve = [(n / max(len(trace) - 1, 1), float(error)) for n, error in enumerate(trace)]
+    facts = {"ref": ref} | made_scene_facts(scene, curve)
     motions = {ref: made_scene_motion(scene, ref)}
-    return Standalone("scene", scene.record.name, _name(db), facts, motions)
+    return StandalonePage("scene", scene.record.name, database, facts, motions)
 
 
 def _name(db: MotionDB) -> str:

@@ -90,8 +90,8 @@ class Workshop:
         return self._opened[read_only]
 
     def _add(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
-        from motiondb import AddSettings
         from motiondb.capture import unit_from_name
+        from motiondb.database.catalogue.file_reading import AddSettings
 
         unit, place = parameters["unit"], str(Path(parameters["folder"]).absolute())
         settings = AddSettings(
@@ -118,7 +118,7 @@ class Workshop:
         }
 
     def _learn(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
-        from motiondb import LearnSettings
+        from motiondb.learning.symbol_fitting import LearnSettings
 
         settings = LearnSettings(n_symbols=parameters["symbols"], seed=parameters["seed"])
         learned = self.database.learn(settings, progress.progress)
@@ -132,7 +132,7 @@ class Workshop:
         }
 
     def _learn_grammar(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
-        from motiondb import GrammarSettings
+        from motiondb.database.grammars.grammar_learning import GrammarSettings
 
         settings = GrammarSettings(**parameters["settings"])
         learned, lost = self.database.grammars.learn(

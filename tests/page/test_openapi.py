@@ -19,7 +19,7 @@ from motiondb.page.settings import PageSettings
 schemathesis = pytest.importorskip("schemathesis")
 requests = pytest.importorskip("requests")
 
-EXAMPLES = 8
+EXAMPLES = 4
 """Requests of each kind."""
 ENDLESS = ("/api/events",)
 

@@ -28,8 +28,11 @@ def test_the_address_names_host_port_and_token() -> None:
 
 
 def test_other_computers_never_come_without_a_token() -> None:
-    with pytest.raises(MotionDBError, match="expected a token"):
-        serving.check_settings(PageSettings(Path("x"), host="0.0.0.0"))
+    wide = serving.with_token(PageSettings(Path("x"), host="0.0.0.0"))
+    assert len(wide.token) >= 32
+    assert wide.token != serving.with_token(PageSettings(Path("x"), host="0.0.0.0")).token
+    assert serving.with_token(PageSettings(Path("x"))).token == ""
+    assert serving.with_token(PageSettings(Path("x"), host="0.0.0.0", token="T")).token == "T"
 
 
 def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:

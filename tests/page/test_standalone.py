@@ -58,7 +58,7 @@ def hash_of(text: str) -> str:
 
 
 def test_script_and_style_are_allowed_by_their_hashes_alone(bundle: Path) -> None:
-    shown = standalone.Standalone("search", "</script><b>", "x.duckdb", {"a": "</script>"}, {})
+    shown = standalone.StandalonePage("search", "</script><b>", "x.duckdb", {"a": "</script>"}, {})
     page = standalone.standalone_page(shown, bundle)
     found, data = parts_of(page)
     assert hash_of(found.texts["script"]) in found.policy
@@ -106,7 +106,7 @@ def test_every_command_writes_the_kind_that_it_shows(learned_file: Path, bundle:
 
 
 def test_without_the_files_of_the_page_it_says_what_to_do(tmp_path: Path) -> None:
-    shown = standalone.Standalone("search", "x", "x", {}, {})
+    shown = standalone.StandalonePage("search", "x", "x", {}, {})
     with pytest.raises(MotionDBError, match=r"python build_backend\.py"):
         standalone.write_standalone(tmp_path / "x.html", shown, tmp_path)
     assert not (tmp_path / "x.html").exists()
@@ -114,7 +114,7 @@ def test_without_the_files_of_the_page_it_says_what_to_do(tmp_path: Path) -> Non
 
 def test_an_index_of_another_form_is_refused(tmp_path: Path, bundle: Path) -> None:
     (bundle / "index.html").write_text("<html><body></body></html>")
-    shown = standalone.Standalone("search", "x", "x", {}, {})
+    shown = standalone.StandalonePage("search", "x", "x", {}, {})
     with pytest.raises(MotionDBError, match="expected one style and one script"):
         standalone.write_standalone(tmp_path / "x.html", shown, bundle)
 

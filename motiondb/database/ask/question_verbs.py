@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from motiondb import store
 from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
-from motiondb.database.generate import generating, shown
+from motiondb.database.generate import generating
 from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.nearby_words import nearby_table
 from motiondb.learning.answers import caption_suggestions, example_answers, word_answers
@@ -255,76 +255,6 @@ class QuestionVerbs(CatalogueVerbs):
 
         return showing.draw_symbols(self.learned, path)
 
-    def shown_actions(self, made: generating.Generated) -> tuple[shown.ShownAction, ...]:
-        """What a generated motion shows of each asked action, recognised in the motion alone."""
-        return shown.shown_actions(self.learned, made)
-
-    def segments(self, name: str) -> list[Row]:
-        """Symbols of a capture with their times (seconds); empty where it is not learned.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
-        from motiondb.database.ask import showing
-
-        with self.session.reading():
-            info = store.load_capture(self.store, name)
-            if not self.is_learned():
-                return []
-            return showing.known_segments(self.searchable, info.capture_id)
-
-    def symbol_segments(self, symbol: int) -> list[Row]:
-        """Segments of a symbol, those that it fits best first; times in seconds.
-
-        Raises
-        ------
-        QueryError
-            When there is no such symbol.
-        """
-        from motiondb.database.ask import showing
-
-        return showing.symbol_segments(self.learned, symbol)
-
-    def activities(self, name: str) -> list[Row]:
-        """What a capture does, one thing after another; empty where it does one thing throughout.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
-        from motiondb.database.ask import showing
-
-        with self.session.reading():
-            info = store.load_capture(self.store, name)
-            return showing.capture_activities(self, info.capture_id)
-
-    def provenance(self, name: str) -> store.Provenance:
-        """Origin of every frame of a generated capture; without sources for a captured one.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
-        with self.session.reading():
-            info = store.load_capture(self.store, name)
-            return store.load_provenance(self.store, info.capture_id)
-
-    def derivation(self, name: str) -> store.Derivation | None:
-        """The derivation of a capture that a grammar made; None for any other.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
-        with self.session.reading():
-            info = store.load_capture(self.store, name)
-            return store.load_derivation(self.store, info.capture_id)
-
     def show(self, name: str) -> dict[str, Any]:
         """Facts of one capture, for print or JSON; times in seconds.
 
@@ -344,6 +274,58 @@ class QuestionVerbs(CatalogueVerbs):
 
         with self.session.reading():
             return showing.draw_capture(self, name, path)
+
+    def draw_matches(
+        self,
+        answer: word_answers.WordAnswer | example_answers.ExampleAnswer,
+        path: str | Path,
+        title: str = "",
+        example: Motion | None = None,
+    ) -> Path:
+        """Draw the first matches of an answer as rows of stick figures, as PNG.
+
+        Parameters
+        ----------
+        answer : WordAnswer or ExampleAnswer
+            The answer of ``search`` or ``like``.
+        path : str or Path
+            The picture.
+        title : str
+            Title of the picture.
+        example : Motion, optional
+            The example, which is drawn above the matches.
+
+        Raises
+        ------
+        MotionDBError
+            When the answer has no matches, or the picture cannot be written.
+        """
+        from motiondb.database.ask import answer_pictures
+
+        return answer_pictures.draw_matches(self, answer.matches, path, title, example)
+
+    def draw_reasons(
+        self, answer: word_answers.WordAnswer, path: str | Path, title: str = ""
+    ) -> Path:
+        """Draw the best match over a timeline of contributions for each word, as PNG.
+
+        Parameters
+        ----------
+        answer : WordAnswer
+            The answer of ``search``, but not one by symbols.
+        path : str or Path
+            The picture.
+        title : str
+            Title of the picture.
+
+        Raises
+        ------
+        QueryError
+            When the answer has no reasons.
+        """
+        from motiondb.database.ask import answer_pictures
+
+        return answer_pictures.draw_reasons(self, answer, path, title)
 
     def animate(
         self, name: str, path: str | Path, start: float | None = None, end: float | None = None

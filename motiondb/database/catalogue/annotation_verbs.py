@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from motiondb import store
 from motiondb.database.catalogue import importing
@@ -145,6 +146,16 @@ class AnnotationVerbs:
         """Instants of all captures that have any, by capture number."""
         with self.session.reading():
             return dict(store.load_events(self.store))
+
+    def event_rows(self) -> list[dict[str, Any]]:
+        """The kinds of events, each with its number of events and of captures, by name."""
+        known = self.all_events().values()
+        events = Counter(event.name for of_one in known for event in of_one)
+        captures = Counter(name for of_one in known for name in {e.name for e in of_one})
+        return [
+            {"event": name, "count": count, "captures": captures[name]}
+            for name, count in sorted(events.items())
+        ]
 
     def import_events(self, sheet: str | Path) -> importing.EventReport:
         """Replace the events of the captures that a sheet names.

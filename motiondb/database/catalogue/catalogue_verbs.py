@@ -144,11 +144,19 @@ class CatalogueVerbs(AnnotationVerbs):
             full = store.load_capture(self.store, name).name if name else None
             return store.load_relations(self.store, full)
 
-    def duplicates(self) -> tuple[DuplicateGroup, ...]:
-        """Groups of captures that repeat one another, in each the one to keep first."""
+    def duplicates(self, where: str = "") -> tuple[DuplicateGroup, ...]:
+        """Groups of captures that repeat one another, in each the one to keep first.
+
+        Parameters
+        ----------
+        where : str
+            Filter on the catalogue; groups with at least one such capture are returned.
+        """
         with self.session.reading():
             durations = {info.name: info.duration for info in self.captures()}
-            return group_duplicates(self.relations(), durations)
+            groups = group_duplicates(self.relations(), durations)
+            wanted = {info.name for info in self.captures(where)}
+            return tuple(group for group in groups if wanted & set(group.captures))
 
     def motion(
         self, example: str | Path | Motion, start: float | None = None, end: float | None = None

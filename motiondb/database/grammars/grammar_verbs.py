@@ -22,34 +22,31 @@ from motiondb.database.grammars import (
     grammar_parsing,
     grammar_pictures,
     grammar_sequences,
-    grammar_strips,
 )
 from motiondb.database.grammars.grammar_editing import Edit
 from motiondb.database.grammars.grammar_learning import GrammarSettings, Progress
 from motiondb.database.grammars.grammar_parsing import ParsedMotion
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material, terminals_of
 from motiondb.database.grammars.grammar_words import Meaning, terminal_meanings
+from motiondb.database.grammars.sequence_verbs import SequenceVerbs
 from motiondb.errors import QueryError
 from motiondb.file_names import is_file
 from motiondb.grammar.cfg import prefix
-from motiondb.grammar.cfg.context_free import Tree
 from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.derivation.plan import Plan, plan
 from motiondb.grammar.terminals.labelling import Reader, Reading, make_reader, read_string
 from motiondb.records import CaptureInfo, Motion
 
 if TYPE_CHECKING:
-    from motiondb.database.session import Session
+    pass
 
 
-class Grammars:
+class Grammars(SequenceVerbs):
     """The grammars of a database, available as ``db.grammars``.
 
     ``name`` is the name of a grammar; a QueryError is raised if there is no such grammar. ``path``
     of a picture is a file with the ending .png; the method returns it.
     """
-
-    def __init__(self, session: Session) -> None:
-        self._session = session
 
     def learn(
         self,
@@ -113,12 +110,6 @@ class Grammars:
             lost = store.remove_grammar(self._session.store, name)
             store.finish_run(self._session.store, run_id)
         return lost
-
-    def material(self, name: str) -> Material:
-        """Return a grammar with its takes, as far as their captures are in the database."""
-        return self._session.kept(
-            ("grammar", name), lambda: grammar_sequences.load_material(self._session.store, name)
-        )
 
     def meanings(self, name: str) -> tuple[Meaning, ...]:
         """Return the meaning of each terminal; empty meanings if the database has not learned."""
@@ -219,6 +210,35 @@ class Grammars:
         grammar = self.load(name).grammar
         return prefix.suggest(grammar, terminals_of(grammar, beginning))
 
+    def plan(
+        self, name: str, beginning: str | Sequence[str], goal: str, shortest: bool = False
+    ) -> Plan:
+        """Return the most probable continuation of a beginning that reaches a terminal.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        beginning : str or sequence of str
+            Terminals separated by spaces, or a sequence of terminals.
+        goal : str
+            The terminal to reach.
+        shortest : bool
+            Whether the shortest continuation is wanted instead.
+
+        Raises
+        ------
+        QueryError
+            When there is no such grammar, or a name is not a terminal of it.
+        ParseError
+            When no sentence begins with these terminals.
+        GrammarError
+            When no sentence leads from there to the goal.
+        """
+        grammar = self.load(name).grammar
+        before, (wanted,) = terminals_of(grammar, beginning), terminals_of(grammar, [goal])
+        return plan(grammar, before, wanted, shortest=shortest)
+
     def generate(self, name: str, seed: int = 0, length: int | None = None) -> GrammarSequence:
         """Return a new sentence as motion; the same seed gives the same motion.
 
@@ -256,8 +276,6 @@ class Grammars:
     ) -> Edit:
         """Return alternatives for the region around a position of a sequence.
 
-        The exceptions are those of :func:`motiondb.database.grammars.grammar_editing.offer`.
-
         Parameters
         ----------
         name : str
@@ -273,6 +291,14 @@ class Grammars:
             Most alternatives.
         seed : int
             Seed of the search for alternatives.
+
+        Raises
+        ------
+        QueryError
+            When the capture does not exist, the sequence belongs to another grammar, a name is not
+            a terminal, or the region lies outside the sequence.
+        ParseError
+            When the grammar does not derive the string.
         """
         return grammar_editing.offer(self.material(name), sequence, at, levels, n, seed)
 
@@ -295,39 +321,6 @@ class Grammars:
             The seed that the facts name.
         """
         return grammar_facts.sequence_facts(sequence, seed)
-
-    def strip(self, sequence: GrammarSequence) -> tuple[grammar_strips.StripTerminal, ...]:
-        """Return the terminals of a sequence with their times and the segments that play them."""
-        return grammar_strips.strip(self.material(sequence.grammar), sequence)
-
-    def saved(self, name: str) -> list[str]:
-        """Return the names of the saved sequences that a grammar derived."""
-        opened = self._session.store
-        with self._session.reading():
-            infos = [i for i in store.load_captures(opened) if i.kind == "generated"]
-            derived = [(i.name, store.load_derivation(opened, i.capture_id)) for i in infos]
-        return [capture for capture, found in derived if found and found.grammar == name]
-
-    def open(self, name: str, seed: int = 0) -> GrammarSequence:
-        """Return a saved sequence, played anew with its own segments.
-
-        Parameters
-        ----------
-        name : str
-            Name of the capture.
-        seed : int
-            Seed of the greedy choice with which the choice of segments is compared.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, it has no derivation by a grammar of the database, or a
-            capture that plays one of its terminals was removed.
-        """
-        with self._session.reading():
-            _, derivation = grammar_sequences.load_sequence(self._session.store, name)
-            material = self.material(derivation.grammar)
-            return grammar_editing.play_saved(material, name, seed)
 
     def write(self, sequence: GrammarSequence, path: str | Path, seed: int = 0) -> dict[str, Any]:
         """Write a sequence, and the origin of its frames to ``NAME.provenance.json``.
@@ -352,11 +345,6 @@ class Grammars:
             When the ending is another one, or a file cannot be written.
         """
         return grammar_facts.write_sequence(sequence, seed, Path(path))
-
-    @staticmethod
-    def format_tree(tree: Tree) -> str:
-        """Return a tree as one line, with the children of each nonterminal in brackets."""
-        return grammar_facts.format_tree(tree)
 
     def save(
         self,

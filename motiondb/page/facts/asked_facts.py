@@ -5,25 +5,24 @@ from __future__ import annotations
 from typing import Any
 
 from motiondb.database import MotionDB
-from motiondb.database.ask.answer_facts import (
-    match_facts,
-    question_facts,
-    reason_facts,
-    taken_facts,
-)
 from motiondb.learning.answers.example_answers import ExampleAnswer
 from motiondb.learning.answers.word_answers import WordAnswer
+from motiondb.page.facts.answer_facts import (
+    explanation_facts,
+    match_facts,
+    question_facts,
+    taken_facts,
+)
 from motiondb.page.facts.capture_facts import caption_facts
 from motiondb.records import Match
 
 
 def search_facts(db: MotionDB, answer: WordAnswer) -> dict[str, Any]:
     """Return the answer to a question in words, with the reasons of every match."""
-    vocabulary = (*db.vocabulary(), *answer.taken)
     takings = (*answer.taken.values(), *answer.suggested.values())
     matches = [_with_take(db, match) for match in answer.matches]
-    for row, why in zip(matches, answer.reasons):
-        row["explain"] = reason_facts(vocabulary, why)
+    for row, why in zip(matches, answer.explanations):
+        row["explain"] = explanation_facts(why)
     return {
         "question": question_facts(answer.question, answer.not_used),
         "taken": taken_facts(answer.taken),

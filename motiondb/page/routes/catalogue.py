@@ -6,7 +6,6 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 
-from motiondb import __version__
 from motiondb.capture.folder import CAPTURE_ENDINGS
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture
@@ -19,7 +18,7 @@ from motiondb.page.facts.capture_facts import (
     row_facts,
 )
 from motiondb.page.parameters import Body, Limit, Name, Seconds, Text, Where
-from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS
+from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
 from motiondb.page.state import Page, WordEdit
 from motiondb.records import Caption
 
@@ -224,7 +223,7 @@ def _status(page: Page, db: MotionDB) -> dict[str, Any]:
     return {
         **dict.fromkeys(_LEARNED),
         **facts,
-        "version": __version__,
+        "version": VERSION,
         "database": page.settings.database.name,
         "read_only": page.settings.read_only,
         "revision": db.revision(),

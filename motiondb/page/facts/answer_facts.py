@@ -1,6 +1,6 @@
 """Facts of answers, for JSON: matches, reasons, how a question was understood.
 
-The command line prints them with ``--json``; the page shows them. Times are in seconds.
+Times are in seconds.
 """
 
 from __future__ import annotations
@@ -9,13 +9,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from motiondb.records import MOTION_FPS, Match
-from motiondb.search.questions import reasons
-from motiondb.search.questions.reasons import WordReason
+from motiondb.learning.answers.explained_answer import ExplainedWord, Explanation
+from motiondb.records import Match
 from motiondb.words.nearby.taking import Taking
 from motiondb.words.question.known import KnownQuestion
-from motiondb.words.question.say import say
-from motiondb.words.question.tree import NotUsed, to_dict
+from motiondb.words.question.tree import NotUsed
 
 
 def match_facts(match: Match) -> dict[str, Any]:
@@ -47,8 +45,8 @@ def question_facts(question: KnownQuestion, not_used: Sequence[NotUsed]) -> dict
     """Return a question: its text, one line for how it is understood, its tree, what is left."""
     return {
         "text": question.text,
-        "understood": say(question.tree),
-        "tree": to_dict(question.tree),
+        "understood": question.understood,
+        "tree": question.tree_facts(),
         "not_used": [{"text": left.text, "reason": left.reason} for left in not_used],
     }
 
@@ -67,49 +65,37 @@ def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:
     }
 
 
-def reason_facts(words: Sequence[str], why: Sequence[WordReason]) -> dict[str, Any]:
+def explanation_facts(why: Explanation) -> dict[str, Any]:
     """Return the decomposition of one answer.
 
     ``math.fsum`` of all parts of ``words``, ``together`` and the amounts of ``excluded`` is
     ``log_odds``.
-
-    Parameters
-    ----------
-    words : sequence of str
-        The vocabulary.
-    why : sequence of WordReason
-        The reasons of the answer.
     """
     return {
-        "log_odds": reasons.total(why),
-        "together": reasons.together(why),
-        "words": [_word_facts(words, w) for w in why if w.exclusion < 0],
+        "log_odds": why.log_odds,
+        "together": why.together,
+        "words": [_word_facts(word) for word in why.words],
         "excluded": [
             {
-                "amount": lowering.amount,
-                "log_odds": lowering.log_odds,
-                "words": [_word_facts(words, w) for w in why if w.exclusion == lowering.exclusion],
+                "amount": excluded.amount,
+                "log_odds": excluded.log_odds,
+                "words": [_word_facts(word) for word in excluded.words],
             }
-            for lowering in reasons.lowerings(why)
+            for excluded in why.excluded
         ],
     }
 
 
-def _word_facts(words: Sequence[str], w: WordReason) -> dict[str, Any]:
+def _word_facts(word: ExplainedWord) -> dict[str, Any]:
     return {
-        "word": words[w.word],
-        "log_odds": w.log_odds,
-        "log_probability": w.log_probability,
-        "contribution": w.contribution,
-        "prior": w.prior,
-        "written": w.written,
+        "word": word.word,
+        "log_odds": word.log_odds,
+        "log_probability": word.log_probability,
+        "contribution": word.contribution,
+        "prior": word.prior,
+        "written": word.written,
         "symbols": [
-            {
-                "symbol": s.symbol,
-                "from": s.start / MOTION_FPS,
-                "to": s.end / MOTION_FPS,
-                "share": s.amount,
-            }
-            for s in w.shares
+            {"symbol": s.symbol, "from": s.start, "to": s.end, "share": s.amount}
+            for s in word.shares
         ],
     }

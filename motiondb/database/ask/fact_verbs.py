@@ -1,0 +1,74 @@
+"""The verbs that tell facts: symbols and activities of captures, origins, what a motion shows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from motiondb import store
+from motiondb.database.ask.question_verbs import QuestionVerbs
+from motiondb.database.generate import generating, shown
+
+if TYPE_CHECKING:
+    from motiondb.database.ask.showing import Row
+
+
+class FactVerbs(QuestionVerbs):
+    """Verbs on facts; those that ask are inherited."""
+
+    def shown_actions(self, made: generating.Generated) -> tuple[shown.ShownAction, ...]:
+        """What a generated motion shows of each asked action, recognised in the motion alone."""
+        return shown.shown_actions(self.learned, made)
+
+    def segments(self, name: str) -> list[Row]:
+        """Symbols of a capture with their times (seconds); empty where it is not learned.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        from motiondb.database.ask import showing
+
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            if not self.is_learned():
+                return []
+            return showing.known_segments(self.searchable, info.capture_id)
+
+    def symbol_segments(self, symbol: int) -> list[Row]:
+        """Segments of a symbol, those that it fits best first; times in seconds.
+
+        Raises
+        ------
+        QueryError
+            When there is no such symbol.
+        """
+        from motiondb.database.ask import showing
+
+        return showing.symbol_segments(self.learned, symbol)
+
+    def activities(self, name: str) -> list[Row]:
+        """What a capture does, one thing after another; empty where it does one thing throughout.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        from motiondb.database.ask import showing
+
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            return showing.capture_activities(self, info.capture_id)
+
+    def provenance(self, name: str) -> store.Provenance:
+        """Origin of every frame of a generated capture; without sources for a captured one.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            return store.load_provenance(self.store, info.capture_id)

@@ -1,0 +1,64 @@
+"""The verbs on sequences that are there: open saved ones, show one as a strip."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from motiondb import store
+from motiondb.database.grammars import grammar_editing, grammar_sequences, grammar_strips
+from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
+
+if TYPE_CHECKING:
+    from motiondb.database.session import Session
+
+
+class SequenceVerbs:
+    """Verbs on sequences, for :class:`~motiondb.database.grammars.grammar_verbs.Grammars`.
+
+    Parameters
+    ----------
+    session : Session
+        The open database.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def material(self, name: str) -> Material:
+        """Return a grammar with its takes, as far as their captures are in the database."""
+        return self._session.kept(
+            ("grammar", name), lambda: grammar_sequences.load_material(self._session.store, name)
+        )
+
+    def strip(self, sequence: GrammarSequence) -> tuple[grammar_strips.StripTerminal, ...]:
+        """Return the terminals of a sequence with their times and the segments that play them."""
+        return grammar_strips.strip(self.material(sequence.grammar), sequence)
+
+    def saved(self, name: str) -> list[str]:
+        """Return the names of the saved sequences that a grammar derived."""
+        opened = self._session.store
+        with self._session.reading():
+            infos = [i for i in store.load_captures(opened) if i.kind == "generated"]
+            derived = [(i.name, store.load_derivation(opened, i.capture_id)) for i in infos]
+        return [capture for capture, found in derived if found and found.grammar == name]
+
+    def open(self, name: str, seed: int = 0) -> GrammarSequence:
+        """Return a saved sequence, played anew with its own segments.
+
+        Parameters
+        ----------
+        name : str
+            Name of the capture.
+        seed : int
+            Seed of the greedy choice with which the choice of segments is compared.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture, it has no derivation by a grammar of the database, or a
+            capture that plays one of its terminals was removed.
+        """
+        with self._session.reading():
+            _, derivation = grammar_sequences.load_sequence(self._session.store, name)
+            material = self.material(derivation.grammar)
+            return grammar_editing.play_saved(material, name, seed)
