@@ -1,0 +1,48 @@
+// Build the page: `node build.mjs` writes ../bundle/{index.html,app.js,app.css}.
+// `--watch` builds again at every change; `--tests` compiles the tests of the pure modules.
+import { copyFile, mkdir, readdir, rm } from "node:fs/promises";
+import { fileURLToPath } from "node:url";
+import * as esbuild from "esbuild";
+
+const here = fileURLToPath(new URL(".", import.meta.url));
+const bundle = `${here}../bundle/`;
+
+/** Options that the page and its tests share. */
+const shared = { bundle: true, format: "esm", target: "es2022", logLevel: "warning" };
+
+async function buildTests() {
+  await rm(`${here}.tests`, { recursive: true, force: true });
+  const files = (await readdir(`${here}test`)).filter((name) => name.endsWith(".test.ts"));
+  await esbuild.build({
+    ...shared,
+    entryPoints: files.map((name) => `${here}test/${name}`),
+    outdir: `${here}.tests`,
+    outExtension: { ".js": ".mjs" },
+    platform: "node",
+  });
+}
+
+async function buildPage() {
+  const watch = process.argv.includes("--watch");
+  await mkdir(bundle, { recursive: true });
+  const options = {
+    ...shared,
+    // A classic script, so that the same file also runs inside a page opened from a disk.
+    format: "iife",
+    entryPoints: [
+      { in: `${here}src/app.ts`, out: "app" },
+      { in: `${here}src/style/app.css`, out: "app" },
+    ],
+    outdir: bundle,
+    minify: !watch,
+    legalComments: "inline", // the licence of three.js travels with its code
+  };
+  await copyFile(`${here}src/index.html`, `${bundle}index.html`);
+  if (watch) {
+    await (await esbuild.context(options)).watch();
+  } else {
+    await esbuild.build(options);
+  }
+}
+
+await (process.argv.includes("--tests") ? buildTests() : buildPage());

@@ -1,0 +1,113 @@
+/** Requests to the server, and its errors as sentences for people. */
+
+/** What the server refused, or why it could not be reached. */
+export class ApiError extends Error {
+  constructor(
+    readonly kind: string,
+    message: string,
+    readonly status: number,
+  ) {
+    super(message);
+  }
+}
+
+export type Parameters = Record<string, string | number | boolean | null | undefined | readonly string[]>;
+
+/** A path with parameters; those without a value are left out. */
+export function withParameters(path: string, parameters: Parameters): string {
+  const query = new URLSearchParams();
+  for (const [name, value] of Object.entries(parameters)) {
+    if (value === null || value === undefined || value === "") continue;
+    if (Array.isArray(value)) for (const one of value as string[]) query.append(name, one);
+    else query.set(name, String(value));
+  }
+  const text = query.toString();
+  return text ? `${path}?${text}` : path;
+}
+
+const UNREACHABLE =
+  "The server does not answer. It may have been stopped: start `motiondb serve` again, then reload this page.";
+
+/** Send a request; a database held by another process is waited for (up to `HELD_TRIES` seconds). */
+const HELD_TRIES = 5;
+
+async function send(path: string, init: RequestInit, tries = HELD_TRIES): Promise<Response> {
+  let response: Response;
+  try {
+    response = await fetch(path, init);
+  } catch (fault) {
+    if (fault instanceof DOMException && fault.name === "AbortError") throw fault;
+    throw new ApiError("Unreachable", UNREACHABLE, 0);
+  }
+  if (response.ok) return response;
+  if (response.status === 503 && tries > 0 && !init.signal?.aborted) {
+    await new Promise((resolve) => setTimeout(resolve, 1000));
+    return send(path, init, tries - 1);
+  }
+  throw await errorOf(response);
+}
+
+async function errorOf(response: Response): Promise<ApiError> {
+  try {
+    const { error } = (await response.json()) as { error: { kind: string; message: string } };
+    return new ApiError(error.kind, error.message, response.status);
+  } catch {
+    return new ApiError(
+      "HTTP",
+      `The server answered ${response.status} ${response.statusText}.`,
+      response.status,
+    );
+  }
+}
+
+function withBody(method: string, body: unknown): RequestInit {
+  return { method, headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
+}
+
+/** Ask for JSON. */
+export async function get<T>(path: string, parameters: Parameters = {}, signal?: AbortSignal): Promise<T> {
+  return (await send(withParameters(path, parameters), signal ? { signal } : {})).json() as Promise<T>;
+}
+
+export async function post<T>(path: string, body: unknown): Promise<T> {
+  return (await send(path, withBody("POST", body))).json() as Promise<T>;
+}
+
+export async function put<T>(path: string, body: unknown): Promise<T> {
+  return (await send(path, withBody("PUT", body))).json() as Promise<T>;
+}
+
+export async function remove<T>(path: string, parameters: Parameters = {}): Promise<T> {
+  return (await send(withParameters(path, parameters), { method: "DELETE" })).json() as Promise<T>;
+}
+
+/** Ask for bytes. */
+export async function bytes(path: string, parameters: Parameters = {}): Promise<ArrayBuffer> {
+  return (await send(withParameters(path, parameters), {})).arrayBuffer();
+}
+
+export async function postForBytes(path: string, body: unknown): Promise<ArrayBuffer> {
+  return (await send(path, withBody("POST", body))).arrayBuffer();
+}
+
+export async function postForm<T>(path: string, form: FormData): Promise<T> {
+  return (await send(path, { method: "POST", body: form })).json() as Promise<T>;
+}
+
+/** A file to save, with the name that the server gives it. */
+export async function postForFile(path: string, body: unknown): Promise<{ name: string; blob: Blob }> {
+  const response = await send(path, withBody("POST", body));
+  const disposition = response.headers.get("Content-Disposition") ?? "";
+  const name = /filename="?([^";]+)"?/.exec(disposition)?.[1] ?? "motiondb-download";
+  return { name, blob: await response.blob() };
+}
+
+/** The sentence to show for anything that was thrown. */
+export function messageOf(fault: unknown): string {
+  if (fault instanceof Error) return fault.message;
+  return String(fault);
+}
+
+export function isAbort(fault: unknown): boolean {
+  return fault instanceof DOMException && fault.name === "AbortError";
+}

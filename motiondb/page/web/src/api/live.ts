@@ -1,0 +1,61 @@
+/** News from the server: the database changed, a job went on. */
+
+import { get } from "./client.ts";
+import type { Job } from "./types.ts";
+
+export type News =
+  { kind: "revision"; revision: number } | { kind: "job"; job: Job } | { kind: "connection"; open: boolean };
+
+export interface Live {
+  /** Call a listener with every piece of news; returns how to stop. */
+  listen(listener: (news: News) => void): () => void;
+  /** The jobs that the server knows, newest first. */
+  jobs(): readonly Job[];
+}
+
+/** Listen to the server; jobs that began before this page was loaded are asked for. */
+export function openLive(): Live {
+  const listeners = new Set<(news: News) => void>();
+  const jobs = new Map<string, Job>();
+  const tell = (news: News): void => listeners.forEach((listener) => listener(news));
+  const learn = (job: Job): void => {
+    jobs.set(job.id, job);
+    tell({ kind: "job", job });
+  };
+  let source: EventSource | null = null;
+
+  function connect(): void {
+    source?.close();
+    source = new EventSource("/api/events");
+    source.addEventListener("revision", (event) =>
+      tell({ kind: "revision", ...(JSON.parse(event.data) as { revision: number }) }),
+    );
+    source.addEventListener("job", (event) => learn(JSON.parse(event.data) as Job));
+    source.addEventListener("open", () => {
+      tell({ kind: "connection", open: true });
+      get<{ jobs: Job[] }>("/api/jobs").then(
+        (answer) => answer.jobs.forEach(learn),
+        () => undefined, // the next opening asks again
+      );
+    });
+    source.addEventListener("error", () => tell({ kind: "connection", open: false }));
+  }
+
+  // A browser opens only a few connections to one server: a hidden tab gives its own back.
+  document.addEventListener("visibilitychange", () => (document.hidden ? source?.close() : connect()));
+  addEventListener("pagehide", () => source?.close());
+  addEventListener("pageshow", (event) => event.persisted && connect());
+  connect();
+  return {
+    listen(listener) {
+      listeners.add(listener);
+      return () => listeners.delete(listener);
+    },
+    jobs: () => [...jobs.values()].sort((a, b) => (b.started ?? Infinity) - (a.started ?? Infinity)),
+  };
+}
+
+/** Nothing changes in a page without a server. */
+export function noLive(): Live {
+  return { listen: () => () => undefined, jobs: () => [] };
+}

@@ -1,0 +1,43 @@
+/** What a view shows where there is nothing to show: why, and what to do. */
+
+import { h, type Child } from "../dom/element.ts";
+
+export interface Action {
+  label: string;
+  run: () => void;
+  plain?: boolean;
+}
+
+export function actionButton(action: Action): HTMLButtonElement {
+  return h(
+    "button",
+    { class: action.plain ? "button plain" : "button", type: "button", on: { click: action.run } },
+    action.label,
+  );
+}
+
+/** An empty state with a heading, a sentence and actions. */
+export function emptyState(title: string, text: Child, actions: readonly Action[] = []): HTMLElement {
+  return h(
+    "div",
+    { class: "empty" },
+    h("h2", {}, title),
+    h("p", {}, text),
+    actions.length > 0 ? h("div", { class: "row" }, actions.map(actionButton)) : null,
+  );
+}
+
+/** A fault in the place of what it prevents. */
+export function faultState(message: string, actions: readonly Action[] = []): HTMLElement {
+  return h(
+    "div",
+    { class: "empty fault-state", role: "alert" },
+    h("p", {}, message),
+    actions.length > 0 ? h("div", { class: "row" }, actions.map(actionButton)) : null,
+  );
+}
+
+/** A bar above a view: something the user should know, with an action. */
+export function banner(text: Child, actions: readonly Action[] = []): HTMLElement {
+  return h("div", { class: "banner", role: "status" }, h("p", {}, text), actions.map(actionButton));
+}

@@ -1,0 +1,36 @@
+/** Numbers and names as text. */
+
+export function seconds(value: number): string {
+  if (value < 60) return `${value.toFixed(value < 10 ? 2 : 1)} s`;
+  const minutes = Math.floor(value / 60);
+  return `${minutes} min ${Math.round(value - 60 * minutes)} s`;
+}
+
+export function interval(start: number, end: number): string {
+  return `${start.toFixed(2)}–${end.toFixed(2)} s`;
+}
+
+/** A probability with two digits; nothing where it is not known. */
+export function probability(value: number | null | undefined): string {
+  return value === null || value === undefined ? "" : value.toFixed(2);
+}
+
+/** A signed number with two digits: +3.89, −1.62. */
+export function signed(value: number): string {
+  return `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(2)}`;
+}
+
+export function plural(count: number, one: string, many = `${one}s`): string {
+  return `${count.toLocaleString("en")} ${count === 1 ? one : many}`;
+}
+
+export function bytesText(value: number): string {
+  const units = ["B", "kB", "MB", "GB"];
+  let unit = 0;
+  let left = value;
+  while (left >= 1000 && unit < units.length - 1) {
+    left /= 1000;
+    unit += 1;
+  }
+  return `${left < 10 && unit > 0 ? left.toFixed(1) : Math.round(left)} ${units[unit]}`;
+}

@@ -1,0 +1,188 @@
+/**
+ * Many tapered capsules in one draw call.
+ *
+ * An instance has two ends with their radii and a colour. The vertex shader places one half of a
+ * unit sphere at each end, so that caps stay round whatever the radii are. A second mesh over the
+ * same instances is flattened onto the ground along the light: the shadow.
+ */
+
+import * as THREE from "three";
+import { CAPSULE } from "./body.ts";
+import type { Drawn } from "./figures.ts";
+
+/** How finely a capsule is drawn: corners around it, and rings of each cap. */
+export interface Fineness {
+  around: number;
+  rings: number;
+}
+
+export const BODY_FINENESS: Fineness = { around: 10, rings: 3 };
+export const MARK_FINENESS: Fineness = { around: 8, rings: 2 };
+
+/** Directions on the unit sphere, cut in two halves along z; `half` says which end a vertex belongs to. */
+function halfSpheres({ around, rings }: Fineness): {
+  position: Float32Array;
+  half: Float32Array;
+  index: number[];
+} {
+  const rows: [number, number][] = [];
+  for (let ring = 0; ring <= rings; ring += 1) rows.push([-1 + ring / rings, 0]);
+  for (let ring = 0; ring <= rings; ring += 1) rows.push([ring / rings, 1]);
+  const position: number[] = [];
+  const half: number[] = [];
+  const index: number[] = [];
+  for (const [height, side] of rows) {
+    const angle = (height * Math.PI) / 2;
+    for (let step = 0; step <= around; step += 1) {
+      const turn = (step / around) * 2 * Math.PI;
+      position.push(Math.cos(angle) * Math.cos(turn), Math.cos(angle) * Math.sin(turn), Math.sin(angle));
+      half.push(side);
+    }
+  }
+  const wide = around + 1;
+  for (let row = 0; row + 1 < rows.length; row += 1) {
+    for (let step = 0; step < around; step += 1) {
+      const a = row * wide + step;
+      index.push(a, a + 1, a + wide, a + 1, a + wide + 1, a + wide);
+    }
+  }
+  return { position: new Float32Array(position), half: new Float32Array(half), index };
+}
+
+const PLACE = /* glsl */ `
+  attribute float half_;
+  attribute vec4 endA;
+  attribute vec4 endB;
+  attribute vec3 tint;
+  mat3 frameAlong(vec3 axis) {
+    vec3 helper = abs(axis.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0);
+    vec3 side = normalize(cross(helper, axis));
+    return mat3(side, cross(axis, side), axis);
+  }
+  vec3 direction() {
+    vec3 along = endB.xyz - endA.xyz;
+    float reach = length(along);
+    return frameAlong(reach > 1e-5 ? along / reach : vec3(0.0, 1.0, 0.0)) * position;
+  }
+  vec3 place(vec3 towards) {
+    vec4 end = half_ < 0.5 ? endA : endB;
+    return end.xyz + end.w * towards;
+  }
+`;
+
+const BODY_VERTEX = /* glsl */ `${PLACE}
+  varying vec3 vNormal;
+  varying vec3 vTint;
+  varying vec3 vToEye;
+  varying float vHeight;
+  void main() {
+    vNormal = direction();
+    vTint = tint;
+    vec3 world = place(vNormal);
+    vHeight = world.y;
+    vToEye = cameraPosition - world;
+    gl_Position = projectionMatrix * viewMatrix * vec4(world, 1.0);
+  }
+`;
+
+// Light from the sky and from the ground, a lamp from one side, and a rim that lifts the outline
+// off the ground. The numbers were chosen by eye.
+const BODY_FRAGMENT = /* glsl */ `
+  varying vec3 vNormal;
+  varying vec3 vTint;
+  varying vec3 vToEye;
+  varying float vHeight;
+  uniform vec3 toLight;
+  void main() {
+    vec3 normal = normalize(vNormal);
+    float sky = 0.5 + 0.5 * normal.y;
+    float lamp = max(dot(normal, toLight), 0.0);
+    float rim = pow(1.0 - max(dot(normal, normalize(vToEye)), 0.0), 3.0);
+    float near = mix(0.86, 1.0, smoothstep(0.0, 0.35, vHeight));
+    float light = (0.58 + 0.30 * sky + 0.36 * lamp) * near;
+    gl_FragColor = vec4(vTint * light + vec3(0.10) * rim, 1.0);
+  }
+`;
+
+const SHADOW_VERTEX = /* glsl */ `${PLACE}
+  uniform vec3 toLight;
+  void main() {
+    vec3 world = place(direction());
+    world.xz -= toLight.xz * (max(world.y, 0.0) / toLight.y);
+    world.y = 0.0;
+    gl_Position = projectionMatrix * viewMatrix * vec4(world, 1.0);
+  }
+`;
+
+const SHADOW_FRAGMENT = /* glsl */ `
+  uniform vec3 colour;
+  void main() { gl_FragColor = vec4(colour, 1.0); }
+`;
+
+const TO_LIGHT = new THREE.Vector3(0.45, 1, 0.35).normalize();
+
+export interface Capsules {
+  /** Bodies and shadows, to be added to a scene. */
+  readonly object: THREE.Group;
+  /** Show these capsules. */
+  show(drawn: Drawn): void;
+  setShadow(colour: THREE.Color): void;
+  dispose(): void;
+}
+
+/** Make room for a number of capsules, with or without shadows on the ground. */
+export function makeCapsules(room: number, fineness: Fineness, shadows: boolean): Capsules {
+  const { position, half, index } = halfSpheres(fineness);
+  const geometry = new THREE.InstancedBufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
+  geometry.setAttribute("half_", new THREE.BufferAttribute(half, 1));
+  geometry.setIndex(index);
+  const ends = new THREE.InstancedInterleavedBuffer(new Float32Array(room * CAPSULE), CAPSULE);
+  ends.setUsage(THREE.DynamicDrawUsage);
+  geometry.setAttribute("endA", new THREE.InterleavedBufferAttribute(ends, 4, 0));
+  geometry.setAttribute("endB", new THREE.InterleavedBufferAttribute(ends, 4, 4));
+  const tint = new THREE.InstancedBufferAttribute(new Float32Array(room * 3), 3);
+  geometry.setAttribute("tint", tint);
+  geometry.instanceCount = 0;
+
+  const body = new THREE.ShaderMaterial({
+    vertexShader: BODY_VERTEX,
+    fragmentShader: BODY_FRAGMENT,
+    uniforms: { toLight: { value: TO_LIGHT } },
+  });
+  const shadow = new THREE.ShaderMaterial({
+    vertexShader: SHADOW_VERTEX,
+    fragmentShader: SHADOW_FRAGMENT,
+    uniforms: { toLight: { value: TO_LIGHT }, colour: { value: new THREE.Color() } },
+    depthWrite: false,
+    side: THREE.DoubleSide,
+  });
+  const object = new THREE.Group();
+  const bodies = new THREE.Mesh(geometry, body);
+  bodies.frustumCulled = false;
+  object.add(bodies);
+  if (shadows) {
+    const flat = new THREE.Mesh(geometry, shadow);
+    flat.frustumCulled = false;
+    flat.renderOrder = -2; // above the ground's colour, below its lines and the bodies
+    object.add(flat);
+  }
+  return {
+    object,
+    show({ capsules, tints, count }) {
+      (ends.array as Float32Array).set(capsules.subarray(0, count * CAPSULE));
+      ends.needsUpdate = true;
+      (tint.array as Float32Array).set(tints.subarray(0, count * 3));
+      tint.needsUpdate = true;
+      geometry.instanceCount = count;
+    },
+    setShadow(colour) {
+      shadow.uniforms["colour"]!.value = colour;
+    },
+    dispose() {
+      geometry.dispose();
+      body.dispose();
+      shadow.dispose();
+    },
+  };
+}

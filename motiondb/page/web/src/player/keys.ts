@@ -1,0 +1,46 @@
+/** The list of the player's keys. */
+
+import { h } from "../dom/element.ts";
+
+const KEYS: readonly [string, string][] = [
+  ["Space", "play, pause"],
+  ["← →", "one frame back, on"],
+  ["↑ ↓", "faster, slower"],
+  ["Home End", "start, end of the played part"],
+  ["L", "loop"],
+  ["F", "follow the figure"],
+  ["G", "grid"],
+  ["T", "trails of hands and feet"],
+  ["C", "feet on the ground"],
+  ["R", "see everything"],
+  ["1 2 3", "from the front, the side, above"],
+  ["A D W S", "turn the camera"],
+  ["+ −", "nearer, farther"],
+  [", .", "move the camera left, right"],
+];
+
+/** Open the list over a player. */
+export function showKeys(player: HTMLElement): void {
+  const dialog = h(
+    "dialog",
+    { class: "dialog keys", "aria-label": "Keys of the player", on: { close: () => dialog.remove() } },
+    h("h2", {}, "Keys of the player"),
+    h(
+      "dl",
+      {},
+      KEYS.map(([keys, action]) => h("div", {}, h("dt", {}, keys), h("dd", {}, action))),
+    ),
+    h(
+      "p",
+      { class: "muted" },
+      "The keys work while the picture has the focus. Drag turns the camera, Shift and drag moves it, the wheel zooms.",
+    ),
+    h(
+      "button",
+      { class: "button", type: "button", autofocus: true, on: { click: () => dialog.close() } },
+      "Close",
+    ),
+  );
+  player.append(dialog);
+  dialog.showModal();
+}

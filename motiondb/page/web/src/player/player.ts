@@ -1,0 +1,212 @@
+/** The player: a screen with its buttons, its keys and the time. */
+
+import { fill, h } from "../dom/element.ts";
+import { icon, type IconName } from "../dom/icons.ts";
+import { pan, turn, zoom } from "./camera.ts";
+import { advance, changeSpeed, seek, SPEEDS, step, toggle } from "./playback.ts";
+import { steer } from "./pointer.ts";
+import { makeScreen, spanOf, type Screen, type Shown, type Switches } from "./screen.ts";
+import type { Stage } from "./stage.ts";
+import { showKeys } from "./keys.ts";
+
+export interface Player {
+  readonly element: HTMLElement;
+  readonly screen: Screen;
+  show(shown: Shown, keepCamera?: boolean): void;
+  play(): void;
+  seek(time: number): void;
+  onTime(listener: (time: number) => void): void;
+  /** A message over the picture; an empty one removes it. */
+  say(message: string): void;
+  close(): void;
+}
+
+export interface PlayerOptions {
+  label: string;
+  /** Frames per second that a step moves by. */
+  fps?: number;
+}
+
+/** A camera farther away than this shows a figure too small, metres. Chosen by eye. */
+const FAR = 7;
+
+const SWITCHES: readonly [keyof Switches, IconName, string][] = [
+  ["follow", "follow", "Follow the figure (F)"],
+  ["grid", "grid", "Grid (G)"],
+  ["trails", "trails", "Trails of hands and feet (T)"],
+  ["contacts", "contact", "Feet on the ground (C)"],
+];
+
+function button(name: IconName, label: string, click: () => void): HTMLButtonElement {
+  return h(
+    "button",
+    { class: "tool", type: "button", "aria-label": label, title: label, on: { click } },
+    icon(name),
+  );
+}
+
+/** Make a player. */
+export function makePlayer(stage: Stage, options: PlayerOptions): Player {
+  const canvas = h("canvas", {
+    class: "player-canvas",
+    tabindex: 0,
+    role: "img",
+    "aria-label": options.label,
+  });
+  const message = h("p", { class: "player-message", role: "status" });
+  const screen = makeScreen(stage, canvas);
+  const fps = options.fps ?? 30;
+  steer(screen, true);
+
+  const playButton = button("play", "Play (Space)", () => change("toggle"));
+  const readout = h("output", { class: "player-time", "aria-live": "off" });
+  const slider = h("input", {
+    type: "range",
+    class: "player-slider",
+    min: 0,
+    max: 1,
+    step: "any",
+    value: 0,
+    "aria-label": "Time",
+    on: {
+      input: () => screen.setPlayback({ ...seek(screen.playback, Number(slider.value)), playing: false }),
+    },
+  });
+  const speed = h(
+    "select",
+    {
+      class: "player-speed",
+      "aria-label": "Speed",
+      title: "Speed (up, down)",
+      on: { change: () => screen.setPlayback({ ...screen.playback, speed: Number(speed.value) }) },
+    },
+    SPEEDS.map((one) => h("option", { value: one, selected: one === 1 }, `${one}×`)),
+  );
+  const loopButton = button("loop", "Loop (L)", () => change("loop"));
+  const switchButtons = SWITCHES.map(([name, picture, label]) => button(picture, label, () => change(name)));
+  const element = h(
+    "section",
+    { class: "player", "aria-label": options.label },
+    h("div", { class: "player-stage" }, canvas, message),
+    slider,
+    h(
+      "div",
+      { class: "player-bar" },
+      button("back", "One frame back (left)", () => stepBy(-1)),
+      playButton,
+      button("forward", "One frame on (right)", () => stepBy(1)),
+      readout,
+      speed,
+      loopButton,
+      ...switchButtons,
+      button("camera", "See everything (R)", () => screen.frameAll()),
+      button("full", "Full screen", () => void toggleFull()),
+      button("help", "Keys of the player (?)", () => showKeys(element)),
+    ),
+  );
+
+  function toggleFull(): Promise<void> {
+    return document.fullscreenElement ? document.exitFullscreen() : element.requestFullscreen();
+  }
+
+  function stepBy(frames: number): void {
+    screen.setPlayback(step(screen.playback, frames, fps));
+  }
+
+  function change(what: "toggle" | "loop" | keyof Switches): void {
+    const { playback, switches } = screen;
+    if (what === "toggle") screen.setPlayback(toggle(playback));
+    else if (what === "loop") screen.setPlayback({ ...playback, loop: !playback.loop });
+    else screen.setSwitches({ [what]: !switches[what] });
+    refresh();
+  }
+
+  let wasPlaying: boolean | null = null;
+  function refresh(): void {
+    const { playback, switches } = screen;
+    if (playback.playing !== wasPlaying) {
+      wasPlaying = playback.playing;
+      fill(playButton, icon(playback.playing ? "pause" : "play"));
+      playButton.setAttribute("aria-label", playback.playing ? "Pause (Space)" : "Play (Space)");
+    }
+    loopButton.setAttribute("aria-pressed", String(playback.loop));
+    SWITCHES.forEach(([name], i) => switchButtons[i]!.setAttribute("aria-pressed", String(switches[name])));
+    speed.value = String(playback.speed);
+    tell(playback.time);
+  }
+
+  function tell(time: number): void {
+    slider.value = String(time);
+    const frame = Math.floor(time * fps + 1e-6);
+    readout.textContent = `${time.toFixed(2)} / ${screen.playback.duration.toFixed(2)} s`;
+    readout.title = `frame ${frame}`;
+    slider.setAttribute("aria-valuetext", `${time.toFixed(2)} seconds, frame ${frame}`);
+    if (screen.playback.playing !== wasPlaying) refresh();
+  }
+
+  const KEYS: Record<string, () => void> = {
+    " ": () => change("toggle"),
+    ArrowLeft: () => stepBy(-1),
+    ArrowRight: () => stepBy(1),
+    ArrowUp: () => screen.setPlayback(changeSpeed(screen.playback, 1)),
+    ArrowDown: () => screen.setPlayback(changeSpeed(screen.playback, -1)),
+    Home: () => screen.setPlayback(seek(screen.playback, screen.playback.from)),
+    End: () => screen.setPlayback(seek(screen.playback, screen.playback.to)),
+    l: () => change("loop"),
+    f: () => change("follow"),
+    g: () => change("grid"),
+    t: () => change("trails"),
+    c: () => change("contacts"),
+    r: () => screen.frameAll(),
+    "1": () => screen.frameAll(0, 0.05),
+    "2": () => screen.frameAll(Math.PI / 2, 0.05),
+    "3": () => screen.frameAll(0, 1.5),
+    a: () => screen.setOrbit(turn(screen.orbit, -0.15, 0)),
+    d: () => screen.setOrbit(turn(screen.orbit, 0.15, 0)),
+    w: () => screen.setOrbit(turn(screen.orbit, 0, 0.1)),
+    s: () => screen.setOrbit(turn(screen.orbit, 0, -0.1)),
+    "+": () => screen.setOrbit(zoom(screen.orbit, 0.88)),
+    "-": () => screen.setOrbit(zoom(screen.orbit, 1.14)),
+    ",": () => screen.setOrbit(pan(screen.orbit, -0.05, 0)),
+    ".": () => screen.setOrbit(pan(screen.orbit, 0.05, 0)),
+    "?": () => showKeys(element),
+  };
+  element.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const typed = event.target as HTMLElement;
+    if (typed !== canvas && typed.matches("input, select, button, dialog *")) return;
+    const action = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!action) return;
+    event.preventDefault();
+    action();
+    refresh();
+  });
+  screen.onTime(tell);
+  refresh();
+
+  return {
+    element,
+    screen,
+    show(shown, keepCamera = false) {
+      screen.show(shown);
+      const [start, end] = spanOf(shown.tracks);
+      slider.min = String(start);
+      slider.max = String(end);
+      if (!keepCamera) {
+        screen.frameAll();
+        // Far away figures are too small to be read: stay near one that walks a long way.
+        if (screen.orbit.distance > FAR && shown.tracks.length === 1) screen.frameNow();
+      }
+      message.textContent = "";
+      refresh();
+    },
+    play() {
+      screen.setPlayback({ ...advance(screen.playback, 0), playing: true });
+      refresh();
+    },
+    seek: (time) => screen.setPlayback(seek(screen.playback, time)),
+    onTime: (listener) => screen.onTime(listener),
+    say: (text) => void (message.textContent = text),
+    close: () => screen.close(),
+  };
+}

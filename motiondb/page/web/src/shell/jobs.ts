@@ -1,0 +1,114 @@
+/** Long work: a button that shows how much is running, and the list behind it. */
+
+import { remove } from "../api/client.ts";
+import type { Job } from "../api/types.ts";
+import { fill, h } from "../dom/element.ts";
+import type { Context } from "../views/view.ts";
+import { progressBar } from "../parts/progress.ts";
+
+const isActive = (job: Job): boolean => job.state === "running" || job.state === "waiting";
+
+/** One sentence on what a job did. */
+export function outcome(job: Job): string {
+  const result = job.result ?? {};
+  if (job.state === "failed") return job.message ?? "It failed.";
+  if (job.state === "cancelled") return "Cancelled. The database stays as it was.";
+  if (job.kind === "add") {
+    const problems = (result["problems"] as unknown[] | undefined)?.length ?? 0;
+    const broken = problems ? `, ${problems} ${problems === 1 ? "problem" : "problems"}` : "";
+    return `${result["added"]} added, ${result["known"]} already there${broken}.`;
+  }
+  if (job.kind === "learn") {
+    return `${result["captures"]} captures, ${result["segments"]} segments, ${result["symbols"]} symbols, ${result["words"]} words.`;
+  }
+  return job.message ?? "Done.";
+}
+
+function problemList(job: Job): HTMLElement | null {
+  const problems = (job.result?.["problems"] as { file: string; message: string }[] | undefined) ?? [];
+  if (problems.length === 0) return null;
+  const items = problems.map(({ file, message }) => h("li", {}, h("b", {}, file), " ", message));
+  return h("details", {}, h("summary", {}, "Problems"), h("ul", { class: "plain" }, items));
+}
+
+/** The part of the header that shows jobs. */
+export function makeJobs(context: Context): { element: HTMLElement } {
+  const count = h("span", {});
+  const button = h(
+    "button",
+    {
+      class: "jobs-button",
+      type: "button",
+      "aria-expanded": "false",
+      "aria-controls": "jobs",
+      on: { click: () => toggle() },
+    },
+    count,
+  );
+  const panel = h("section", { id: "jobs", class: "jobs-panel", "aria-label": "Jobs", hidden: true });
+  const element = h("div", { class: "jobs", hidden: true }, button, panel);
+
+  function toggle(open = panel.hidden): void {
+    panel.hidden = !open;
+    button.setAttribute("aria-expanded", String(open));
+  }
+
+  async function cancel(job: Job): Promise<void> {
+    try {
+      await remove(`/api/jobs/${encodeURIComponent(job.id)}`);
+    } catch (fault) {
+      context.fail(fault);
+    }
+  }
+
+  function row(job: Job): HTMLElement {
+    const active = isActive(job);
+    return h(
+      "li",
+      { class: `job ${job.state}` },
+      h(
+        "div",
+        { class: "job-head" },
+        h("b", {}, job.title),
+        h("span", { class: "muted" }, active ? job.state : `${job.state} · ${job.seconds.toFixed(0)} s`),
+      ),
+      active
+        ? progressBar(job.state === "waiting" ? null : job.share, job.what || job.state)
+        : h("p", {}, outcome(job)),
+      problemList(job),
+      active
+        ? h("button", { class: "link", type: "button", on: { click: () => void cancel(job) } }, "Cancel")
+        : null,
+    );
+  }
+
+  function show(): void {
+    const jobs = context.live.jobs();
+    const active = jobs.filter(isActive);
+    element.hidden = jobs.length === 0;
+    button.classList.toggle("active", active.length > 0);
+    const first = active[0];
+    count.textContent = first
+      ? `${first.title} ${first.state === "waiting" ? "waits" : `${Math.round(first.share * 100)} %`}${active.length > 1 ? ` +${active.length - 1}` : ""}`
+      : `Jobs (${jobs.length})`;
+    fill(panel, h("ul", { class: "plain" }, jobs.slice(0, 20).map(row)));
+  }
+
+  const running = new Set<string>();
+  context.live.listen((news) => {
+    if (news.kind !== "job") return;
+    show();
+    const { job } = news;
+    if (isActive(job)) running.add(job.id);
+    else if (running.delete(job.id)) {
+      if (job.state === "failed") context.fail(new Error(`${job.title}: ${outcome(job)}`));
+      else context.notify(`${job.title}: ${outcome(job)}`);
+      void context.refresh().catch(context.fail);
+    }
+  });
+  addEventListener("keydown", (event) => event.key === "Escape" && toggle(false));
+  addEventListener("pointerdown", (event) => {
+    if (!element.contains(event.target as Node)) toggle(false);
+  });
+  return { element };
+}

@@ -1,0 +1,133 @@
+/** The frame around all views: navigation, state of the database, jobs, messages. */
+
+import { get, isAbort, messageOf } from "../api/client.ts";
+import { openLive } from "../api/live.ts";
+import { serverMotions } from "../api/motions.ts";
+import type { Status } from "../api/types.ts";
+import { fill, h } from "../dom/element.ts";
+import { emptyState } from "../parts/states.ts";
+import { makeStage } from "../player/stage.ts";
+import { VIEWS } from "../views/registry.ts";
+import type { Context, OpenView } from "../views/view.ts";
+import { makeJobs } from "./jobs.ts";
+import { makeMessages } from "./messages.ts";
+import { go, parseRoute, routeTo } from "./router.ts";
+
+const FIRST = VIEWS[0]!.name;
+
+/** Start the page: ask for the state of the database, then show the view of the address. */
+export async function startPage(root: HTMLElement): Promise<void> {
+  let status: Status;
+  try {
+    status = await get<Status>("/api/status");
+  } catch (fault) {
+    fill(
+      root,
+      h(
+        "main",
+        { class: "centre" },
+        emptyState("motiondb cannot be reached", messageOf(fault), [
+          { label: "Try again", run: () => location.reload() },
+        ]),
+      ),
+    );
+    return;
+  }
+  const messages = makeMessages();
+  const live = openLive();
+  const context: Context = {
+    stage: makeStage(),
+    motions: serverMotions(),
+    live,
+    status: () => status,
+    async refresh() {
+      status = await get<Status>("/api/status");
+      showStatus();
+      return status;
+    },
+    notify: messages.notify,
+    fail: (fault) => (isAbort(fault) ? undefined : messages.fail(messageOf(fault))),
+  };
+  const jobs = makeJobs(context);
+  const links = VIEWS.map((view) => h("a", { href: routeTo(view.name), class: "nav-link" }, view.title));
+  const database = h("span", { class: "database" });
+  const lost = h(
+    "p",
+    { class: "lost", role: "status", hidden: true },
+    "The server does not answer. Trying again…",
+  );
+  const host = h("main", { id: "view", tabindex: -1 });
+  fill(
+    root,
+    h("button", { class: "skip", type: "button", on: { click: () => host.focus() } }, "Skip to the content"),
+    h(
+      "header",
+      { class: "top" },
+      h(
+        "a",
+        { class: "brand", href: routeTo(FIRST) },
+        h("span", { class: "brand-mark", "aria-hidden": "true" }),
+        "motiondb",
+      ),
+      h("nav", { "aria-label": "Views", class: "nav" }, links),
+      database,
+      jobs.element,
+    ),
+    lost,
+    host,
+    messages.element,
+  );
+
+  function showStatus(): void {
+    const mode = status.read_only ? " · read only" : "";
+    database.textContent = `${status.database}${mode}`;
+    database.title = `${status.captures} captures, ${Math.round(status.seconds)} s of motion`;
+  }
+
+  let open: OpenView | null = null;
+  let shown = "";
+  function show(): void {
+    const route = parseRoute(location.hash, FIRST);
+    const view = VIEWS.find((one) => one.name === route.view);
+    if (!view) return go(routeTo(FIRST), true);
+    if (shown !== view.name) {
+      open?.close();
+      host.replaceChildren();
+      host.className = `view view-${view.name}`;
+      shown = view.name;
+      document.title = `${view.title} · motiondb`;
+      links.forEach((link, i) => {
+        if (VIEWS[i] === view) link.setAttribute("aria-current", "page");
+        else link.removeAttribute("aria-current");
+      });
+      open = view.open(host, context);
+    }
+    open?.update(route.parameters);
+  }
+
+  async function catchUp(): Promise<void> {
+    const before = status.revision;
+    const { revision } = await context.refresh();
+    if (revision !== before) open?.news?.({ kind: "revision", revision });
+  }
+
+  live.listen((news) => {
+    if (news.kind === "connection") {
+      lost.hidden = news.open;
+      // What happened before the connection was open was not told.
+      if (news.open) void catchUp().catch(context.fail);
+    } else if (news.kind === "job") open?.news?.(news);
+    else if (news.revision !== status.revision) void catchUp().catch(context.fail);
+  });
+  addEventListener("hashchange", show);
+  addEventListener("keydown", (event) => {
+    const typed = event.target as HTMLElement;
+    if (event.key === "/" && !typed.matches("input, textarea, select") && !event.ctrlKey) {
+      event.preventDefault();
+      if (shown !== "search") go(routeTo("search"));
+      setTimeout(() => document.querySelector<HTMLElement>("#question")?.focus());
+    }
+  });
+  showStatus();
+  show();
+}

@@ -1,0 +1,108 @@
+/** A small player in a list: it plays an interval in a loop while it is on screen. */
+
+import type { Track } from "../api/container.ts";
+import type { Motions } from "../api/motions.ts";
+import { messageOf } from "../api/client.ts";
+import { h } from "../dom/element.ts";
+import { icon } from "../dom/icons.ts";
+import { seek, toggle } from "../player/playback.ts";
+import { steer } from "../player/pointer.ts";
+import { makeScreen, spanOf, type Screen } from "../player/screen.ts";
+import type { Stage } from "../player/stage.ts";
+
+export interface ClipOptions {
+  ref: string;
+  label: string;
+  /** The interval that is looped; the whole if absent. */
+  part?: readonly [number, number];
+  lit?: readonly [number, number] | null;
+  onTime?(time: number): void;
+}
+
+export interface Clip {
+  readonly element: HTMLElement;
+  readonly screen: Screen;
+  /** Show a time; what lies outside the loaded part is loaded. */
+  seek(time: number): void;
+  close(): void;
+}
+
+/** Seconds around the interval that are loaded with it. */
+const AROUND = 1;
+
+export const REDUCED = matchMedia("(prefers-reduced-motion: reduce)");
+
+/** Make a clip; it loads when it comes near the window. */
+export function makeClip(context: { stage: Stage; motions: Motions }, options: ClipOptions): Clip {
+  const canvas = h("canvas", { class: "clip-canvas", role: "img", "aria-label": options.label });
+  const message = h("p", { class: "player-message" });
+  const screen = makeScreen(context.stage, canvas);
+  steer(screen, false);
+  const button = h("button", { class: "clip-play tool", type: "button", on: { click: () => press() } });
+  const element = h("div", { class: "clip" }, canvas, message, button);
+  let tracks: readonly Track[] = [];
+
+  function press(): void {
+    screen.setPlayback(toggle(screen.playback));
+    refresh();
+  }
+
+  function refresh(): void {
+    const { playing } = screen.playback;
+    const label = `${playing ? "Pause" : "Play"}: ${options.label}`;
+    button.setAttribute("aria-label", label);
+    button.replaceChildren(icon(playing ? "pause" : "play"));
+  }
+
+  async function load(whole: boolean): Promise<void> {
+    const { part } = options;
+    try {
+      tracks =
+        whole || !part
+          ? await context.motions.tracks(options.ref)
+          : await context.motions.tracks(options.ref, Math.max(part[0] - AROUND, 0), part[1] + AROUND);
+    } catch (fault) {
+      message.textContent = messageOf(fault);
+      return;
+    }
+    const [start, end] = spanOf(tracks);
+    screen.show({ tracks, from: part?.[0] ?? start, to: part?.[1] ?? end, lit: options.lit ?? null });
+  }
+
+  async function begin(): Promise<void> {
+    await load(false);
+    screen.frameNow();
+    screen.setPlayback({ ...screen.playback, playing: !REDUCED.matches });
+    refresh();
+  }
+
+  const near = new IntersectionObserver(
+    (changes) => {
+      if (!changes.some((change) => change.isIntersecting)) return;
+      near.disconnect();
+      void begin();
+    },
+    { rootMargin: "200px" },
+  );
+  near.observe(canvas);
+  if (options.onTime) screen.onTime(options.onTime);
+  refresh();
+
+  return {
+    element,
+    screen,
+    seek(time) {
+      const [start, end] = spanOf(tracks);
+      const go = (): void => {
+        screen.setPlayback({ ...seek(screen.playback, time), playing: false });
+        refresh();
+      };
+      if (time >= start && time <= end) go();
+      else void load(true).then(go);
+    },
+    close() {
+      near.disconnect();
+      screen.close();
+    },
+  };
+}

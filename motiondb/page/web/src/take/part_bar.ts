@@ -1,0 +1,84 @@
+/** The times of a selected part, as numbers that can be typed, and what can be done with it. */
+
+import { h } from "../dom/element.ts";
+import { icon } from "../dom/icons.ts";
+import type { Interval } from "../timeline/timeline.ts";
+
+export interface PartBar {
+  readonly element: HTMLElement;
+  show(part: Interval | null, duration: number): void;
+}
+
+/** Shortest part that can be typed, seconds: about three frames. */
+const SHORTEST = 0.1;
+
+export function makePartBar(
+  actions: readonly { label: string; run: (part: Interval) => void }[],
+  change: (part: Interval | null) => void,
+): PartBar {
+  let part: Interval | null = null;
+  let whole = 0;
+  const from = number("Start of the part, seconds");
+  const to = number("End of the part, seconds");
+
+  function number(label: string): HTMLInputElement {
+    return h("input", {
+      type: "number",
+      class: "number",
+      step: 0.05,
+      min: 0,
+      "aria-label": label,
+      on: { change: () => typed() },
+    });
+  }
+
+  function typed(): void {
+    const start = Math.min(Math.max(from.valueAsNumber || 0, 0), Math.max(whole - SHORTEST, 0));
+    const end = Math.min(Math.max(to.valueAsNumber || 0, start + SHORTEST), whole);
+    change([start, end]);
+  }
+
+  const hint = h(
+    "p",
+    { class: "hint" },
+    "Drag on the timeline to select a part, or ",
+    h(
+      "button",
+      { class: "link", type: "button", on: { click: () => change([0, Math.min(1, whole)]) } },
+      "type its times",
+    ),
+    ".",
+  );
+  const fields = h(
+    "div",
+    { class: "part-fields", hidden: true },
+    h("span", { class: "part-times" }, "Part ", from, " to ", to, " s"),
+    actions.map(({ label, run }) =>
+      h("button", { class: "button plain", type: "button", on: { click: () => part && run(part) } }, label),
+    ),
+    h(
+      "button",
+      {
+        class: "tool",
+        type: "button",
+        "aria-label": "Clear the part",
+        title: "Clear the part",
+        on: { click: () => change(null) },
+      },
+      icon("close"),
+    ),
+  );
+  return {
+    element: h("div", { class: "part-bar" }, hint, fields),
+    show(next, duration) {
+      part = next;
+      whole = duration;
+      hint.hidden = next !== null;
+      fields.hidden = next === null;
+      if (!next) return;
+      from.max = to.max = String(duration);
+      from.value = next[0].toFixed(2);
+      to.value = next[1].toFixed(2);
+    },
+  };
+}

@@ -1,0 +1,109 @@
+/** What a timeline shows: lanes of blocks, and how blocks that overlap are put into rows. */
+
+import type { Caption, Segment, Stretch, WordsOverTime } from "../api/types.ts";
+import { tintOf } from "../parts/tint.ts";
+
+export interface Block {
+  start: number;
+  end: number;
+  label: string;
+  /** The whole sentence, for pointers and screen readers. */
+  title: string;
+  /** Colour of the field; the colour of the lane if absent. */
+  colour?: string;
+  /** Faint: not known, not shown. */
+  faint?: boolean;
+}
+
+export interface Lane {
+  name: string;
+  kind: "symbols" | "words" | "captions" | "stretches" | "parts" | "events";
+  blocks: readonly Block[];
+}
+
+/** The row of each block, so that blocks of a row do not overlap; as few rows as possible. */
+export function packRows(blocks: readonly { start: number; end: number }[]): number[] {
+  const order = blocks.map((_, i) => i).sort((a, b) => blocks[a]!.start - blocks[b]!.start);
+  const ends: number[] = [];
+  const rows = new Array<number>(blocks.length).fill(0);
+  for (const i of order) {
+    const block = blocks[i]!;
+    let row = ends.findIndex((end) => end <= block.start + 1e-6);
+    if (row < 0) row = ends.length;
+    ends[row] = block.end;
+    rows[i] = row;
+  }
+  return rows;
+}
+
+const span = (start: number, end: number): string => `${start.toFixed(2)} to ${end.toFixed(2)} s`;
+
+export function symbolLane(segments: readonly Segment[]): Lane {
+  return {
+    name: "symbols",
+    kind: "symbols",
+    blocks: segments.map(({ symbol, start, end, known }) => ({
+      start,
+      end,
+      label: String(symbol),
+      title: `symbol ${symbol}, ${span(start, end)}${known ? "" : "; unlike everything learned"}`,
+      colour: tintOf(symbol).soft,
+      faint: !known,
+    })),
+  };
+}
+
+export function captionLane(captions: readonly Caption[], duration: number): Lane {
+  return {
+    name: "captions",
+    kind: "captions",
+    blocks: captions.map(({ words, start, end }) => ({
+      start: start ?? 0,
+      end: end ?? duration,
+      label: words,
+      title: start === null ? `“${words}”, the whole capture` : `“${words}”, ${span(start, end ?? duration)}`,
+    })),
+  };
+}
+
+/** Words that were recognised, the probable ones as label. */
+export function wordLane(words: readonly WordsOverTime[]): Lane {
+  return {
+    name: "words",
+    kind: "words",
+    blocks: words.map((one) => {
+      const all = one.words.map(({ word, probability }) => `${word} ${probability.toFixed(2)}`).join(", ");
+      const probable = one.words.filter(({ probability }) => probability >= 0.5).map(({ word }) => word);
+      return {
+        start: one.start,
+        end: one.end,
+        label: probable.join(" ") || "–",
+        title: `${all || "no words"}, ${span(one.start, one.end)}`,
+        faint: probable.length === 0,
+      };
+    }),
+  };
+}
+
+/** Where every stretch of a made motion comes from, with its licence. */
+export function stretchLane(stretches: readonly Stretch[]): Lane {
+  const names = [...new Set(stretches.map((one) => one.capture))];
+  return {
+    name: "sources",
+    kind: "stretches",
+    blocks: stretches.map((one) => {
+      const from = one.source_start === null ? "" : ` from ${one.source_start.toFixed(2)} s`;
+      const licence = one.licence ? `, licence ${one.licence}` : "";
+      return {
+        start: one.start,
+        end: one.end,
+        label: one.capture ?? "drawn from the model",
+        title: one.capture
+          ? `${one.capture}${from}${licence}, ${span(one.start, one.end)}`
+          : `drawn from the model, ${span(one.start, one.end)}`,
+        colour: one.capture ? tintOf(names.indexOf(one.capture) + 3).soft : "transparent",
+        faint: one.capture === null,
+      };
+    }),
+  };
+}

@@ -1,0 +1,161 @@
+/** A take over time: lanes of blocks, a cursor, and a part selected by dragging. */
+
+import { fill, h } from "../dom/element.ts";
+import { packRows, type Lane } from "./lanes.ts";
+import { niceTicks } from "./ticks.ts";
+
+export type Interval = readonly [start: number, end: number];
+
+export interface Timeline {
+  readonly element: HTMLElement;
+  setLanes(lanes: readonly Lane[]): void;
+  setTime(time: number): void;
+  /** The lit part: what a question matched. */
+  setLit(parts: readonly Interval[]): void;
+  readonly selection: Interval | null;
+  setSelection(selection: Interval | null): void;
+}
+
+export interface TimelineOptions {
+  duration: number;
+  label: string;
+  onSeek(time: number): void;
+  /** Called when a part was dragged or cleared; absent: nothing can be selected. */
+  onSelect?(selection: Interval | null): void;
+  /** Smaller, for lists of answers. */
+  small?: boolean;
+}
+
+/** A drag shorter than this is a click, pixels. */
+const CLICK = 4;
+/** A press this near to an end of the selection moves that end, pixels. */
+const GRIP = 7;
+
+export function makeTimeline(options: TimelineOptions): Timeline {
+  const { duration } = options;
+  const percent = (time: number): string => `${(Math.min(Math.max(time, 0), duration) / duration) * 100}%`;
+  const cursor = h("div", { class: "timeline-cursor" });
+  const litLayer = h("div", { class: "timeline-lit-layer" });
+  const chosen = h("div", { class: "timeline-selection", hidden: true });
+  const lanesBox = h("div", { class: "timeline-lanes" });
+  const ruler = h("div", { class: "timeline-ruler", "aria-hidden": "true" });
+  const area = h("div", { class: "timeline-area" }, ruler, litLayer, lanesBox, chosen, cursor);
+  const element = h(
+    "div",
+    { class: options.small ? "timeline small" : "timeline", role: "group", "aria-label": options.label },
+    area,
+  );
+  let selection: Interval | null = null;
+  fill(
+    ruler,
+    niceTicks(duration, options.small ? 6 : 12).map((time) =>
+      h("span", { style: { left: percent(time) } }, `${Number(time.toFixed(2))}`),
+    ),
+  );
+
+  function showSelection(): void {
+    chosen.hidden = selection === null;
+    if (!selection) return;
+    chosen.style.left = percent(selection[0]);
+    chosen.style.width = `${((selection[1] - selection[0]) / duration) * 100}%`;
+  }
+
+  const timeOf = (event: PointerEvent): number => {
+    const box = area.getBoundingClientRect();
+    return (Math.min(Math.max(event.clientX - box.left, 0), box.width) / box.width) * duration;
+  };
+
+  let pressed: { x: number; anchor: number; dragging: boolean } | null = null;
+  area.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    area.setPointerCapture(event.pointerId);
+    pressed = { x: event.clientX, anchor: timeOf(event), dragging: false };
+    if (selection && options.onSelect) {
+      const grip = (GRIP / area.clientWidth) * duration;
+      const [start, end] = selection;
+      if (Math.abs(pressed.anchor - start) < grip) pressed = { ...pressed, anchor: end, dragging: true };
+      else if (Math.abs(pressed.anchor - end) < grip) pressed = { ...pressed, anchor: start, dragging: true };
+    }
+  });
+  area.addEventListener("pointermove", (event) => {
+    if (!pressed) return;
+    if (!options.onSelect) return options.onSeek(timeOf(event));
+    if (Math.abs(event.clientX - pressed.x) > CLICK) pressed.dragging = true;
+    if (!pressed.dragging) return;
+    const now = timeOf(event);
+    selection = [Math.min(now, pressed.anchor), Math.max(now, pressed.anchor)];
+    showSelection();
+  });
+  area.addEventListener("pointerup", (event) => {
+    if (!pressed) return;
+    const { dragging } = pressed;
+    pressed = null;
+    if (dragging && selection && selection[1] > selection[0]) return options.onSelect?.(selection);
+    if (selection) {
+      selection = null;
+      showSelection();
+      options.onSelect?.(null);
+    }
+    options.onSeek(timeOf(event));
+  });
+  area.addEventListener("pointercancel", () => (pressed = null));
+
+  return {
+    element,
+    setLanes(lanes) {
+      fill(
+        lanesBox,
+        lanes.filter((lane) => lane.blocks.length > 0).map((lane) => laneElement(lane, percent, duration)),
+      );
+    },
+    setTime(time) {
+      cursor.style.left = percent(time);
+    },
+    setLit(parts) {
+      fill(
+        litLayer,
+        parts.map(([start, end]) =>
+          h("div", {
+            class: "timeline-lit",
+            style: { left: percent(start), width: `${((end - start) / duration) * 100}%` },
+          }),
+        ),
+      );
+    },
+    get selection() {
+      return selection;
+    },
+    setSelection(next) {
+      selection = next;
+      showSelection();
+    },
+  };
+}
+
+function laneElement(lane: Lane, percent: (time: number) => string, duration: number): HTMLElement {
+  const rows = packRows(lane.blocks);
+  const count = Math.max(...rows) + 1;
+  const blocks = lane.blocks.map((block, i) =>
+    h(
+      "li",
+      {
+        class: block.faint ? "block faint" : "block",
+        title: block.title,
+        "aria-label": block.title,
+        style: {
+          left: percent(block.start),
+          width: `${((block.end - block.start) / duration) * 100}%`,
+          top: `calc(${rows[i]} * var(--row))`,
+          ...(block.colour ? { background: block.colour } : {}),
+        },
+      },
+      h("span", {}, block.label),
+    ),
+  );
+  return h(
+    "div",
+    { class: `lane lane-${lane.kind}` },
+    h("span", { class: "lane-name" }, lane.name),
+    h("ul", { style: { height: `calc(${count} * var(--row))` }, "aria-label": lane.name }, blocks),
+  );
+}

@@ -1,0 +1,194 @@
+/** Add captures: drop or choose files or a folder, or name a folder of the server's computer. */
+
+import { get, messageOf, post } from "../../api/client.ts";
+import type { Job, Upload } from "../../api/types.ts";
+import { fill, h, type Child } from "../../dom/element.ts";
+import { openDialog } from "../../parts/asking.ts";
+import { fromList, onDrop, type NamedFile } from "../../parts/dropping.ts";
+import { bytesText, plural } from "../../parts/text.ts";
+import { sortFiles, upload } from "../../parts/upload.ts";
+import type { Context } from "../view.ts";
+
+interface FolderListing {
+  root: number;
+  path: string;
+  folders: string[];
+  captures: number;
+  sheets: string[];
+}
+
+/** Open the dialog; files that were dropped on the page are taken at once. */
+export function openAdding(context: Context, dropped: readonly NamedFile[] = []): void {
+  const { accepts, folders } = context.status();
+  const state = h("div", { class: "adding-state", role: "status" });
+  const chooseFiles = picker("Choose files…", false);
+  const chooseFolder = picker("Choose a folder…", true);
+  const zone = h(
+    "div",
+    { class: "drop-zone" },
+    h("p", { class: "drop-title" }, "Drop captures here"),
+    h(
+      "p",
+      { class: "muted" },
+      `${[...accepts.captures, ...accepts.skeletons].join(" ")}, and a sheet of words (${accepts.sheets.join(" ")}). Folders are read with all that is in them.`,
+    ),
+    h("div", { class: "row centre" }, chooseFiles, chooseFolder),
+  );
+  onDrop(zone, (files) => void take(files));
+
+  function picker(label: string, folder: boolean): HTMLElement {
+    const input = h("input", {
+      type: "file",
+      multiple: true,
+      hidden: true,
+      ...(folder ? { webkitdirectory: true } : {}),
+      "aria-label": label,
+      on: { change: () => void take(fromList(input.files)) },
+    });
+    return h(
+      "span",
+      {},
+      input,
+      h("button", { class: "button plain", type: "button", on: { click: () => input.click() } }, label),
+    );
+  }
+
+  async function take(files: readonly NamedFile[]): Promise<void> {
+    const sorted = sortFiles(files, accepts);
+    if (sorted.send.length === 0) {
+      fill(state, refusedList(sorted.refused), h("p", { class: "bad" }, "None of these files can be added."));
+      return;
+    }
+    const size = sorted.send.reduce((sum, one) => sum + one.file.size, 0);
+    fill(
+      state,
+      h("p", {}, `Sending ${plural(sorted.send.length, "file")} (${bytesText(size)})…`),
+      h("progress", { "aria-label": "Sending" }),
+    );
+    try {
+      const sent = await upload(sorted.send);
+      fill(state, ready(sent, [...sorted.refused, ...sent.refused]));
+    } catch (fault) {
+      fill(state, h("p", { class: "bad" }, messageOf(fault)));
+    }
+  }
+
+  function ready(sent: Upload, refused: { name: string; message: string }[]): Child {
+    const captures = sent.files.filter((file) => file.kind === "capture").length;
+    const sheets = sent.files.filter((file) => file.kind === "sheet").map((file) => file.name);
+    return [
+      h("p", {}, `${plural(captures, "capture")} ready to be added.`),
+      refusedList(refused),
+      addForm(sheets, (words) => ({ upload: sent.upload, words })),
+    ];
+  }
+
+  function addForm(sheets: readonly string[], body: (words: string | null) => object): HTMLElement {
+    const sheet = h(
+      "select",
+      { class: "field", id: "sheet" },
+      h("option", { value: "" }, "no sheet"),
+      sheets.map((name, i) => h("option", { value: name, selected: i === 0 }, name)),
+    );
+    const form = h(
+      "form",
+      { class: "row end" },
+      sheets.length > 0 ? [h("label", { for: "sheet" }, "Words from"), sheet] : null,
+      h("button", { class: "button", type: "submit" }, "Add to the database"),
+    );
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void begin(body(sheets.length > 0 ? sheet.value || null : null));
+    });
+    return form;
+  }
+
+  async function begin(body: object): Promise<void> {
+    try {
+      await post<Job>("/api/add", body);
+      dialog.close();
+      context.notify("Adding has begun. It goes on if you leave or reload this page.");
+    } catch (fault) {
+      fill(state, h("p", { class: "bad", role: "alert" }, messageOf(fault)));
+    }
+  }
+
+  async function browse(into: HTMLElement, root: number, path: string): Promise<void> {
+    try {
+      const listing = await get<FolderListing>("/api/folders", { root, path });
+      const up = path.includes("/") ? path.slice(0, path.lastIndexOf("/")) : "";
+      const name = folders.find((one) => one.root === root)?.name ?? "";
+      fill(
+        into,
+        h(
+          "p",
+          {},
+          h("b", {}, [name, path].filter(Boolean).join("/")),
+          ` – ${plural(listing.captures, "capture")} here`,
+        ),
+        h(
+          "ul",
+          { class: "plain folder-list" },
+          path
+            ? h(
+                "li",
+                {},
+                h(
+                  "button",
+                  { class: "link", type: "button", on: { click: () => void browse(into, root, up) } },
+                  "one folder up",
+                ),
+              )
+            : null,
+          listing.folders.map((folder) =>
+            h(
+              "li",
+              {},
+              h(
+                "button",
+                {
+                  class: "link",
+                  type: "button",
+                  on: { click: () => void browse(into, root, path ? `${path}/${folder}` : folder) },
+                },
+                `${folder}/`,
+              ),
+            ),
+          ),
+        ),
+        addForm(listing.sheets, (words) => ({
+          folder: { root, path },
+          words: words && path ? `${path}/${words}` : words,
+        })),
+      );
+    } catch (fault) {
+      fill(into, h("p", { class: "bad" }, messageOf(fault)));
+    }
+  }
+
+  const roots = folders.map(({ root, name }) => {
+    const inside = h("div", {});
+    return h(
+      "details",
+      { on: { toggle: () => inside.childElementCount === 0 && void browse(inside, root, "") } },
+      h("summary", {}, `Folder ${name} on the server's computer`),
+      inside,
+    );
+  });
+  const dialog = openDialog("Add captures", zone, state, roots);
+  if (dropped.length > 0) void take(dropped);
+}
+
+function refusedList(refused: readonly { name: string; message: string }[]): HTMLElement | null {
+  if (refused.length === 0) return null;
+  return h(
+    "details",
+    { class: "refused" },
+    h("summary", {}, `${plural(refused.length, "file")} left out`),
+    h(
+      "ul",
+      { class: "plain" },
+      refused.slice(0, 200).map(({ name, message }) => h("li", {}, h("b", {}, name), ` ${message}`)),
+    ),
+  );
+}

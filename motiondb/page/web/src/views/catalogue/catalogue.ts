@@ -1,0 +1,278 @@
+/** The catalogue: all captures with moving figures, filters, words, and one capture beside them. */
+
+import { ApiError, get, isAbort, messageOf } from "../../api/client.ts";
+import type { Caption, CaptureRow } from "../../api/types.ts";
+import { fill, h } from "../../dom/element.ts";
+import { icon } from "../../dom/icons.ts";
+import { onDrop } from "../../parts/dropping.ts";
+import { banner, emptyState } from "../../parts/states.ts";
+import { plural, seconds } from "../../parts/text.ts";
+import { go } from "../../shell/router.ts";
+import type { Context, OpenView, View } from "../view.ts";
+import { openAdding } from "./adding.ts";
+import { makeDetails, type Details } from "./details.ts";
+import { showDuplicates } from "./duplicates.ts";
+import { editInPlace, makeWordsActions, withWholeWords } from "./editing.ts";
+import { makeFacets } from "./facets.ts";
+import { combine, readPicks, togglePick, writePick, type Pick } from "./filter.ts";
+import { openLearning, reasonToLearn } from "./learning.ts";
+import { wholeWords } from "./row.ts";
+import { makeRows } from "./rows.ts";
+import { makeTable } from "./table.ts";
+import { makeThumbs } from "./thumbs.ts";
+
+interface Wanted {
+  typed: string;
+  picks: Pick[];
+  sort: string;
+  capture: string;
+  duplicates: boolean;
+}
+
+function open(host: HTMLElement, context: Context): OpenView {
+  let wanted: Wanted = { typed: "", picks: [], sort: "name", capture: "", duplicates: false };
+  let asked = "";
+  let details: Details | null = null;
+  let shown = "";
+
+  const rows = makeRows(() => table.refresh(), context.fail);
+  const thumbs = makeThumbs(context.motions);
+  const actions = makeWordsActions(context, (capture, words) => void wordsChanged(capture, words));
+  const facets = makeFacets((pick) => route({ picks: togglePick(wanted.picks, pick) }));
+  const table = makeTable({
+    rows,
+    thumbs,
+    canEdit: () => !context.status().read_only,
+    onSort: (sort) => route({ sort }),
+    onChoose: (capture) => route({ capture }),
+    onEdit: (capture, cell) => editWords(capture, cell),
+  });
+
+  const filter = h("input", {
+    class: "field",
+    id: "filter",
+    type: "search",
+    placeholder: "performer = ana and duration > 10",
+    "aria-describedby": "filter-fault",
+    spellcheck: false,
+  });
+  const filterFault = h("p", { id: "filter-fault", class: "bad small", role: "alert" });
+  const form = h(
+    "form",
+    { class: "filter-form", role: "search" },
+    h("label", { for: "filter" }, "Filter"),
+    filter,
+  );
+  const summary = h("p", { class: "summary", role: "status" });
+  const canWrite = !context.status().read_only;
+  const undo = toolbarButton("undo", "Undo the last edit of words", () => void actions.undo());
+  const duplicates = h(
+    "button",
+    { class: "button plain", type: "button", on: { click: () => route({ duplicates: !wanted.duplicates }) } },
+    "Copies",
+  );
+  const tools = h(
+    "div",
+    { class: "row" },
+    duplicates,
+    canWrite
+      ? [
+          undo,
+          h(
+            "button",
+            { class: "button plain", type: "button", on: { click: () => openLearning(context) } },
+            "Learn…",
+          ),
+          h(
+            "button",
+            { class: "button", type: "button", on: { click: () => openAdding(context) } },
+            icon("plus"),
+            "Add captures",
+          ),
+        ]
+      : null,
+  );
+  const notice = h("div", {});
+  const facetBox = h(
+    "details",
+    { class: "facet-box", open: innerWidth > 900 },
+    h("summary", {}, "Narrow down"),
+    facets.element,
+  );
+  const content = h("div", { class: "catalogue-content" });
+  const side = h("div", { class: "catalogue-side", hidden: true });
+  fill(
+    host,
+    h("h1", { class: "hidden-heading" }, "Catalogue"),
+    h("div", { class: "catalogue-bar" }, form, summary, tools),
+    filterFault,
+    notice,
+    h("div", { class: "catalogue-body" }, facetBox, content, side),
+  );
+  if (canWrite) onDrop(host, (files) => openAdding(context, files));
+
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    route({ typed: filter.value });
+  });
+  filter.addEventListener("search", () => route({ typed: filter.value }));
+
+  function toolbarButton(name: "undo", label: string, click: () => void): HTMLButtonElement {
+    return h(
+      "button",
+      { class: "button plain", type: "button", title: label, on: { click } },
+      icon(name),
+      "Undo",
+    );
+  }
+
+  function route(change: Partial<Wanted>): void {
+    const next = { ...wanted, ...change };
+    const query = new URLSearchParams();
+    if (next.typed.trim()) query.set("where", next.typed.trim());
+    for (const pick of next.picks) query.append("pick", writePick(pick));
+    if (next.sort !== "name") query.set("sort", next.sort);
+    if (next.duplicates) query.set("show", "duplicates");
+    if (next.capture) query.set("capture", next.capture);
+    go(`#/catalogue?${query.toString()}`, change.capture === undefined);
+  }
+
+  function editWords(capture: CaptureRow, cell: HTMLElement): void {
+    editInPlace(
+      cell,
+      wholeWords(capture),
+      `Words of ${capture.name}`,
+      (line) => actions.replace(capture.name, withWholeWords(capture.words, line)),
+      () => table.refresh(),
+    );
+  }
+
+  async function wordsChanged(capture: string, words: Caption[]): Promise<void> {
+    const at = rows.find(capture);
+    const row = at >= 0 ? rows.at(at) : null;
+    if (row) rows.replace({ ...row, words });
+    table.refresh();
+    await Promise.all([refreshUndo(), wanted.capture === capture ? details?.reload() : undefined]);
+  }
+
+  async function refreshUndo(): Promise<void> {
+    try {
+      undo.disabled = (await get<{ left: number }>("/api/undo")).left === 0;
+    } catch {
+      undo.disabled = true;
+    }
+  }
+
+  async function load(): Promise<void> {
+    const where = combine(wanted.typed, wanted.picks);
+    filterFault.textContent = "";
+    filter.removeAttribute("aria-invalid");
+    try {
+      await Promise.all([
+        rows.ask(where, wanted.sort),
+        facets.load(wanted.typed, wanted.picks).catch(() => undefined), // the rows tell the fault
+      ]);
+    } catch (fault) {
+      if (isAbort(fault)) return;
+      if (fault instanceof ApiError && fault.status === 400) {
+        filterFault.textContent = messageOf(fault);
+        filter.setAttribute("aria-invalid", "true");
+      } else context.fail(fault);
+      return;
+    }
+    showRows();
+  }
+
+  function showRows(): void {
+    const status = context.status();
+    const filtered = wanted.typed.trim() !== "" || wanted.picks.length > 0;
+    summary.textContent = filtered
+      ? `${rows.total.toLocaleString("en")} of ${plural(status.captures, "capture")}`
+      : `${plural(status.captures, "capture")}, ${seconds(status.seconds)} of motion`;
+    if (wanted.duplicates) return;
+    if (rows.total > 0) {
+      if (!table.element.isConnected) fill(content, table.element);
+      table.reset(wanted.sort);
+    } else if (filtered) {
+      fill(
+        content,
+        emptyState("No capture matches", "Take a condition away, or look at all captures.", [
+          { label: "Show all captures", run: () => route({ typed: "", picks: [] }) },
+        ]),
+      );
+    } else {
+      fill(
+        content,
+        emptyState(
+          "This database is empty",
+          canWrite
+            ? "Drop motion-capture files or a folder anywhere on this page: BVH, ASF/AMC, C3D, npz and others."
+            : "It was opened to be read only.",
+          canWrite ? [{ label: "Add captures", run: () => openAdding(context) }] : [],
+        ),
+      );
+    }
+  }
+
+  function showNotice(): void {
+    const reason = canWrite ? reasonToLearn(context.status()) : null;
+    fill(notice, reason ? banner(reason, [{ label: "Learn…", run: () => openLearning(context) }]) : null);
+  }
+
+  function showSide(): void {
+    if (wanted.capture === shown) return;
+    shown = wanted.capture;
+    side.hidden = shown === "";
+    host.classList.toggle("with-side", shown !== "");
+    table.choose(shown || null);
+    if (!shown) {
+      details?.close();
+      details = null;
+      side.replaceChildren();
+      return;
+    }
+    if (!details) {
+      details = makeDetails(context, actions, () => route({ capture: "" }));
+      fill(side, details.element);
+    }
+    void details.show(shown);
+  }
+
+  showNotice();
+  void refreshUndo();
+  return {
+    update(parameters) {
+      wanted = {
+        typed: parameters.get("where") ?? "",
+        picks: readPicks(parameters),
+        sort: parameters.get("sort") ?? "name",
+        capture: parameters.get("capture") ?? "",
+        duplicates: parameters.get("show") === "duplicates",
+      };
+      filter.value = wanted.typed;
+      duplicates.setAttribute("aria-pressed", String(wanted.duplicates));
+      const key = JSON.stringify([wanted.typed, wanted.picks, wanted.sort, wanted.duplicates]);
+      if (key !== asked) {
+        asked = key;
+        if (wanted.duplicates) void showDuplicates(content);
+        void load();
+      }
+      showSide();
+    },
+    news(news) {
+      if (news.kind !== "revision") return;
+      showNotice();
+      context.motions.forget();
+      void load();
+      void refreshUndo();
+      void details?.reload();
+    },
+    close() {
+      details?.close();
+      table.close();
+      thumbs.close();
+    },
+  };
+}
+
+export const catalogue: View = { name: "catalogue", title: "Catalogue", open };

@@ -1,0 +1,232 @@
+/** The panel of one capture: its player, its words, where it comes from, its copies. */
+
+import { get, messageOf, remove } from "../../api/client.ts";
+import type { CaptureFacts } from "../../api/types.ts";
+import { fill, h, type Child } from "../../dom/element.ts";
+import { icon } from "../../dom/icons.ts";
+import { askWhether } from "../../parts/asking.ts";
+import { download, type FileFormat } from "../../parts/download.ts";
+import { faultState } from "../../parts/states.ts";
+import { interval, seconds } from "../../parts/text.ts";
+import { makeTake } from "../../take/take.ts";
+import { captionLane, stretchLane, symbolLane, wordLane, type Lane } from "../../timeline/lanes.ts";
+import type { Interval } from "../../timeline/timeline.ts";
+import { go, routeTo } from "../../shell/router.ts";
+import type { Context } from "../view.ts";
+import { makeCaptionList, type WordsActions } from "./editing.ts";
+import { askWords } from "./part_words.ts";
+
+export interface Details {
+  readonly element: HTMLElement;
+  show(name: string): Promise<void>;
+  /** Ask again for the facts of the shown capture; the player goes on. */
+  reload(): Promise<void>;
+  close(): void;
+}
+
+/** All lanes that are known of a capture. */
+export function lanesOf(facts: CaptureFacts): Lane[] {
+  return [
+    captionLane(facts.words, facts.duration),
+    symbolLane(facts.segments),
+    wordLane(facts.recognised),
+    stretchLane(facts.stretches),
+  ];
+}
+
+export function makeDetails(context: Context, actions: WordsActions, leave: () => void): Details {
+  let facts: CaptureFacts | null = null;
+  let name = "";
+  const title = h("h2", { tabindex: -1 });
+  const under = h("div", { class: "details-under" });
+  const ref = (): string => `capture:${name}`;
+
+  const writeWords = (part: Interval): void => {
+    const capture = name;
+    askWords(capture, part, (words) => actions.addPart(capture, words, part[0], part[1]));
+  };
+  const likeThis = (part: Interval): void =>
+    go(routeTo("search", { like: ref(), start: part[0].toFixed(3), end: part[1].toFixed(3) }));
+  const take = makeTake(context, {
+    label: "Capture",
+    partActions: [
+      ...(context.status().read_only ? [] : [{ label: "Write words", run: writeWords }]),
+      { label: "Search with this part", run: likeThis },
+      { label: "Download part", run: ([start, end]: Interval) => void save("bvh", start, end) },
+    ],
+  });
+  const captions = makeCaptionList(actions, (start, end) => take.select([start, end]));
+
+  async function save(format: FileFormat, start?: number, end?: number): Promise<void> {
+    try {
+      await download([{ ref: ref(), start: start ?? null, end: end ?? null }], format);
+    } catch (fault) {
+      context.fail(fault);
+    }
+  }
+
+  async function removeCapture(): Promise<void> {
+    const sure = await askWhether(
+      `Remove ${name}?`,
+      "The capture, its words and what was learned from its words are removed from the database. This cannot be undone.",
+      "Remove",
+    );
+    if (!sure) return;
+    try {
+      await remove("/api/capture", { name });
+      context.notify(`${name} is removed.`);
+      leave();
+    } catch (fault) {
+      context.fail(fault);
+    }
+  }
+
+  const element = h(
+    "aside",
+    { class: "details", "aria-label": "Capture" },
+    h(
+      "div",
+      { class: "details-head" },
+      title,
+      h(
+        "button",
+        {
+          class: "tool",
+          type: "button",
+          "aria-label": "Close the capture",
+          title: "Close (Escape)",
+          on: { click: leave },
+        },
+        icon("close"),
+      ),
+    ),
+    take.element,
+    under,
+  );
+  element.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && !document.fullscreenElement) leave();
+  });
+
+  function showFacts(): void {
+    if (!facts) return;
+    take.setLanes(lanesOf(facts));
+    captions.show(name, facts.words, !context.status().read_only && facts.kind !== "generated");
+    const buttons: [string, () => void][] = [
+      ["More like this", () => go(routeTo("search", { like: ref() }))],
+      ["BVH", () => void save("bvh")],
+      ["glTF", () => void save("glb")],
+      ["Original", () => void save("source")],
+    ];
+    fill(
+      under,
+      h(
+        "div",
+        { class: "row actions" },
+        buttons.map(([label, run]) =>
+          h(
+            "button",
+            {
+              class: "button plain",
+              type: "button",
+              ...(label === "More like this" ? {} : { "aria-label": `Download as ${label}` }),
+              on: { click: run },
+            },
+            label === "More like this" ? null : icon("download"),
+            label,
+          ),
+        ),
+      ),
+      h("h3", {}, "Words"),
+      captions.element,
+      copiesOf(facts),
+      h("h3", {}, "Facts"),
+      factList(facts),
+      context.status().read_only
+        ? null
+        : h(
+            "button",
+            { class: "link danger", type: "button", on: { click: () => void removeCapture() } },
+            "Remove this capture…",
+          ),
+    );
+  }
+
+  return {
+    element,
+    async show(next) {
+      name = next;
+      title.textContent = name;
+      facts = null;
+      under.replaceChildren();
+      const ready = take.load({ ref: ref() }); // it plays while the facts are computed
+      try {
+        const answer = await get<CaptureFacts>("/api/capture", { name: next });
+        if (name !== next) return;
+        facts = answer;
+      } catch (fault) {
+        if (name === next) fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
+        return;
+      }
+      showFacts();
+      await ready;
+    },
+    async reload() {
+      if (!facts) return;
+      try {
+        facts = await get<CaptureFacts>("/api/capture", { name: facts.name });
+        showFacts();
+      } catch {
+        leave(); // it was removed
+      }
+    },
+    close: () => take.close(),
+  };
+}
+
+function copiesOf(facts: CaptureFacts): Child {
+  if (facts.copies.length === 0) return null;
+  return [
+    h("h3", {}, "Copies"),
+    h(
+      "ul",
+      { class: "plain" },
+      facts.copies.map((copy) => {
+        const other = copy.capture === facts.name ? copy.other : copy.capture;
+        const where = copy.start === null || copy.end === null ? "" : `, ${interval(copy.start, copy.end)}`;
+        return h(
+          "li",
+          {},
+          h("a", { href: routeTo("catalogue", { capture: other }) }, other),
+          ` – ${copy.kind}${where}`,
+        );
+      }),
+    ),
+  ];
+}
+
+function factList(facts: CaptureFacts): HTMLElement {
+  const rows: [string, string | null][] = [
+    [
+      "Length",
+      `${seconds(facts.duration)}, ${facts.frames} frames at ${Number(facts.fps.toFixed(2))} per second`,
+    ],
+    ["Performer", facts.performer],
+    ["Licence", facts.licence ?? "not known"],
+    ["Format", facts.format],
+    ["File", facts.path],
+    ...Object.entries(facts.tags).filter(([key]) => key !== "performer" && key !== "licence"),
+    ...facts.notes.map((note): [string, string] => ["Note", note]),
+    ...facts.sources.map((one): [string, string] => [
+      "Source",
+      `${one.capture}, ${one.frames} frames, licence ${one.licence}`,
+    ]),
+    ["SHA-256", facts.sha256],
+  ];
+  return h(
+    "dl",
+    { class: "facts" },
+    rows
+      .filter(([, value]) => value)
+      .map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", {}, value!))),
+  );
+}

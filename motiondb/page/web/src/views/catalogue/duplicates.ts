@@ -1,0 +1,65 @@
+/** Groups of captures that are copies, cuts or mirror images of one another. */
+
+import { get, messageOf } from "../../api/client.ts";
+import type { DuplicateGroup } from "../../api/types.ts";
+import { fill, h } from "../../dom/element.ts";
+import { emptyState, faultState } from "../../parts/states.ts";
+import { interval, plural } from "../../parts/text.ts";
+import { routeTo } from "../../shell/router.ts";
+
+const KINDS: Record<string, string> = {
+  cut: "is a cut of",
+  mirror: "is a mirror image of",
+  same: "is the same take as",
+};
+
+export async function showDuplicates(host: HTMLElement): Promise<void> {
+  fill(host, h("p", { class: "muted" }, "Looking for copies…"));
+  try {
+    const { groups } = await get<{ groups: DuplicateGroup[] }>("/api/duplicates");
+    if (groups.length === 0) {
+      fill(
+        host,
+        emptyState("No copies", "No capture of this database is a copy, a cut or a mirror image of another."),
+      );
+      return;
+    }
+    fill(
+      host,
+      h(
+        "p",
+        { class: "lead" },
+        `${plural(groups.length, "group")} of captures that show the same motion. The first of each group is the longest.`,
+      ),
+      groups.map((group) =>
+        h(
+          "section",
+          { class: "duplicate-group" },
+          h("h3", {}, link(group.keep)),
+          h(
+            "ul",
+            { class: "plain" },
+            group.relations.map((one) =>
+              h(
+                "li",
+                {},
+                link(one.capture),
+                ` ${KINDS[one.kind] ?? one.kind} `,
+                link(one.other),
+                one.start !== null && one.end !== null
+                  ? h("span", { class: "muted" }, ` (${interval(one.start, one.end)})`)
+                  : null,
+              ),
+            ),
+          ),
+        ),
+      ),
+    );
+  } catch (fault) {
+    fill(host, faultState(messageOf(fault)));
+  }
+}
+
+function link(name: string): HTMLElement {
+  return h("a", { href: routeTo("catalogue", { show: "duplicates", capture: name }) }, name);
+}

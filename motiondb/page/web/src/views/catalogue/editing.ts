@@ -1,0 +1,208 @@
+/** Editing words: the sentence of a whole capture in its row, and every caption in the panel. */
+
+import { post, put } from "../../api/client.ts";
+import type { Caption, WordsEdited } from "../../api/types.ts";
+import { fill, h } from "../../dom/element.ts";
+import { icon } from "../../dom/icons.ts";
+import type { Context } from "../view.ts";
+
+/** Captions with the sentences of the whole capture replaced by a line "one; another". */
+export function withWholeWords(captions: readonly Caption[], line: string): Caption[] {
+  const sentences = line
+    .split(";")
+    .map((one) => one.trim())
+    .filter((one) => one !== "");
+  const whole = sentences.map((words): Caption => ({ words, start: null, end: null }));
+  return [...whole, ...captions.filter((one) => one.start !== null)];
+}
+
+export interface WordsActions {
+  /** Replace all captions of a capture; resolves with what they are now, or null where it failed. */
+  replace(capture: string, captions: readonly Caption[]): Promise<WordsEdited | null>;
+  /** Add a caption to a part of a capture. */
+  addPart(capture: string, words: string, start: number, end: number): Promise<WordsEdited | null>;
+  undo(): Promise<void>;
+}
+
+/** Word edits, each announced with a way to undo it. */
+export function makeWordsActions(
+  context: Context,
+  edited: (capture: string, words: Caption[]) => void,
+): WordsActions {
+  async function run(request: Promise<WordsEdited>): Promise<WordsEdited | null> {
+    try {
+      const answer = await request;
+      edited(answer.capture, answer.words);
+      const fresh =
+        answer.new_words.length > 0
+          ? ` New to this database: ${answer.new_words.join(", ")}; learn again to search for it.`
+          : "";
+      context.notify(`Words of ${answer.capture} saved.${fresh}`, { label: "Undo", run: () => void undo() });
+      return answer;
+    } catch (fault) {
+      context.fail(fault);
+      return null;
+    }
+  }
+
+  async function undo(): Promise<void> {
+    try {
+      const answer = await post<WordsEdited>("/api/undo", {});
+      edited(answer.capture, answer.words);
+      context.notify(`The last edit of words of ${answer.capture} is undone.`);
+    } catch (fault) {
+      context.fail(fault);
+    }
+  }
+
+  return {
+    replace: (capture, captions) => run(put<WordsEdited>("/api/captions", { capture, words: captions })),
+    addPart: (capture, words, start, end) =>
+      run(post<WordsEdited>("/api/words", { capture, words, start, end, keep: true })),
+    undo,
+  };
+}
+
+/** Put an input into a cell. Enter and leaving save, Escape gives up; then `done` is called. */
+export function editInPlace(
+  cell: HTMLElement,
+  value: string,
+  label: string,
+  save: (value: string) => Promise<unknown>,
+  done: () => void,
+): void {
+  let finished = false;
+  const input = h("input", {
+    class: "in-place",
+    value,
+    "aria-label": label,
+    placeholder: "a person walks; walking",
+  });
+  async function finish(keep: boolean): Promise<void> {
+    if (finished) return;
+    finished = true;
+    input.disabled = true;
+    if (keep && input.value.trim() !== value.trim()) await save(input.value);
+    input.remove();
+    done();
+  }
+  input.addEventListener("keydown", (event) => {
+    event.stopPropagation();
+    if (event.key === "Enter") void finish(true);
+    if (event.key === "Escape") void finish(false);
+  });
+  input.addEventListener("blur", () => void finish(true));
+  fill(cell, input);
+  input.focus();
+  input.select();
+}
+
+export interface CaptionList {
+  readonly element: HTMLElement;
+  show(capture: string, captions: readonly Caption[], canEdit: boolean): void;
+}
+
+/** The captions of one capture: each can be changed, removed, or played. */
+export function makeCaptionList(
+  actions: WordsActions,
+  play: (start: number, end: number) => void,
+): CaptionList {
+  const element = h("div", { class: "captions" });
+
+  function row(capture: string, captions: readonly Caption[], index: number, canEdit: boolean): HTMLElement {
+    const caption = captions[index]!;
+    const { start, end, words } = caption;
+    const others = captions.filter((_, i) => i !== index);
+    const cell = h("div", { class: "caption-words" });
+    const reset = (): void =>
+      fill(
+        cell,
+        canEdit
+          ? h(
+              "button",
+              { class: "words-button", type: "button", title: "Edit these words", on: { click: begin } },
+              words,
+            )
+          : words,
+      );
+    const begin = (): void =>
+      editInPlace(
+        cell,
+        words,
+        "Words",
+        async (value) => {
+          const changed =
+            value.trim() === ""
+              ? others
+              : captions.map((one, i) => (i === index ? { ...one, words: value.trim() } : one));
+          return actions.replace(capture, changed);
+        },
+        reset,
+      );
+    reset();
+    const when =
+      start === null || end === null
+        ? h("span", { class: "muted" }, "whole")
+        : h(
+            "button",
+            {
+              class: "link time",
+              type: "button",
+              title: "Play this part",
+              on: { click: () => play(start, end) },
+            },
+            `${start.toFixed(2)}–${end.toFixed(2)}`,
+          );
+    const removal = canEdit
+      ? h(
+          "button",
+          {
+            class: "tool",
+            type: "button",
+            "aria-label": `Remove “${words}”`,
+            title: "Remove",
+            on: { click: () => void actions.replace(capture, others) },
+          },
+          icon("close"),
+        )
+      : null;
+    return h("li", { class: "caption" }, when, cell, removal);
+  }
+
+  return {
+    element,
+    show(capture, captions, canEdit) {
+      const input = h("input", {
+        class: "field",
+        "aria-label": "Words of the whole capture",
+        placeholder: "Say what happens in this capture",
+      });
+      const form = h(
+        "form",
+        {
+          class: "row",
+          on: {
+            submit: (event) => {
+              event.preventDefault();
+              const words = input.value.trim();
+              if (words) void actions.replace(capture, [...captions, { words, start: null, end: null }]);
+            },
+          },
+        },
+        input,
+        h("button", { class: "button plain", type: "submit" }, "Add words"),
+      );
+      fill(
+        element,
+        captions.length > 0
+          ? h(
+              "ul",
+              { class: "plain" },
+              captions.map((_, i) => row(capture, captions, i, canEdit)),
+            )
+          : h("p", { class: "muted" }, "Nobody has written about this capture yet."),
+        canEdit ? form : null,
+      );
+    },
+  };
+}

@@ -1,0 +1,93 @@
+/** Values to filter by, with how many captures have each. */
+
+import { get } from "../../api/client.ts";
+import type { Facet } from "../../api/types.ts";
+import { fill, h } from "../../dom/element.ts";
+import { combine, type Pick } from "./filter.ts";
+
+export interface Facets {
+  readonly element: HTMLElement;
+  load(typed: string, picks: readonly Pick[]): Promise<void>;
+}
+
+const SHOWN = 8;
+
+export function makeFacets(toggle: (pick: Pick) => void): Facets {
+  const element = h("div", { class: "facets" });
+  const opened = new Set<string>();
+  let asked = 0;
+
+  function group(facet: Facet, picks: readonly Pick[]): HTMLElement {
+    const picked = (where: string): boolean =>
+      picks.some((pick) => pick.column === facet.column && pick.where === where);
+    const shown = opened.has(facet.column) ? facet.values : facet.values.slice(0, SHOWN);
+    const rest = facet.values.length - shown.length;
+    return h(
+      "fieldset",
+      { class: "facet" },
+      h("legend", {}, facet.label),
+      shown.map(({ value, count, where }) =>
+        h(
+          "label",
+          { class: "facet-value" },
+          h("input", {
+            type: "checkbox",
+            checked: picked(where),
+            on: { change: () => toggle({ column: facet.column, where }) },
+          }),
+          h("span", { class: "facet-name", title: value }, value),
+          h("span", { class: "count" }, count),
+        ),
+      ),
+      rest > 0
+        ? h(
+            "button",
+            {
+              class: "link",
+              type: "button",
+              on: {
+                click: () => {
+                  opened.add(facet.column);
+                  void show();
+                },
+              },
+            },
+            `${rest} more`,
+          )
+        : null,
+      facet.more > 0 ? h("p", { class: "muted" }, `and ${facet.more} rarer`) : null,
+    );
+  }
+
+  let last: { facets: Facet[]; picks: readonly Pick[] } = { facets: [], picks: [] };
+  function show(): void {
+    // A column with one value cannot narrow anything down.
+    const useful = last.facets.filter(
+      ({ column, values }) => values.length > 1 || last.picks.some((pick) => pick.column === column),
+    );
+    fill(
+      element,
+      useful.map((facet) => group(facet, last.picks)),
+    );
+  }
+
+  return {
+    element,
+    async load(typed, picks) {
+      asked += 1;
+      const mine = asked;
+      const ask = (without = ""): Promise<{ facets: Facet[] }> =>
+        get("/api/facets", { where: combine(typed, picks, without) });
+      // A column with picks shows what its other values would give: it is asked without its picks.
+      const columns = [...new Set(picks.map((pick) => pick.column))];
+      const [all, ...own] = await Promise.all([ask(), ...columns.map(ask)]);
+      if (mine !== asked) return;
+      const facets = all!.facets.map((facet) => {
+        const at = columns.indexOf(facet.column);
+        return at < 0 ? facet : (own[at]!.facets.find((one) => one.column === facet.column) ?? facet);
+      });
+      last = { facets, picks };
+      show();
+    },
+  };
+}

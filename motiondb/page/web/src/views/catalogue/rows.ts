@@ -1,0 +1,84 @@
+/** The rows of the catalogue, asked for page by page as they come into sight. */
+
+import { get, isAbort } from "../../api/client.ts";
+import type { CapturePage, CaptureRow } from "../../api/types.ts";
+
+const PAGE = 100;
+
+export interface Rows {
+  readonly total: number;
+  at(index: number): CaptureRow | null;
+  /** Ask for the rows of a range that are not there yet. */
+  want(start: number, end: number): void;
+  /** Begin again with a filter and an order; resolves when the first page is there. */
+  ask(where: string, sort: string): Promise<void>;
+  /** The index of a capture among the rows that are there, or -1. */
+  find(name: string): number;
+  /** Replace a row that was edited. */
+  replace(row: CaptureRow): void;
+}
+
+/** `arrived` is called when rows came; `failed` when they could not. */
+export function makeRows(arrived: () => void, failed: (fault: unknown) => void): Rows {
+  let pages = new Map<number, CaptureRow[] | "asked">();
+  let total = 0;
+  let where = "";
+  let sort = "name";
+  let current = new AbortController();
+
+  async function load(page: number): Promise<void> {
+    const signal = current.signal;
+    pages.set(page, "asked");
+    const answer = await get<CapturePage>(
+      "/api/captures",
+      { where, sort, offset: page * PAGE, limit: PAGE },
+      signal,
+    );
+    if (signal.aborted) return;
+    total = answer.total;
+    pages.set(page, answer.captures);
+  }
+
+  return {
+    get total() {
+      return total;
+    },
+    at(index) {
+      const page = pages.get(Math.floor(index / PAGE));
+      return page && page !== "asked" ? (page[index % PAGE] ?? null) : null;
+    },
+    want(start, end) {
+      for (let page = Math.floor(start / PAGE); page * PAGE < end; page += 1) {
+        if (pages.has(page)) continue;
+        const asked = pages;
+        load(page).then(arrived, (fault: unknown) => {
+          asked.delete(page);
+          if (!isAbort(fault)) failed(fault);
+        });
+      }
+    },
+    async ask(nextWhere, nextSort) {
+      current.abort();
+      current = new AbortController();
+      where = nextWhere;
+      sort = nextSort;
+      pages = new Map();
+      await load(0);
+    },
+    find(name) {
+      for (const [page, rows] of pages) {
+        if (rows === "asked") continue;
+        const at = rows.findIndex((row) => row.name === name);
+        if (at >= 0) return page * PAGE + at;
+      }
+      return -1;
+    },
+    replace(row) {
+      for (const rows of pages.values()) {
+        if (rows === "asked") continue;
+        const at = rows.findIndex((one) => one.name === row.name);
+        if (at >= 0) rows[at] = row;
+      }
+    },
+  };
+}

@@ -1,0 +1,142 @@
+/** The table of captures: a head to sort by, rows that exist only while they are in sight. */
+
+import type { CaptureRow } from "../../api/types.ts";
+import { h } from "../../dom/element.ts";
+import { makeVirtualList, type VirtualList } from "../../parts/virtual.ts";
+import { COLUMNS, makeRow, ROW_HEIGHT, showRow, type RowParts } from "./row.ts";
+import type { Rows } from "./rows.ts";
+import type { Thumbs } from "./thumbs.ts";
+
+export interface Table {
+  readonly element: HTMLElement;
+  /** The number of rows changed. */
+  reset(sort: string): void;
+  refresh(): void;
+  choose(name: string | null): void;
+  close(): void;
+}
+
+export interface TableOptions {
+  rows: Rows;
+  thumbs: Thumbs;
+  canEdit(): boolean;
+  onSort(sort: string): void;
+  onChoose(name: string): void;
+  onEdit(capture: CaptureRow, cell: HTMLElement): void;
+}
+
+export function makeTable(options: TableOptions): Table {
+  const { rows } = options;
+  const parts = new WeakMap<HTMLElement, RowParts>();
+  const indices = new WeakMap<HTMLElement, number>();
+  let chosen: string | null = null;
+  let focused = 0;
+  let sort = "name";
+
+  const heads = COLUMNS.map(({ title, sort: by, kind }) =>
+    h(
+      "div",
+      { role: "columnheader", class: `cell cell-${kind}` },
+      by ? h("button", { type: "button", class: "sort", on: { click: () => sortBy(by) } }, title) : title,
+    ),
+  );
+  const head = h("div", { role: "row", class: "table-head", "aria-rowindex": 1 }, heads);
+  const body = h("div", { role: "rowgroup", class: "table-body" });
+  const element = h(
+    "div",
+    { class: "table", role: "grid", "aria-label": "Captures", "aria-colcount": COLUMNS.length, tabindex: 0 },
+    h("div", { role: "rowgroup", class: "table-head-group" }, head),
+    body,
+  );
+
+  function sortBy(by: string): void {
+    options.onSort(sort === by ? `-${by}` : by);
+  }
+
+  const list: VirtualList = makeVirtualList({
+    viewport: element,
+    body,
+    rowHeight: ROW_HEIGHT,
+    make() {
+      const made = makeRow();
+      parts.set(made.row, made);
+      return made.row;
+    },
+    render(row, index) {
+      indices.set(row, index);
+      const capture = rows.at(index);
+      if (row.querySelector("input")) return; // its words are being edited
+      showRow(parts.get(row)!, index, capture, {
+        chosen: capture !== null && capture.name === chosen,
+        canEdit: options.canEdit(),
+        thumbs: options.thumbs,
+      });
+    },
+    onRange: (start, end) => rows.want(start, end),
+  });
+
+  function rowOf(target: EventTarget | null): HTMLElement | null {
+    return (target as HTMLElement).closest<HTMLElement>(".row-capture");
+  }
+
+  function edit(row: HTMLElement): void {
+    const capture = rows.at(indices.get(row) ?? -1);
+    if (capture && options.canEdit()) options.onEdit(capture, parts.get(row)!.cells[4]!);
+  }
+
+  function pick(index: number): void {
+    const capture = rows.at(index);
+    focused = index;
+    if (capture) options.onChoose(capture.name);
+  }
+
+  element.addEventListener("click", (event) => {
+    const row = rowOf(event.target);
+    if (!row) return;
+    if ((event.target as HTMLElement).closest("[data-edit]")) return edit(row);
+    if ((event.target as HTMLElement).matches("input")) return;
+    pick(indices.get(row) ?? 0);
+  });
+
+  const STEPS: Record<string, number> = { ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8 };
+  element.addEventListener("keydown", (event) => {
+    if ((event.target as HTMLElement).matches("input, button")) return;
+    const row = rowOf(event.target);
+    const last = rows.total - 1;
+    if (event.key in STEPS || event.key === "Home" || event.key === "End") {
+      event.preventDefault();
+      const from = row ? (indices.get(row) ?? 0) : focused - 1;
+      const to = event.key === "Home" ? 0 : event.key === "End" ? last : from + (STEPS[event.key] ?? 0);
+      focused = Math.min(Math.max(to, 0), last);
+      list.reveal(focused);
+      list.row(focused)?.focus({ preventScroll: true });
+    } else if (row && (event.key === "Enter" || event.key === " ")) {
+      event.preventDefault();
+      pick(indices.get(row) ?? 0);
+    } else if (row && (event.key === "e" || event.key === "F2")) {
+      event.preventDefault();
+      edit(row);
+    }
+  });
+
+  return {
+    element,
+    reset(nextSort) {
+      sort = nextSort;
+      COLUMNS.forEach((column, i) => {
+        const direction =
+          sort === column.sort ? "ascending" : sort === `-${column.sort}` ? "descending" : null;
+        if (direction) heads[i]!.setAttribute("aria-sort", direction);
+        else heads[i]!.removeAttribute("aria-sort");
+      });
+      element.setAttribute("aria-rowcount", String(rows.total + 1));
+      list.reset(rows.total);
+    },
+    refresh: () => list.refresh(),
+    choose(name) {
+      chosen = name;
+      list.refresh();
+    },
+    close: () => list.close(),
+  };
+}

@@ -1,0 +1,77 @@
+/** Small moving figures: one clock paints all that are on screen. */
+
+import type { Motions } from "../../api/motions.ts";
+import { paint, sketchOf, type Sketch } from "../../player/painter.ts";
+import { DARK } from "../../player/colours.ts";
+import { REDUCED } from "../../take/clip.ts";
+
+export interface Thumbs {
+  /** Show the figure of a capture on a canvas; null clears it. */
+  show(canvas: HTMLCanvasElement, capture: string | null): void;
+  close(): void;
+}
+
+/** Pictures per second: enough for a thumbnail. */
+const RATE = 20;
+
+export function makeThumbs(motions: Motions): Thumbs {
+  const wanted = new Map<HTMLCanvasElement, string>();
+  const sketches = new Map<HTMLCanvasElement, Sketch>();
+  let colours = readColours();
+  let painted = 0;
+  let closed = false;
+
+  function readColours(): [string, string, string] {
+    const style = getComputedStyle(document.documentElement);
+    return [
+      style.getPropertyValue("--figure-near"),
+      style.getPropertyValue("--figure-middle"),
+      style.getPropertyValue("--figure-far"),
+    ];
+  }
+
+  function draw(canvas: HTMLCanvasElement, sketch: Sketch, now: number): void {
+    const context = canvas.getContext("2d");
+    const length = sketch.motion.frames / sketch.motion.fps;
+    if (context) paint(context, sketch, sketch.motion.start + (now % Math.max(length, 0.1)), colours);
+  }
+
+  function frame(now: number): void {
+    if (closed) return;
+    requestAnimationFrame(frame);
+    if (REDUCED.matches || now - painted < 1000 / RATE) return;
+    painted = now;
+    for (const [canvas, sketch] of sketches) {
+      if (canvas.isConnected) draw(canvas, sketch, now / 1000);
+    }
+  }
+  const recolour = (): void => void (colours = readColours());
+  DARK.addEventListener("change", recolour);
+  requestAnimationFrame(frame);
+
+  return {
+    show(canvas, capture) {
+      if (capture !== null && wanted.get(canvas) === capture) return;
+      sketches.delete(canvas);
+      canvas.getContext("2d")?.clearRect(0, 0, canvas.width, canvas.height);
+      if (capture === null) {
+        wanted.delete(canvas);
+        return;
+      }
+      wanted.set(canvas, capture);
+      motions.thumb(capture).then(
+        (motion) => {
+          if (!motion || wanted.get(canvas) !== capture) return;
+          const sketch = sketchOf(motion);
+          sketches.set(canvas, sketch);
+          draw(canvas, sketch, 0.5);
+        },
+        () => undefined, // a row without a figure is still a row
+      );
+    },
+    close() {
+      closed = true;
+      DARK.removeEventListener("change", recolour);
+    },
+  };
+}

@@ -1,0 +1,219 @@
+/** Describe and generate: a sentence becomes motion, beside what it shows and does not show. */
+
+import { get, messageOf, post } from "../../api/client.ts";
+import type { GenerateAnswer, Made } from "../../api/types.ts";
+import { fill, h } from "../../dom/element.ts";
+import { emptyState, faultState } from "../../parts/states.ts";
+import { go, routeTo } from "../../shell/router.ts";
+import { notLearned } from "../not_learned.ts";
+import { questionElement } from "../search/question.ts";
+import type { Context, OpenView, View } from "../view.ts";
+import { makeVariant, type Variant } from "./variant.ts";
+
+const METHODS: readonly [string, string][] = [
+  ["stitched", "stitched from captures"],
+  ["trajectory", "most likely trajectory"],
+  ["montecarlo", "sampled (Monte Carlo)"],
+];
+const EXAMPLES = ["a person walks then kicks", "walk, turn left, sit down", "jump twice"];
+
+function open(host: HTMLElement, context: Context): OpenView {
+  let variants: Variant[] = [];
+  let asked = "";
+  let running = 0;
+
+  const box = h("input", {
+    id: "sentence",
+    class: "question-box",
+    placeholder: "a person walks then kicks",
+    autocomplete: "off",
+    "aria-label": "What the person does",
+  });
+  const seed = h("input", { type: "number", class: "number", id: "seed", min: 0, step: 1, value: 0 });
+  const count = h(
+    "select",
+    { class: "field", id: "variants" },
+    [1, 2, 3, 4, 6, 8].map((one) => h("option", { value: one }, one)),
+  );
+  const method = h(
+    "select",
+    { class: "field", id: "method" },
+    METHODS.map(([value, label]) => h("option", { value }, label)),
+  );
+  const exact = h("input", { type: "checkbox", id: "exact" });
+  const understood = h("div", { "aria-live": "polite" });
+  const results = h("section", { class: "answers", "aria-label": "Generated motion" });
+  const sync = h(
+    "button",
+    {
+      class: "button plain",
+      type: "button",
+      title: "Start all variants at the same moment",
+      on: { click: () => together() },
+    },
+    "Play together",
+  );
+  const form = h(
+    "form",
+    { class: "search-form" },
+    h("div", { class: "search-line" }, box, h("button", { class: "button", type: "submit" }, "Generate")),
+    h(
+      "div",
+      { class: "row settings" },
+      h("label", { for: "seed" }, "Seed"),
+      seed,
+      h(
+        "button",
+        {
+          class: "button plain",
+          type: "button",
+          title: "Generate with the next seed",
+          on: {
+            click: () => {
+              seed.value = String((seed.valueAsNumber || 0) + Number(count.value));
+              form.requestSubmit();
+            },
+          },
+        },
+        "Next seed",
+      ),
+      h("label", { for: "variants" }, "Variants"),
+      count,
+      h("label", { for: "method" }, "Method"),
+      method,
+      h("label", { class: "check", title: "Do not take a word for another one" }, exact, "Only known words"),
+      sync,
+    ),
+  );
+  fill(host, h("h1", { class: "hidden-heading" }, "Generate"), form, understood, results);
+
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const q = box.value.trim();
+    if (!q) return box.focus();
+    go(
+      routeTo("generate", {
+        q,
+        seed: seed.value || "0",
+        variants: count.value === "1" ? "" : count.value,
+        method: method.value === "stitched" ? "" : method.value,
+        exact: exact.checked ? "1" : "",
+      }),
+    );
+  });
+
+  /** All variants from their start, so that they can be compared. */
+  function together(): void {
+    for (const { clip } of variants) {
+      const { playback } = clip.screen;
+      clip.screen.setPlayback({ ...playback, time: playback.from, playing: true });
+    }
+  }
+
+  function clear(): void {
+    variants.forEach((variant) => variant.close());
+    variants = [];
+    results.replaceChildren();
+  }
+
+  function showVariants(made: readonly Made[]): void {
+    clear();
+    const canSave = !context.status().read_only;
+    variants = made.map((one) =>
+      makeVariant(context, one, { fail: context.fail, notify: (text) => context.notify(text), canSave }),
+    );
+    sync.hidden = made.length < 2;
+    fill(
+      results,
+      h(
+        "div",
+        { class: "answer-grid wide" },
+        variants.map((one) => one.element),
+      ),
+    );
+  }
+
+  async function make(parameters: URLSearchParams): Promise<void> {
+    running += 1;
+    const mine = running;
+    clear();
+    understood.replaceChildren();
+    fill(
+      results,
+      h("p", { class: "muted", role: "status" }, "Making motion…"),
+      h("progress", { "aria-label": "Making motion" }),
+    );
+    try {
+      const answer = await post<GenerateAnswer>("/api/generate", {
+        words: parameters.get("q"),
+        seed: Number(parameters.get("seed") ?? 0),
+        variants: Number(parameters.get("variants") ?? 1),
+        method: parameters.get("method") ?? "stitched",
+        exact: parameters.has("exact"),
+      });
+      if (mine !== running) return;
+      const replace = (word: string, by: string): void => {
+        box.value = box.value.replaceAll(word, by);
+        form.requestSubmit();
+      };
+      fill(
+        understood,
+        questionElement(answer.question, answer.sentences, answer.unknown, answer.suggested, replace),
+      );
+      showVariants(answer.variants);
+    } catch (fault) {
+      if (mine !== running) return;
+      fill(results, notLearned(fault, context) ?? faultState(messageOf(fault)));
+    }
+  }
+
+  async function showOne(id: string): Promise<void> {
+    try {
+      const made = await get<Made>("/api/made", { id });
+      box.value = made.words;
+      showVariants([made]);
+    } catch (fault) {
+      fill(results, faultState(messageOf(fault)));
+    }
+  }
+
+  function showStart(): void {
+    clear();
+    understood.replaceChildren();
+    fill(
+      results,
+      !context.status().learned
+        ? notLearned(null, context)
+        : emptyState(
+            "Write a sentence",
+            "Motion is put together from captures that show these actions. What cannot be shown is named, and every stretch keeps its source and licence.",
+            EXAMPLES.map((q) => ({
+              label: q,
+              plain: true,
+              run: () => go(routeTo("generate", { q, seed: 0 })),
+            })),
+          ),
+    );
+  }
+
+  return {
+    update(parameters) {
+      const key = parameters.toString();
+      if (key === asked && key !== "") return;
+      asked = key;
+      box.value = parameters.get("q") ?? "";
+      seed.value = parameters.get("seed") ?? "0";
+      count.value = parameters.get("variants") ?? "1";
+      method.value = parameters.get("method") ?? "stitched";
+      exact.checked = parameters.has("exact");
+      sync.hidden = true;
+      const made = parameters.get("made");
+      if (made) void showOne(made);
+      else if (parameters.get("q")) void make(parameters);
+      else showStart();
+    },
+    close: clear,
+  };
+}
+
+export const generate: View = { name: "generate", title: "Generate", open };

@@ -1,0 +1,221 @@
+/** One generated motion: it plays, says what it shows, and where every stretch comes from. */
+
+import { post } from "../../api/client.ts";
+import type { Motions } from "../../api/motions.ts";
+import type { Made } from "../../api/types.ts";
+import { fill, h } from "../../dom/element.ts";
+import { icon } from "../../dom/icons.ts";
+import { download } from "../../parts/download.ts";
+import { openDialog } from "../../parts/asking.ts";
+import { probability, seconds } from "../../parts/text.ts";
+import type { Stage } from "../../player/stage.ts";
+import { routeTo } from "../../shell/router.ts";
+import { makeClip, type Clip } from "../../take/clip.ts";
+import { stretchLane, wordLane, type Lane } from "../../timeline/lanes.ts";
+import { makeTimeline } from "../../timeline/timeline.ts";
+
+export interface Variant {
+  readonly element: HTMLElement;
+  readonly clip: Clip;
+  close(): void;
+}
+
+export interface VariantActions {
+  fail(fault: unknown): void;
+  notify(text: string): void;
+  canSave: boolean;
+}
+
+/** What was asked, over the time in which it was made. */
+export function askedLane(made: Made): Lane {
+  return {
+    name: "asked",
+    kind: "parts",
+    blocks: made.spans.map(({ words, start, end }) => ({
+      start,
+      end,
+      label: words,
+      title: `“${words}”, made from ${start.toFixed(2)} to ${end.toFixed(2)} s`,
+    })),
+  };
+}
+
+function shownList(made: Made, seek: (time: number) => void): HTMLElement {
+  return h(
+    "ul",
+    { class: "plain shown-list", "aria-label": "Shown and not shown" },
+    made.shown.map(({ text, start, end, probability: p, shown }) =>
+      h(
+        "li",
+        { class: shown ? "shown" : "not-shown" },
+        h("span", { class: "mark", "aria-hidden": "true" }, shown ? "✓" : "✕"),
+        h(
+          "span",
+          {},
+          h("b", {}, text),
+          shown ? " is shown" : " is not shown",
+          p === null ? "" : ` (${probability(p)})`,
+          " ",
+        ),
+        h(
+          "button",
+          { class: "link time", type: "button", on: { click: () => seek(start) } },
+          `${start.toFixed(1)}–${end.toFixed(1)} s`,
+        ),
+      ),
+    ),
+    made.not_shown.map(({ text, reason }) =>
+      h(
+        "li",
+        { class: "not-shown" },
+        h("span", { class: "mark", "aria-hidden": "true" }, "✕"),
+        h("span", {}, h("b", {}, text), " is not shown: ", reason),
+      ),
+    ),
+  );
+}
+
+function sourceList(made: Made): HTMLElement {
+  return h(
+    "details",
+    { class: "why" },
+    h("summary", {}, `Sources and licences (${made.sources.length})`),
+    h(
+      "ul",
+      { class: "plain" },
+      made.sources.map((one) =>
+        h(
+          "li",
+          {},
+          one.capture,
+          h("span", { class: "muted" }, ` ${one.frames} frames, licence ${one.licence}`),
+        ),
+      ),
+    ),
+  );
+}
+
+export function makeVariant(
+  context: { stage: Stage; motions: Motions },
+  made: Made,
+  actions: VariantActions | null,
+): Variant {
+  const timeline = makeTimeline({
+    duration: made.seconds,
+    label: `Timeline of seed ${made.seed}`,
+    small: true,
+    onSeek: (time) => clip.seek(time),
+  });
+  const clip: Clip = makeClip(context, {
+    ref: made.ref,
+    label: `${made.words}, seed ${made.seed}`,
+    onTime: (time) => timeline.setTime(time),
+  });
+  timeline.setLanes([askedLane(made), wordLane(made.recognised_words), stretchLane(made.stretches)]);
+  const saved = h("span", {});
+
+  function showSaved(name: string): void {
+    fill(saved, "kept as ", h("a", { href: routeTo("catalogue", { capture: name }) }, name));
+  }
+
+  async function run(work: Promise<unknown>): Promise<void> {
+    try {
+      await work;
+    } catch (fault) {
+      actions?.fail(fault);
+    }
+  }
+
+  function askName(): void {
+    const input = h("input", {
+      class: "field wide",
+      id: "made-name",
+      required: true,
+      value: `new/${made.words
+        .toLowerCase()
+        .replace(/[^\p{L}\p{N}]+/gu, "_")
+        .slice(0, 40)}_${made.seed}`,
+    });
+    const form = h(
+      "form",
+      {},
+      h("label", { for: "made-name" }, "Name of the capture"),
+      input,
+      h(
+        "p",
+        { class: "muted" },
+        "It is marked as generated: it can be searched and exported, but nothing learns from it.",
+      ),
+      h("div", { class: "row end" }, h("button", { class: "button", type: "submit" }, "Keep")),
+    );
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void run(
+        post<{ capture: string }>("/api/made/save", { id: made.id, name: input.value.trim() }).then(
+          ({ capture }) => {
+            dialog.close();
+            showSaved(capture);
+            actions?.notify(`Kept as ${capture}.`);
+          },
+        ),
+      );
+    });
+    const dialog = openDialog("Keep this motion", form);
+    input.select();
+  }
+
+  const save = (format: "bvh" | "glb"): void => void run(download([{ ref: made.ref }], format));
+  if (made.saved) showSaved(made.saved);
+  const element = h(
+    "article",
+    { class: "answer variant", "aria-label": `Seed ${made.seed}` },
+    h(
+      "header",
+      { class: "answer-head" },
+      h("b", {}, `seed ${made.seed}`),
+      h("span", { class: "muted" }, `${made.method}, ${seconds(made.seconds)}`),
+    ),
+    clip.element,
+    timeline.element,
+    h(
+      "div",
+      { class: "answer-facts" },
+      shownList(made, (time) => clip.seek(time)),
+      sourceList(made),
+      actions
+        ? h(
+            "div",
+            { class: "row answer-actions" },
+            h(
+              "button",
+              {
+                class: "button plain",
+                type: "button",
+                "aria-label": "Download as BVH",
+                on: { click: () => save("bvh") },
+              },
+              icon("download"),
+              "BVH",
+            ),
+            h(
+              "button",
+              {
+                class: "button plain",
+                type: "button",
+                "aria-label": "Download as glTF",
+                on: { click: () => save("glb") },
+              },
+              icon("download"),
+              "glTF",
+            ),
+            actions.canSave
+              ? h("button", { class: "link", type: "button", on: { click: askName } }, "Keep…")
+              : null,
+            h("a", { class: "link", href: routeTo("search", { like: made.ref }) }, "More like this"),
+            saved,
+          )
+        : null,
+    ),
+  );
+  return { element, clip, close: () => clip.close() };
+}

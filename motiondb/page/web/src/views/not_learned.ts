@@ -1,0 +1,30 @@
+/** What a view shows in a database that has not learned. */
+
+import { ApiError } from "../api/client.ts";
+import { emptyState } from "../parts/states.ts";
+import { openLearning } from "./catalogue/learning.ts";
+import type { Context } from "./view.ts";
+import { go, routeTo } from "../shell/router.ts";
+
+/** The state for a fault that says "not learned"; null for another fault. `null`: no fault, show it. */
+export function notLearned(fault: unknown, context: Context): HTMLElement | null {
+  if (fault !== null && !(fault instanceof ApiError && fault.kind === "NotLearnedError")) return null;
+  if (context.status().captures === 0) {
+    return emptyState(
+      "This database is empty",
+      "Add captures and what people wrote about them, then let motiondb learn.",
+      [{ label: "Go to the catalogue", run: () => go(routeTo("catalogue")) }],
+    );
+  }
+  if (context.status().read_only) {
+    return emptyState(
+      "Nothing learned yet",
+      "This database has not learned, and it was opened to be read only.",
+    );
+  }
+  return emptyState(
+    "Nothing learned yet",
+    "Learning finds the movements in the captures and what words mean. It takes from seconds to minutes.",
+    [{ label: "Learn…", run: () => openLearning(context) }],
+  );
+}

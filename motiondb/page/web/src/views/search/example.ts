@@ -1,0 +1,89 @@
+/** The example of a search: a capture or an uploaded file, with the part that is searched for. */
+
+import { get, isAbort } from "../../api/client.ts";
+import type { CaptureFacts, WordsOverTime } from "../../api/types.ts";
+import { h } from "../../dom/element.ts";
+import { icon } from "../../dom/icons.ts";
+import { makeTake } from "../../take/take.ts";
+import { captionLane, symbolLane, wordLane, type Lane } from "../../timeline/lanes.ts";
+import type { Interval } from "../../timeline/timeline.ts";
+import type { Context } from "../view.ts";
+
+export interface Example {
+  readonly element: HTMLElement;
+  /** Show an example; a part that is selected by the user calls `selected`. */
+  show(ref: string, part: Interval | null): Promise<void>;
+  readonly part: Interval | null;
+  close(): void;
+}
+
+interface Described {
+  words: WordsOverTime[];
+}
+
+/** The name of what is played, for people. */
+export function nameOf(ref: string): string {
+  const name = ref.slice(ref.indexOf(":") + 1);
+  return ref.startsWith("upload:") ? name.slice(name.indexOf("/") + 1) : name;
+}
+
+async function lanesOf(ref: string): Promise<Lane[]> {
+  if (ref.startsWith("capture:")) {
+    const facts = await get<CaptureFacts>("/api/capture", { name: nameOf(ref) });
+    return [symbolLane(facts.segments), captionLane(facts.words, facts.duration), wordLane(facts.recognised)];
+  }
+  const described = await get<Described>("/api/describe", { ref });
+  const symbols = described.words.flatMap(({ start, end, symbols: list }) =>
+    list?.length === 1 ? [{ start, end, symbol: list[0]!, known: true }] : [],
+  );
+  return [symbolLane(symbols), wordLane(described.words)];
+}
+
+export function makeExample(
+  context: Context,
+  selected: (part: Interval | null) => void,
+  leave: () => void,
+): Example {
+  const title = h("h2", {});
+  const take = makeTake(context, { label: "Example", onSelect: (part) => ready && selected(part) });
+  let ready = false;
+  let shown = "";
+  const element = h(
+    "section",
+    { class: "example", "aria-label": "Example" },
+    h(
+      "div",
+      { class: "details-head" },
+      title,
+      h(
+        "button",
+        { class: "tool", type: "button", "aria-label": "Leave the example", on: { click: leave } },
+        icon("close"),
+      ),
+    ),
+    take.element,
+  );
+  return {
+    element,
+    async show(ref, part) {
+      title.textContent = `Like ${nameOf(ref)}`;
+      if (shown === ref) return;
+      shown = ref;
+      ready = false;
+      try {
+        const described = lanesOf(ref);
+        described.catch(() => undefined); // told below, once the motion is there
+        await take.load({ ref, selection: part });
+        ready = true;
+        take.setLanes(await described);
+      } catch (fault) {
+        if (!isAbort(fault)) context.fail(fault);
+      }
+      ready = true;
+    },
+    get part() {
+      return take.selection;
+    },
+    close: () => take.close(),
+  };
+}

@@ -1,0 +1,161 @@
+/** The understood question as chips: what was asked, in which order, and what is not used. */
+
+import type { Decoding, Question, QuestionTree, WordProbability } from "../../api/types.ts";
+import { h, type Child } from "../../dom/element.ts";
+import { signed } from "../../parts/text.ts";
+import { routeTo } from "../../shell/router.ts";
+
+/** A chip of the question: an action, a joint between actions, or a frame around some. */
+export type Chip =
+  | { kind: "action"; text: string; detail: string }
+  | { kind: "joint"; text: string }
+  | { kind: "group"; text: string; chips: Chip[]; excluded: boolean };
+
+const JOINTS = { in_order: "then", at_once: "while", both: "and", any_of: "or" } as const;
+
+function limits(least: number | null, most: number | null, unit: string): string {
+  if (least !== null && least === most) return `${least}${unit}`;
+  if (least !== null && most !== null) return `${least} to ${most}${unit}`;
+  if (least !== null) return `at least ${least}${unit}`;
+  return most !== null ? `at most ${most}${unit}` : "";
+}
+
+/** The chips of a tree, from left to right. Parts of a part are framed. */
+export function chipsOf(tree: QuestionTree, inside = false): Chip[] {
+  switch (tree.kind) {
+    case "action": {
+      const sides = tree.sides.map(({ side, limb }) => `${side} ${limb}`.trim());
+      const manner = tree.manner;
+      const detail = [...sides, ...manner].filter((one) => one !== "").join(", ");
+      return [{ kind: "action", text: tree.words.join(" "), detail }];
+    }
+    case "anything":
+      return [{ kind: "action", text: "anything", detail: "" }];
+    case "without":
+      return [
+        ...chipsOf(tree.part, true),
+        ...tree.excluded.map((one): Chip => ({
+          kind: "group",
+          text: "not",
+          chips: chipsOf(one),
+          excluded: true,
+        })),
+      ];
+    case "repeated":
+      return [
+        {
+          kind: "group",
+          text: limits(tree.at_least, tree.at_most, " times"),
+          chips: chipsOf(tree.part),
+          excluded: false,
+        },
+      ];
+    case "lasting":
+      return [
+        {
+          kind: "group",
+          text: `for ${limits(tree.least_seconds, tree.most_seconds, " s")}`,
+          chips: chipsOf(tree.part),
+          excluded: false,
+        },
+      ];
+    default: {
+      const chips = tree.parts.flatMap((part, i): Chip[] => [
+        ...(i > 0 ? [{ kind: "joint" as const, text: JOINTS[tree.kind] }] : []),
+        ...chipsOf(part, true),
+      ]);
+      return inside ? [{ kind: "group", text: "", chips, excluded: false }] : chips;
+    }
+  }
+}
+
+function chipElement(chip: Chip): HTMLElement {
+  if (chip.kind === "joint") return h("span", { class: "chip-joint" }, chip.text);
+  if (chip.kind === "action") {
+    return h(
+      "span",
+      { class: "chip" },
+      chip.text,
+      chip.detail ? h("span", { class: "chip-detail" }, chip.detail) : null,
+    );
+  }
+  return h(
+    "span",
+    { class: chip.excluded ? "chip-group excluded" : "chip-group" },
+    chip.text ? h("span", { class: "chip-joint" }, chip.text) : null,
+    chip.chips.map(chipElement),
+  );
+}
+
+/** The symbols that a question was decoded to, each a link to its place on the map. */
+export function decodingElement(decoding: Decoding): HTMLElement {
+  return h(
+    "p",
+    { class: "small" },
+    "Decoded to symbols ",
+    decoding.symbols.map((symbol) => [h("a", { href: routeTo("symbols", { symbol }) }, symbol), " "]),
+    h(
+      "span",
+      { class: "muted" },
+      `(log-probability ${signed(decoding.log_probability)}, ${decoding.certificate})`,
+    ),
+  );
+}
+
+/** Everything the server says about a question: chips, unknown words, words taken for others. */
+export function questionElement(
+  question: Question,
+  sentences: readonly string[],
+  unknown: Record<string, string[]>,
+  suggested: Record<string, WordProbability[]>,
+  replace: (word: string, by: string) => void,
+): HTMLElement {
+  const suggestion = (word: string, known: readonly string[]): Child =>
+    known.length === 0
+      ? `“${word}” is not known here and was left out.`
+      : [
+          `“${word}” is not known here and was left out. Did you mean `,
+          known.map((one, i) => [
+            i > 0 ? " or " : "",
+            h("button", { class: "link", type: "button", on: { click: () => replace(word, one) } }, one),
+          ]),
+          "?",
+        ];
+  const near = Object.entries(suggested).filter(([, words]) => words.length > 0);
+  return h(
+    "div",
+    { class: "question" },
+    question.tree
+      ? h(
+          "p",
+          { class: "chips", title: question.understood, "aria-label": `Understood: ${question.understood}` },
+          h("span", { class: "chips-lead" }, "Understood"),
+          chipsOf(question.tree).map(chipElement),
+        )
+      : h(
+          "p",
+          { class: "chips" },
+          h("span", { class: "chips-lead" }, "Understood"),
+          question.understood || "nothing",
+        ),
+    h(
+      "ul",
+      { class: "plain remarks" },
+      question.not_used.map(({ text, reason }) => h("li", {}, `“${text}” is not used: ${reason}`)),
+      sentences.map((sentence) => h("li", {}, sentence)),
+      Object.entries(unknown).map(([word, known]) => h("li", {}, suggestion(word, known))),
+      near
+        .filter(([word]) => !(word in unknown))
+        .map(([word, words]) =>
+          h(
+            "li",
+            {},
+            suggestion(
+              word,
+              words.map((one) => one.word),
+            ),
+          ),
+        ),
+    ),
+  );
+}

@@ -1,0 +1,290 @@
+/** Search: one box for a question, or an example; answers play side by side. */
+
+import { get, isAbort, messageOf } from "../../api/client.ts";
+import type { LikeAnswer, SearchAnswer } from "../../api/types.ts";
+import { fill, h } from "../../dom/element.ts";
+import { icon } from "../../dom/icons.ts";
+import { fromList, onDrop, type NamedFile } from "../../parts/dropping.ts";
+import { emptyState, faultState } from "../../parts/states.ts";
+import { sortFiles, upload } from "../../parts/upload.ts";
+import { go, routeTo } from "../../shell/router.ts";
+import type { Interval } from "../../timeline/timeline.ts";
+import type { Context, OpenView, View } from "../view.ts";
+import { notLearned } from "../not_learned.ts";
+import { makeAnswers } from "./answers.ts";
+import { makeExample, type Example } from "./example.ts";
+import { decodingElement, questionElement } from "./question.ts";
+import { makeSelection } from "./selection.ts";
+
+const EXAMPLES = ["walk, turn left, sit down", "wave while walking", "walk but not run", "jump twice"];
+
+interface Wanted {
+  q: string;
+  like: string;
+  start: string;
+  end: string;
+  where: string;
+  limit: string;
+  exact: string;
+  symbols: string;
+}
+
+const NAMES = ["q", "like", "start", "end", "where", "limit", "exact", "symbols"] as const;
+
+function open(host: HTMLElement, context: Context): OpenView {
+  let wanted = {} as Wanted;
+  let asked = "";
+  let abort = new AbortController();
+  let example: Example | null = null;
+
+  const selection = makeSelection(context.fail);
+  const answers = makeAnswers(context, selection);
+  const box = h("input", {
+    id: "question",
+    class: "question-box",
+    type: "search",
+    placeholder: "walk, turn left, sit down",
+    autocomplete: "off",
+    autofocus: true,
+    "aria-label": "What to search for",
+  });
+  const where = h("input", {
+    class: "field",
+    id: "search-where",
+    placeholder: "performer = ana",
+    spellcheck: false,
+  });
+  const limit = h(
+    "select",
+    { class: "field", id: "search-limit" },
+    ["5", "10", "20", "50"].map((one) => h("option", { value: one }, one)),
+  );
+  const exact = h("input", { type: "checkbox", id: "search-exact" });
+  const symbols = h("input", { type: "checkbox", id: "search-symbols" });
+  const file = h("input", {
+    type: "file",
+    hidden: true,
+    "aria-label": "A file to search with",
+    accept: [...context.status().accepts.captures, ...context.status().accepts.skeletons].join(","),
+    multiple: true,
+    on: { change: () => void byFile(fromList(file.files)) },
+  });
+  const understood = h("div", { "aria-live": "polite" });
+  const exampleBox = h("div", {});
+  const more = h(
+    "details",
+    { class: "search-more" },
+    h("summary", {}, "Options"),
+    h(
+      "div",
+      { class: "form-grid" },
+      h("label", { for: "search-where" }, "Among captures where"),
+      where,
+      h("label", { for: "search-limit" }, "Answers"),
+      limit,
+      h("label", { for: "search-exact" }, "Only known words"),
+      h("span", {}, exact, h("span", { class: "muted small" }, " do not take a word for another one")),
+      h("label", { for: "search-symbols" }, "By symbols"),
+      h(
+        "span",
+        {},
+        symbols,
+        h("span", { class: "muted small" }, " decode the words to symbols and search for these"),
+      ),
+    ),
+    h("button", { class: "button plain", type: "submit" }, "Search again"),
+  );
+  const form = h(
+    "form",
+    { class: "search-form", role: "search" },
+    h(
+      "div",
+      { class: "search-line" },
+      icon("search"),
+      box,
+      file,
+      h(
+        "button",
+        {
+          class: "button plain",
+          type: "button",
+          title: "Search by example: choose a file, or drop one anywhere here",
+          on: { click: () => file.click() },
+        },
+        icon("file"),
+        "By example",
+      ),
+      h("button", { class: "button", type: "submit" }, "Search"),
+    ),
+    more,
+  );
+  fill(
+    host,
+    h("h1", { class: "hidden-heading" }, "Search"),
+    form,
+    understood,
+    exampleBox,
+    answers.element,
+    selection.element,
+  );
+  onDrop(host, (files) => void byFile(files));
+
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const options = {
+      where: where.value.trim(),
+      limit: limit.value === "10" ? "" : limit.value,
+      exact: exact.checked ? "1" : "",
+      symbols: symbols.checked ? "1" : "",
+    };
+    if (box.value.trim()) go(routeTo("search", { q: box.value.trim(), ...options }));
+    else if (wanted.like)
+      go(
+        routeTo("search", {
+          like: wanted.like,
+          start: wanted.start,
+          end: wanted.end,
+          where: options.where,
+          limit: options.limit,
+        }),
+      );
+  });
+
+  async function byFile(files: readonly NamedFile[]): Promise<void> {
+    const { send, refused } = sortFiles(files, context.status().accepts);
+    if (send.length === 0) {
+      return context.fail(
+        new Error(`${refused[0]?.name ?? "The file"}: ${refused[0]?.message ?? "cannot be read"}.`),
+      );
+    }
+    fill(understood, h("p", { class: "muted" }, `Reading ${send[0]!.path}…`));
+    try {
+      const sent = await upload(send);
+      const capture = sent.files.find((one) => one.kind === "capture");
+      if (capture) go(routeTo("search", { like: capture.ref }));
+      else throw new Error("None of these files is a capture.");
+    } catch (fault) {
+      understood.replaceChildren();
+      context.fail(fault);
+    }
+  }
+
+  function replaceWord(word: string, by: string): void {
+    const pattern = new RegExp(
+      `(?<![\\p{L}\\p{N}])${word.replace(/[.*+?^${}()|[\]\\]/g, "\\$&")}(?![\\p{L}\\p{N}])`,
+      "giu",
+    );
+    go(routeTo("search", { ...wanted, q: wanted.q.replace(pattern, by) }));
+  }
+
+  function busy(on: boolean): void {
+    answers.element.setAttribute("aria-busy", String(on));
+    host.classList.toggle("busy", on);
+  }
+
+  async function ask(): Promise<void> {
+    abort.abort();
+    abort = new AbortController();
+    const { signal } = abort;
+    if (!wanted.q && !wanted.like) return showStart();
+    busy(true);
+    try {
+      const rest = { where: wanted.where, limit: wanted.limit || "10" };
+      if (wanted.q) {
+        const answer = await get<SearchAnswer>(
+          "/api/search",
+          { q: wanted.q, ...rest, exact: wanted.exact !== "", by_symbols: wanted.symbols !== "" },
+          signal,
+        );
+        fill(
+          understood,
+          questionElement(answer.question, answer.sentences, answer.unknown, answer.suggested, replaceWord),
+          answer.decoding ? decodingElement(answer.decoding) : null,
+        );
+        answers.show(answer);
+      } else {
+        const answer = await get<LikeAnswer>(
+          "/api/like",
+          { ref: wanted.like, start: wanted.start, end: wanted.end, ...rest },
+          signal,
+        );
+        understood.replaceChildren();
+        answers.show(answer);
+      }
+    } catch (fault) {
+      if (isAbort(fault)) return;
+      answers.clear();
+      understood.replaceChildren();
+      fill(answers.element, notLearned(fault, context) ?? faultState(messageOf(fault)));
+    }
+    busy(false);
+  }
+
+  function showStart(): void {
+    busy(false);
+    answers.clear();
+    understood.replaceChildren();
+    const status = context.status();
+    fill(
+      answers.element,
+      !status.learned
+        ? notLearned(null, context)
+        : emptyState(
+            "What are you looking for?",
+            [
+              "Write what somebody does, in your own words. Order, “while”, “or”, “not”, counts and lengths are understood. Or drop a motion-capture file here to find motion like it.",
+            ],
+            EXAMPLES.map((q) => ({ label: q, plain: true, run: () => go(routeTo("search", { q })) })),
+          ),
+    );
+  }
+
+  function showExample(): void {
+    if (!wanted.like) {
+      example?.close();
+      example = null;
+      exampleBox.replaceChildren();
+      return;
+    }
+    if (!example) {
+      example = makeExample(context, searchPart, () => go(routeTo("search")));
+      fill(exampleBox, example.element);
+    }
+    const part: Interval | null =
+      wanted.start && wanted.end ? [Number(wanted.start), Number(wanted.end)] : null;
+    void example.show(wanted.like, part);
+  }
+
+  function searchPart(part: Interval | null): void {
+    go(routeTo("search", { ...wanted, start: part?.[0].toFixed(3), end: part?.[1].toFixed(3) }), true);
+  }
+
+  return {
+    update(parameters) {
+      wanted = Object.fromEntries(
+        NAMES.map((name) => [name, parameters.get(name) ?? ""]),
+      ) as unknown as Wanted;
+      box.value = wanted.q;
+      where.value = wanted.where;
+      limit.value = wanted.limit || "10";
+      exact.checked = wanted.exact !== "";
+      symbols.checked = wanted.symbols !== "";
+      if (wanted.where || wanted.exact || wanted.symbols) more.open = true;
+      const key = JSON.stringify(wanted);
+      if (key === asked) return;
+      asked = key;
+      showExample();
+      void ask();
+    },
+    news(news) {
+      if (news.kind === "revision") void ask();
+    },
+    close() {
+      abort.abort();
+      answers.clear();
+      example?.close();
+    },
+  };
+}
+
+export const search: View = { name: "search", title: "Search", open };

@@ -1,0 +1,90 @@
+/** Answers that were selected, and the bar that downloads them. */
+
+import type { Match } from "../../api/types.ts";
+import { h } from "../../dom/element.ts";
+import { icon } from "../../dom/icons.ts";
+import { download, type FileFormat } from "../../parts/download.ts";
+import { plural } from "../../parts/text.ts";
+
+export interface Selection {
+  readonly element: HTMLElement;
+  set(match: Match, selected: boolean): void;
+  clear(): void;
+  onClear(listener: () => void): void;
+}
+
+export function makeSelection(fail: (fault: unknown) => void): Selection {
+  const chosen = new Map<string, Match>();
+  let cleared: () => void = () => undefined;
+  const count = h("span", { role: "status" });
+  const whole = h("input", { type: "checkbox", id: "whole-takes" });
+  const element = h(
+    "div",
+    { class: "selection-bar", role: "region", "aria-label": "Selected answers", hidden: true },
+    count,
+    button("BVH", "bvh"),
+    button("glTF", "glb"),
+    h("label", { class: "check", for: "whole-takes" }, whole, "whole takes"),
+    h(
+      "button",
+      {
+        class: "link",
+        type: "button",
+        on: {
+          click: () => {
+            cleared();
+            clear();
+          },
+        },
+      },
+      "Clear",
+    ),
+  );
+
+  function button(label: string, format: FileFormat): HTMLElement {
+    return h(
+      "button",
+      {
+        class: "button plain",
+        type: "button",
+        "aria-label": `Download as ${label}`,
+        on: { click: () => void save(format) },
+      },
+      icon("download"),
+      label,
+    );
+  }
+
+  async function save(format: FileFormat): Promise<void> {
+    const items = [...chosen.values()].map(({ ref, start, end }) =>
+      whole.checked ? { ref } : { ref, start, end },
+    );
+    try {
+      await download(items, format);
+    } catch (fault) {
+      fail(fault);
+    }
+  }
+
+  function show(): void {
+    element.hidden = chosen.size === 0;
+    count.textContent = `${plural(chosen.size, "answer")} selected`;
+  }
+
+  function clear(): void {
+    chosen.clear();
+    show();
+  }
+
+  return {
+    element,
+    set(match, selected) {
+      const key = `${match.ref} ${match.start} ${match.end}`;
+      if (selected) chosen.set(key, match);
+      else chosen.delete(key);
+      show();
+    },
+    clear,
+    onClear: (listener) => void (cleared = listener),
+  };
+}

@@ -1,0 +1,249 @@
+/** Symbol space: the map, and beside it the chosen symbol with its segments. */
+
+import { get, messageOf } from "../../api/client.ts";
+import type { SymbolFacts, SymbolSegments, SymbolSpace } from "../../api/types.ts";
+import { fill, h } from "../../dom/element.ts";
+import { emptyState, faultState } from "../../parts/states.ts";
+import { interval, plural, seconds } from "../../parts/text.ts";
+import { go, routeTo } from "../../shell/router.ts";
+import { makeClip, type Clip } from "../../take/clip.ts";
+import { notLearned } from "../not_learned.ts";
+import type { Context, OpenView, View } from "../view.ts";
+import { makeSymbolMap } from "./map.ts";
+
+const PAGE = 30;
+
+function open(host: HTMLElement, context: Context): OpenView {
+  let space: SymbolSpace | null = null;
+  let chosen: number | null = null;
+  let axes: [number, number] = [0, 1];
+  let clip: Clip | null = null;
+
+  const map = makeSymbolMap((symbol) =>
+    go(routeTo("symbols", { symbol, axes: axes.join(",") === "0,1" ? "" : axes.join(",") })),
+  );
+  const bar = h("div", { class: "row settings" });
+  const panel = h("aside", { class: "symbol-panel", "aria-label": "Chosen symbol" });
+  const left = h("div", { class: "symbol-left" }, bar, map.element);
+  fill(
+    host,
+    h("h1", { class: "hidden-heading" }, "Symbol space"),
+    h("div", { class: "symbol-body" }, left, panel),
+  );
+
+  async function load(): Promise<void> {
+    try {
+      space = await get<SymbolSpace>("/api/symbols");
+    } catch (fault) {
+      fill(host, notLearned(fault, context) ?? faultState(messageOf(fault)));
+      return;
+    }
+    showMap();
+    void showChosen();
+  }
+
+  function zoomButton(text: string, label: string, by: number): HTMLElement {
+    return h(
+      "button",
+      {
+        class: "button plain",
+        type: "button",
+        title: label,
+        ...(text === "All" ? {} : { "aria-label": label }),
+        on: { click: () => map.enlarge(by) },
+      },
+      text,
+    );
+  }
+
+  function axisChoice(which: 0 | 1): HTMLElement {
+    const select = h(
+      "select",
+      {
+        class: "field",
+        "aria-label": which === 0 ? "Horizontal axis" : "Vertical axis",
+        on: {
+          change: () => {
+            axes[which] = Number(select.value);
+            showMap();
+          },
+        },
+      },
+      Array.from({ length: space!.dimensions }, (_, i) =>
+        h("option", { value: i, selected: axes[which] === i }, `axis ${i + 1}`),
+      ),
+    );
+    return select;
+  }
+
+  function showMap(): void {
+    if (!space) return;
+    fill(
+      bar,
+      h(
+        "p",
+        { class: "summary" },
+        `${plural(space.symbols.length, "symbol")}, ${plural(space.clusters.length, "cluster")}. Symbols that lie close together move alike.`,
+      ),
+      h(
+        "span",
+        { class: "row" },
+        zoomButton("−", "Shrink the map", 1 / 1.5),
+        zoomButton("+", "Enlarge the map", 1.5),
+        zoomButton("All", "See the whole map", 0),
+      ),
+      space.dimensions > 2 ? h("span", { class: "row" }, axisChoice(0), "by", axisChoice(1)) : null,
+    );
+    map.show(space, axes);
+    map.choose(chosen);
+  }
+
+  function closeClip(): void {
+    clip?.close();
+    clip = null;
+  }
+
+  function play(box: HTMLElement, segment: SymbolSegments["segments"][number]): void {
+    closeClip();
+    clip = makeClip(context, {
+      ref: segment.ref,
+      part: [segment.start, segment.end],
+      lit: [segment.start, segment.end],
+      label: `${segment.capture}, ${interval(segment.start, segment.end)}`,
+    });
+    fill(
+      box,
+      clip.element,
+      h("p", { class: "small muted" }, segment.capture, ` ${interval(segment.start, segment.end)}`),
+    );
+  }
+
+  async function showChosen(): Promise<void> {
+    map.choose(chosen);
+    closeClip();
+    const facts = space?.symbols.find((one) => one.symbol === chosen);
+    if (!facts) {
+      fill(
+        panel,
+        emptyState("Choose a symbol", "A click on a dot plays the movement and lists where it happens."),
+      );
+      return;
+    }
+    const box = h("div", { class: "symbol-clip" });
+    const list = h("ul", { class: "plain segment-list" });
+    fill(panel, heading(facts), box, h("h3", {}, "Segments, the most typical first"), list);
+    await moreSegments(facts.symbol, box, list, 0);
+  }
+
+  async function moreSegments(
+    symbol: number,
+    box: HTMLElement,
+    list: HTMLElement,
+    offset: number,
+  ): Promise<void> {
+    try {
+      const answer = await get<SymbolSegments>("/api/symbol", { symbol, offset, limit: PAGE });
+      if (chosen !== symbol) return;
+      list.append(
+        ...answer.segments.map((segment) =>
+          h(
+            "li",
+            {},
+            h(
+              "button",
+              {
+                class: "link",
+                type: "button",
+                title: "Play this segment",
+                on: { click: () => play(box, segment) },
+              },
+              segment.capture,
+            ),
+            h("span", { class: "muted time" }, ` ${interval(segment.start, segment.end)} `),
+            h(
+              "a",
+              {
+                class: "link",
+                href: routeTo("search", {
+                  like: segment.ref,
+                  start: segment.start.toFixed(3),
+                  end: segment.end.toFixed(3),
+                }),
+              },
+              "more like this",
+            ),
+          ),
+        ),
+      );
+      const next = offset + answer.segments.length;
+      if (next < answer.total) {
+        const more = h(
+          "button",
+          {
+            class: "button plain",
+            type: "button",
+            on: {
+              click: () => {
+                more.remove();
+                void moreSegments(symbol, box, list, next);
+              },
+            },
+          },
+          `${answer.total - next} more`,
+        );
+        list.after(more);
+      }
+      if (offset === 0 && answer.segments[0]) play(box, answer.segments[0]);
+    } catch (fault) {
+      context.fail(fault);
+    }
+  }
+
+  function heading(facts: SymbolFacts): HTMLElement {
+    return h(
+      "div",
+      {},
+      h("h2", {}, `Symbol ${facts.symbol}`),
+      h(
+        "p",
+        { class: "muted" },
+        `${plural(facts.count, "segment")} in ${plural(facts.captures, "capture")}, ${seconds(facts.seconds)} on average, cluster ${facts.cluster}`,
+      ),
+      h(
+        "p",
+        { class: "chips" },
+        facts.words
+          .filter((one) => one.probability >= 0.05)
+          .slice(0, 6)
+          .map(({ word, probability }) => {
+            const chip = h(
+              "a",
+              { class: "chip", href: routeTo("search", { q: word }) },
+              word,
+              h("span", { class: "chip-detail" }, probability.toFixed(2)),
+            );
+            return chip;
+          }),
+      ),
+    );
+  }
+
+  void load();
+  return {
+    update(parameters) {
+      const symbol = parameters.get("symbol");
+      const next = symbol === null ? null : Number(symbol);
+      const [first, second] = (parameters.get("axes") ?? "0,1").split(",").map(Number);
+      axes = [first ?? 0, second ?? 1];
+      if (next === chosen && space) return;
+      chosen = next;
+      if (space) void showChosen();
+    },
+    news(news) {
+      if (news.kind === "revision") void load();
+    },
+    close: closeClip,
+  };
+}
+
+export const symbols: View = { name: "symbols", title: "Symbols", open };

@@ -1,0 +1,36 @@
+/** What a view is, and what the shell gives to it. A view lives in a folder of its own. */
+
+import type { Live, News } from "../api/live.ts";
+import type { Motions } from "../api/motions.ts";
+import type { Status } from "../api/types.ts";
+import type { Stage } from "../player/stage.ts";
+
+export interface Context {
+  readonly stage: Stage;
+  readonly motions: Motions;
+  readonly live: Live;
+  /** The last known state of the database. */
+  status(): Status;
+  /** Ask for the state again. */
+  refresh(): Promise<Status>;
+  /** A short message that goes away by itself, with an action if given. */
+  notify(text: string, action?: { label: string; run: () => void }): void;
+  /** A fault, shown until it is closed. */
+  fail(fault: unknown): void;
+}
+
+/** A view on screen. */
+export interface OpenView {
+  /** The parameters of the route changed, and once at the start. */
+  update(parameters: URLSearchParams): void;
+  news?(news: News): void;
+  close(): void;
+}
+
+export interface View {
+  /** The name in the address. */
+  readonly name: string;
+  /** The word in the navigation. */
+  readonly title: string;
+  open(host: HTMLElement, context: Context): OpenView;
+}

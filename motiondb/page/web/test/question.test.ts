@@ -1,0 +1,101 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+import type { QuestionTree } from "../src/api/types.ts";
+import { chipsOf, type Chip } from "../src/views/search/question.ts";
+import { reasonRows } from "../src/views/search/reasons.ts";
+
+const action = (...words: string[]): QuestionTree => ({ kind: "action", words, sides: [], manner: [] });
+
+function text(chips: readonly Chip[]): string {
+  return chips
+    .map((chip) =>
+      chip.kind === "group" ? `[${chip.excluded ? "!" : ""}${chip.text}: ${text(chip.chips)}]` : chip.text,
+    )
+    .join(" ");
+}
+
+test("actions in order are chips with words between them", () => {
+  assert.equal(
+    text(chipsOf({ kind: "in_order", parts: [action("walk"), action("turn", "left"), action("sit")] })),
+    "walk then turn left then sit",
+  );
+});
+
+test("what is inside another part is framed, exclusions are marked", () => {
+  const tree: QuestionTree = {
+    kind: "in_order",
+    parts: [
+      { kind: "any_of", parts: [action("walk"), action("run")] },
+      { kind: "without", part: action("sit"), excluded: [action("wave")] },
+    ],
+  };
+  assert.equal(text(chipsOf(tree)), "[: walk or run] then sit [!not: wave]");
+});
+
+test("counts and lengths say their limits", () => {
+  assert.equal(
+    text(chipsOf({ kind: "repeated", part: action("jump"), at_least: 3, at_most: null })),
+    "[at least 3 times: jump]",
+  );
+  assert.equal(
+    text(chipsOf({ kind: "repeated", part: action("jump"), at_least: 2, at_most: 2 })),
+    "[2 times: jump]",
+  );
+  assert.equal(
+    text(chipsOf({ kind: "lasting", part: action("walk"), least_seconds: 2, most_seconds: 5 })),
+    "[for 2 to 5 s: walk]",
+  );
+});
+
+test("side and manner stand on the chip", () => {
+  const [chip] = chipsOf({
+    kind: "action",
+    words: ["wave"],
+    sides: [{ side: "left", limb: "hand" }],
+    manner: ["slowly"],
+  });
+  assert.equal(chip?.kind === "action" && chip.detail, "left hand, slowly");
+});
+
+test("the reasons add up to the log-odds", () => {
+  const word = (name: string, contribution: number) => ({
+    word: name,
+    log_odds: 0,
+    log_probability: 0,
+    contribution,
+    prior: -1.6,
+    written: 2,
+    symbols: [{ symbol: 1, from: 0, to: 2.9, share: 3.5 }],
+  });
+  const rows = reasonRows({
+    log_odds: 4,
+    together: 0.5,
+    words: [word("turn", 3), word("left", 1)],
+    excluded: [{ amount: -0.5, log_odds: -3, words: [word("run", -3)] }],
+  });
+  assert.equal(
+    rows.reduce((sum, row) => sum + row.amount, 0),
+    4,
+  );
+  assert.deepEqual(
+    rows.map((row) => row.label),
+    ["turn", "left", "together", "not run"],
+  );
+  assert.match(rows[0]!.detail, /usual −1\.60, written \+2\.00, symbol 1 \+3\.50 \(0\.0–2\.9 s\)/);
+});
+
+test("small shares are added up, so that the numbers still make the whole", () => {
+  const shares = [0.1, -2, 3, 0.2, -0.3, 1, 0.05];
+  const symbols = shares.map((share, symbol) => ({ symbol, from: 0, to: 1, share }));
+  const word = {
+    word: "walk",
+    log_odds: 0,
+    log_probability: 0,
+    contribution: 2.05,
+    prior: 0,
+    written: 0,
+    symbols,
+  };
+  const [row] = reasonRows({ log_odds: 2.05, together: 0, words: [word], excluded: [] });
+  assert.match(row!.detail, /symbol 2 \+3\.00 .*symbol 1 −2\.00 .*3 other segments \+0\.35$/);
+});

@@ -1,0 +1,161 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+import { rgbOf, tintOf } from "../src/parts/tint.ts";
+import { bytesText, plural, seconds, signed } from "../src/parts/text.ts";
+import { packRows, stretchLane, symbolLane, wordLane } from "../src/timeline/lanes.ts";
+import { niceTicks } from "../src/timeline/ticks.ts";
+import { wordsThatFit } from "../src/views/symbols/labels.ts";
+import { ellipseOf, fitAxes, NO_ZOOM, zoomAt, zoomed } from "../src/views/symbols/projection.ts";
+
+test("blocks that overlap get rows of their own, as few as possible", () => {
+  const rows = packRows([
+    { start: 0, end: 10 },
+    { start: 0, end: 3 },
+    { start: 3, end: 5 },
+    { start: 4, end: 6 },
+  ]);
+  assert.deepEqual(rows, [0, 1, 1, 2]);
+});
+
+test("no row ever holds two blocks that overlap", () => {
+  for (let seed = 1; seed < 60; seed += 1) {
+    const number = (i: number) => ((seed * 7919 + i * 104729) % 97) / 10;
+    const blocks = Array.from({ length: 12 }, (_, i) => ({
+      start: number(i),
+      end: number(i) + 0.1 + number(i + 50) / 4,
+    }));
+    const rows = packRows(blocks);
+    blocks.forEach((a, i) =>
+      blocks.forEach((b, j) => {
+        if (i < j && rows[i] === rows[j]) assert.ok(a.end <= b.start + 1e-6 || b.end <= a.start + 1e-6);
+      }),
+    );
+  }
+});
+
+test("rulers have round times and not too many", () => {
+  assert.deepEqual(niceTicks(5.7, 6), [0, 1, 2, 3, 4, 5]);
+  for (const duration of [0.3, 1, 7, 59, 61, 3600]) assert.ok(niceTicks(duration, 8).length <= 9);
+});
+
+test("lanes say what they do not know", () => {
+  const [block] = symbolLane([{ symbol: 4, start: 0, end: 1, known: false }]).blocks;
+  assert.equal(block!.faint, true);
+  assert.match(block!.title, /unlike everything learned/);
+  assert.equal(
+    wordLane([{ start: 0, end: 1, words: [{ word: "walk", probability: 0.2 }] }]).blocks[0]!.label,
+    "–",
+  );
+  const drawn = stretchLane([
+    { start: 0, end: 1, capture: null, source_start: null, licence: null, edit: "" },
+  ]).blocks[0]!;
+  assert.equal(drawn.label, "drawn from the model");
+});
+
+test("a stretch names its licence", () => {
+  const title = stretchLane([{ start: 0, end: 1, capture: "a", source_start: 2, licence: "CC0", edit: "" }])
+    .blocks[0]!.title;
+  assert.match(title, /a from 2\.00 s, licence CC0/);
+});
+
+test("tints of neighbours differ, and colours stay inside sRGB", () => {
+  assert.notEqual(tintOf(1).soft, tintOf(2).soft);
+  assert.equal(tintOf(7).soft, tintOf(7).soft);
+  assert.deepEqual(
+    rgbOf(1, 0, 0).map((x) => Math.round(x * 255)),
+    [255, 255, 255],
+  );
+  for (let i = 0; i < 100; i += 1)
+    for (const part of rgbOf(0.86, 0.2, i * 3.6)) assert.ok(part >= 0 && part <= 1);
+});
+
+test("numbers read as people write them", () => {
+  assert.deepEqual([seconds(2.5), seconds(27.67), seconds(685.1)], ["2.50 s", "27.7 s", "11 min 25 s"]);
+  assert.deepEqual([signed(-1.617), signed(2)], ["−1.62", "+2.00"]);
+  assert.deepEqual(
+    [plural(1, "capture"), plural(10_000, "capture"), plural(2, "copy", "copies")],
+    ["1 capture", "10,000 captures", "2 copies"],
+  );
+  assert.deepEqual([bytesText(999), bytesText(1500), bytesText(104857600)], ["999 B", "1.5 kB", "105 MB"]);
+});
+
+test("the map fits its picture with one scale for both axes", () => {
+  const size = { width: 100, height: 100, margin: 10 };
+  const axes = fitAxes(
+    [
+      [-1, 0],
+      [3, 1],
+    ],
+    0,
+    1,
+    size,
+  );
+  assert.equal(axes.scale, 20);
+  assert.deepEqual(axes.place([3, 0.5]), [90, 50]);
+  const line = fitAxes([[0], [2]], 0, 1, size);
+  assert.deepEqual(line.place([2]), [90, 50]);
+});
+
+test("the ellipse of a round Gaussian is a circle, of a tilted one is turned", () => {
+  const axes = fitAxes(
+    [
+      [-1, -1],
+      [1, 1],
+    ],
+    0,
+    1,
+    { width: 100, height: 100, margin: 10 },
+  );
+  const round = ellipseOf(
+    [0, 0],
+    [
+      [1, 0],
+      [0, 1],
+    ],
+    axes,
+  );
+  assert.equal(round.rx, round.ry);
+  const tilted = ellipseOf(
+    [0, 0],
+    [
+      [2, 1],
+      [1, 2],
+    ],
+    axes,
+  );
+  assert.ok(Math.abs(Math.abs(tilted.angle) - 45) < 1e-9);
+  assert.ok(Math.abs(tilted.rx / tilted.ry - Math.sqrt(3)) < 1e-9);
+});
+
+test("a zoom keeps the place under the pointer, and stops at the whole map", () => {
+  const size = { width: 100, height: 100, margin: 10 };
+  const axes = fitAxes(
+    [
+      [-1, 0],
+      [3, 1],
+    ],
+    0,
+    1,
+    size,
+  );
+  const [x, y] = axes.place([3, 0.5]);
+  const zoom = zoomAt(NO_ZOOM, 3, x, y, size);
+  assert.deepEqual(
+    zoomed(axes, zoom, size)
+      .place([3, 0.5])
+      .map((one) => Math.round(one)),
+    [x, y],
+  );
+  assert.equal(zoomed(axes, zoom, size).scale, 60);
+  assert.equal(zoomAt(zoom, 0.01, 0, 0, size).factor, 1);
+});
+
+test("a word that would cover another one or a dot is not written", () => {
+  const fits = wordsThatFit([
+    { x: 0, y: 0, radius: 10, word: "walk" },
+    { x: 5, y: 2, radius: 10, word: "run" },
+    { x: 200, y: 0, radius: 10, word: "kick" },
+    { x: 400, y: 0, radius: 10, word: "" },
+  ]);
+  assert.deepEqual(fits, [true, false, true, false]);
+});

@@ -1,0 +1,275 @@
+"""The catalogue: table, figures, facets, words, adding, learning, removing."""
+
+from __future__ import annotations
+
+import json
+import re
+from urllib.parse import urlparse
+
+from page_tools import drag_on, drop_files, pixels, wait_for, wait_for_figure
+
+import motiondb
+
+
+def _names(page):
+    return page.locator(".row-capture .capture-name").all_inner_texts()
+
+
+def _row(page, name):
+    return page.locator(".row-capture", has=page.get_by_text(name, exact=True))
+
+
+def test_rows_show_what_is_known_and_figures_move(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue", reduced_motion="no-preference")
+    first = page.locator(".row-capture").first
+    first.wait_for()
+    text = first.inner_text()
+    assert "ana/bow_1" in text
+    assert "2.70 s" in text
+    assert "someone bows politely" in text
+    assert "CC0-1.0" in text
+    wait_for_canvas = """() => document.querySelector('.thumb').getContext('2d')
+        .getImageData(0, 0, 48, 60).data.some((value) => value > 0)"""
+    wait_for(page, wait_for_canvas)
+    seen = pixels(page, ".thumb")
+    wait_for(page, "seen => document.querySelector('.thumb').toDataURL() !== seen", seen)
+
+
+def test_only_rows_in_sight_exist_and_scrolling_brings_others(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue")
+    page.locator(".row-capture").first.wait_for()
+    assert page.locator(".row-capture").count() < 40
+    assert page.evaluate("() => document.documentElement.scrollHeight <= innerHeight")
+    page.locator(".table").evaluate("table => { table.scrollTop = table.scrollHeight; }")
+    page.get_by_text("goran/walk_1", exact=True).wait_for()
+    assert page.locator(".row-capture").count() < 40
+
+
+def test_ten_thousand_captures_are_scrolled_through(asked_server, new_page):
+    page = new_page("about:blank")
+
+    def answer(route):
+        query = dict(pair.split("=") for pair in urlparse(route.request.url).query.split("&"))
+        offset, limit = int(query["offset"]), int(query["limit"])
+        rows = [
+            {
+                "name": f"take/{i:05}", "ref": f"capture:take/{i:05}", "kind": "captured",
+                "format": "bvh", "fps": 30.0, "frames": 90, "duration": 3.0, "performer": "x",
+                "licence": "CC0-1.0", "tags": {}, "words": [], "notes": [], "learned": True,
+                "copies": 0,
+            }
+            for i in range(offset, min(offset + limit, 10_000))
+        ]  # fmt: skip
+        body = {"total": 10_000, "offset": offset, "revision": 1, "captures": rows}
+        route.fulfill(json=body)
+
+    page.route("**/api/captures?*", answer)
+    page.goto(f"{asked_server}#/catalogue")
+    page.get_by_text("take/00000", exact=True).wait_for()
+    for share in (0.25, 0.5, 1.0):
+        page.locator(".table").evaluate(
+            "(table, share) => { table.scrollTop = share * table.scrollHeight; }", share
+        )
+    page.get_by_text("take/09999", exact=True).wait_for()
+    assert page.locator(".row-capture").count() < 40
+    assert page.locator(".table").get_attribute("aria-rowcount") == "10001"
+
+
+def test_a_click_on_a_head_sorts_both_ways(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue")
+    page.get_by_role("button", name="Length").click()
+    page.locator("[aria-sort=ascending]", has_text="Length").wait_for()
+    page.get_by_role("button", name="Length").click()
+    page.locator("[aria-sort=descending]", has_text="Length").wait_for()
+    lengths = page.locator(".row-capture .cell-length").all_inner_texts()
+    seconds = [float(text.split()[0]) for text in lengths]
+    assert seconds == sorted(seconds, reverse=True)
+
+
+def test_facets_and_filter_narrow_down(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue")
+    page.get_by_role("checkbox", name="dora").check()
+    page.get_by_text("11 of 101 captures").wait_for()
+    page.get_by_role("checkbox", name=re.compile("^ana")).check()
+    page.get_by_text("23 of 101 captures").wait_for()
+    page.get_by_label("Filter").fill("duration>20")
+    page.keyboard.press("Enter")
+    wait_for(page, "() => !document.querySelector('.summary').textContent.startsWith('23')")
+    assert {name.split("/")[0] for name in _names(page)} <= {"ana", "dora"}
+    page.reload()
+    page.locator(".row-capture").first.wait_for()
+    assert page.get_by_role("checkbox", name="dora").is_checked()
+
+
+def test_a_wrong_filter_is_explained_under_the_box(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue?where=perfomer%3Dana")
+    page.locator("#filter-fault", has_text="perfomer").wait_for()
+    assert page.get_by_label("Filter").get_attribute("aria-invalid") == "true"
+
+
+def test_rows_are_walked_and_opened_by_keyboard(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue")
+    page.locator(".row-capture").first.wait_for()
+    page.locator(".table").focus()
+    for _ in range(3):
+        page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    page.get_by_role("heading", name="ana/jump_1").wait_for()
+    page.keyboard.press("End")
+    wait_for(page, "() => document.activeElement.getAttribute('aria-rowindex') === '102'")
+
+
+def test_words_are_edited_in_the_row_and_undone(serve_copy, new_page):
+    page = new_page(f"{serve_copy()}#/catalogue?where=performer%3Dana")
+    row = _row(page, "ana/bow_1")
+    row.locator(".words-button").click()
+    page.get_by_label("Words of ana/bow_1").fill("a performer bows deeply; bow")
+    page.keyboard.press("Enter")
+    row.get_by_text("a performer bows deeply; bow").wait_for()
+    page.get_by_text("Words of ana/bow_1 saved.").wait_for()
+    page.reload()
+    _row(page, "ana/bow_1").get_by_text("a performer bows deeply; bow").wait_for()
+    page.get_by_role("button", name="Undo", exact=True).first.click()
+    _row(page, "ana/bow_1").get_by_text("someone bows politely; bow").wait_for()
+
+
+def test_escape_leaves_the_words_as_they_were(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue")
+    row = _row(page, "ana/bow_1")
+    row.locator(".words-button").click()
+    page.get_by_label("Words of ana/bow_1").fill("something else")
+    page.keyboard.press("Escape")
+    row.get_by_text("someone bows politely; bow").wait_for()
+
+
+def test_words_are_written_about_a_dragged_part(serve_copy, new_page):
+    page = new_page(f"{serve_copy()}#/catalogue?capture=ana/walk_1")
+    wait_for_figure(page)
+    drag_on(page, ".details .timeline-area", 0.2, 0.6)
+    page.get_by_role("button", name="Write words").click()
+    page.get_by_label("What happens in this part?").fill("takes two steps")
+    page.get_by_role("button", name="Save words").click()
+    caption = page.locator(".caption", has_text="takes two steps")
+    caption.wait_for()
+    start, end = (
+        float(one) for one in re.findall(r"[\d.]+", caption.locator(".time").inner_text())
+    )
+    assert abs(start - 0.2 * 4.9) < 0.2
+    assert abs(end - 0.6 * 4.9) < 0.2
+    page.locator(".lane-captions .block", has_text="takes two steps").wait_for()
+    caption.get_by_role("button", name="Remove “takes two steps”").click()
+    caption.wait_for(state="detached")
+
+
+def test_a_part_is_typed_without_a_mouse(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue?capture=ana/walk_1")
+    wait_for_figure(page)
+    page.get_by_role("button", name="type its times").click()
+    page.get_by_label("End of the part, seconds").fill("2.5")
+    page.keyboard.press("Tab")
+    assert page.locator(".timeline-selection").first.evaluate("e => parseFloat(e.style.width)") > 45
+
+
+def test_copies_are_listed(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue")
+    page.get_by_role("button", name="Copies").click()
+    page.get_by_text("is a cut of").wait_for()
+    assert page.get_by_role("link", name="chidi/shoot_1").count() > 0
+
+
+def test_a_capture_is_downloaded_as_it_was_added(asked_server, new_page, samples_folder):
+    page = new_page(f"{asked_server}#/catalogue?capture=ana/bow_1")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download as Original").click()
+    assert download.value.path().read_bytes() == (samples_folder / "ana" / "bow_1.bvh").read_bytes()
+
+
+def test_a_capture_is_removed_after_a_question(serve_copy, new_page):
+    page = new_page(f"{serve_copy()}#/catalogue?capture=ana/bow_1")
+    page.get_by_role("button", name="Remove this capture…").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
+    page.get_by_role("button", name="Remove this capture…").click()
+    page.get_by_role("dialog").get_by_role("button", name="Remove", exact=True).click()
+    page.get_by_text("ana/bow_1 is removed.").wait_for()
+    page.get_by_text("100 captures,").wait_for()
+
+
+def test_dropped_files_are_added_and_a_reload_keeps_the_job(
+    serve_copy, new_page, samples_folder, tmp_path
+):
+    address = serve_copy(database=tmp_path / "empty.duckdb")
+    page = new_page(f"{address}#/catalogue")
+    page.get_by_role("heading", name="This database is empty").wait_for()
+    sheet = tmp_path / "words.tsv"
+    sheet.write_text("file\twords\nwalk_1\ta person walks\n")
+    files = [samples_folder / "ana" / f"{name}_1.bvh" for name in ("walk", "run", "jump")]
+    drop_files(page, "#view", [*files, sheet])
+    page.get_by_text("3 captures ready to be added.").wait_for()
+    page.get_by_role("button", name="Add to the database").click()
+    page.get_by_text("Adding has begun").wait_for()
+    page.reload()
+    page.locator(".jobs-button").click()
+    page.locator(".job", has_text="3 added").wait_for()
+    page.locator(".row-capture", has_text="a person walks").wait_for()
+    with motiondb.open(tmp_path / "empty.duckdb", read_only=True) as db:
+        assert len(db.captures()) == 3
+
+
+def test_chosen_files_and_refused_ones(serve_copy, new_page, samples_folder, tmp_path):
+    address = serve_copy(database=tmp_path / "empty.duckdb")
+    page = new_page(f"{address}#/catalogue")
+    page.get_by_role("button", name="Add captures").first.click()
+    other = tmp_path / "notes.exe"
+    other.write_text("no capture")
+    page.locator("input[type=file]").first.set_input_files(
+        [samples_folder / "ana" / "bow_1.bvh", other]
+    )
+    page.get_by_text("1 capture ready to be added.").wait_for()
+    page.get_by_text("1 file left out").click()
+    page.get_by_text("not one of .").wait_for()
+
+
+def test_a_folder_of_the_computer_is_added(serve_copy, new_page, samples_folder, tmp_path):
+    address = serve_copy(str(samples_folder), database=tmp_path / "empty.duckdb")
+    page = new_page(f"{address}#/catalogue")
+    page.get_by_role("button", name="Add captures").first.click()
+    page.get_by_text(re.compile("Folder captures on the server")).click()
+    page.get_by_role("button", name="ana/").click()
+    page.get_by_text("12 captures here").wait_for()
+    page.get_by_role("button", name="Add to the database").click()
+    page.locator(".message", has_text="12 added").wait_for()
+
+
+def test_learning_shows_progress_over_a_reload_and_can_be_cancelled(serve_copy, new_page):
+    address = serve_copy()
+    page = new_page(f"{address}#/catalogue")
+    page.get_by_role("button", name="Learn…").first.click()
+    page.get_by_label("Motion symbols").fill("6")
+    page.get_by_role("dialog").get_by_role("button", name="Learn", exact=True).click()
+    page.locator(".jobs-button.active").wait_for()
+    page.reload()
+    page.locator(".jobs-button.active").wait_for()
+    page.locator(".jobs-button").click()
+    page.locator(".job progress").first.wait_for()
+    page.get_by_role("button", name="Cancel").click()
+    page.locator(".job", has_text="Cancelled. The database stays as it was.").wait_for()
+    status = json.loads(page.request.get(f"{address}api/status").text())
+    assert status["symbols"] != 6
+
+
+def test_a_read_only_page_offers_no_changes(serve_copy, new_page):
+    page = new_page(f"{serve_copy('--read-only')}#/catalogue?capture=ana/bow_1")
+    wait_for_figure(page)
+    for name in ("Add captures", "Learn…", "Add words", "Remove this capture…"):
+        assert page.get_by_role("button", name=name).count() == 0
+    assert page.get_by_text("read only").count() > 0
+
+
+def test_a_chosen_folder_is_sent_with_the_paths_inside_it(
+    serve_copy, new_page, samples_folder, tmp_path
+):
+    address = serve_copy(database=tmp_path / "empty.duckdb")
+    page = new_page(f"{address}#/catalogue")
+    page.get_by_role("button", name="Add captures").first.click()
+    page.locator("input[webkitdirectory]").set_input_files(samples_folder / "emil")
+    page.get_by_text("10 captures ready to be added.").wait_for()

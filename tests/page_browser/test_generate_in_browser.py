@@ -1,0 +1,70 @@
+"""Describe and generate: variants, what is shown, sources, downloads, keeping."""
+
+from __future__ import annotations
+
+from page_tools import wait_for, wait_for_figure
+
+ASKED = "#/generate?q=a+person+walks+then+kicks&seed=7"
+
+
+def test_a_sentence_becomes_motion_with_its_sources(asked_server, new_page):
+    page = new_page(f"{asked_server}#/generate")
+    page.get_by_label("What the person does").fill("a person walks then kicks")
+    page.get_by_label("Seed").fill("7")
+    page.get_by_role("button", name="Generate", exact=True).click()
+    wait_for_figure(page, ".variant .clip-canvas")
+    shown = page.locator(".shown-list li").all_inner_texts()
+    assert len(shown) == 2
+    assert "walk" in shown[0]
+    assert "kick" in shown[1]
+    assert page.locator(".lane-parts .block").all_inner_texts() == ["walk", "kick"]
+    sources = page.locator(".lane-stretches .block")
+    assert sources.count() >= 1
+    assert "licence CC0-1.0" in sources.first.get_attribute("title")
+    page.get_by_text("Sources and licences").click()
+    page.get_by_text("licence CC0-1.0").first.wait_for()
+
+
+def test_what_is_not_shown_is_named(asked_server, new_page):
+    page = new_page(f"{asked_server}#/generate?q=walk+slowly+for+ten+seconds&seed=1")
+    wait_for_figure(page, ".variant .clip-canvas")
+    assert page.locator(".not-shown, .remarks li").count() > 0
+
+
+def test_variants_have_their_own_seeds_and_play_together(asked_server, new_page):
+    page = new_page(f"{asked_server}#/generate?q=walk&seed=3&variants=2")
+    page.get_by_text("seed 3").wait_for()
+    page.get_by_text("seed 4").wait_for()
+    page.get_by_role("button", name="Play together").click()
+    wait_for(
+        page,
+        """() => [...document.querySelectorAll('.variant .timeline-cursor')]
+            .every((cursor) => parseFloat(cursor.style.left) > 5)""",
+    )
+
+
+def test_the_next_seed_makes_another_motion(asked_server, new_page):
+    page = new_page(f"{asked_server}{ASKED}")
+    page.get_by_text("seed 7", exact=True).wait_for()
+    page.get_by_role("button", name="Next seed").click()
+    page.get_by_text("seed 8", exact=True).wait_for()
+    assert "seed=8" in page.url
+
+
+def test_made_motion_is_downloaded_and_kept(serve_copy, new_page):
+    page = new_page(f"{serve_copy()}{ASKED}")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download as glTF").click()
+    assert download.value.path().stat().st_size > 1000
+    page.get_by_role("button", name="Keep…").click()
+    page.get_by_label("Name of the capture").fill("new/walk_kick")
+    page.get_by_role("button", name="Keep", exact=True).click()
+    page.get_by_role("link", name="new/walk_kick").click()
+    page.get_by_role("heading", name="new/walk_kick").wait_for()
+    page.locator(".lane-stretches .block").first.wait_for()
+
+
+def test_a_question_that_cannot_be_made_is_refused_with_a_sentence(asked_server, new_page):
+    page = new_page(f"{asked_server}#/generate?q=frobnicate&seed=0")
+    fault = page.get_by_role("alert").filter(has_text="frobnicate")
+    fault.wait_for()

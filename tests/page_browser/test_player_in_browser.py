@@ -1,0 +1,133 @@
+"""The player: keys, buttons, camera, marks."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from page_tools import drag_on, settled, wait_for, wait_for_figure
+
+CAPTURE = "#/catalogue?capture=ana/long_1"
+
+
+@pytest.fixture
+def player(asked_server, new_page):
+    page = new_page(f"{asked_server}{CAPTURE}")
+    page.locator(".details .timeline-cursor").wait_for()  # the motion is there
+    wait_for_figure(page)
+    page.locator(".player-canvas").focus()
+    return page
+
+
+def _time(page):
+    return float(page.locator(".player-time").inner_text().split()[0])
+
+
+def _press(page, key):
+    page.keyboard.press(key)
+    page.wait_for_timeout(150)
+
+
+def test_frames_step_by_one(player):
+    _press(player, "Home")
+    start = _time(player)
+    _press(player, "ArrowRight")
+    _press(player, "ArrowRight")
+    assert _time(player) == pytest.approx(start + 2 / 30, abs=0.011)
+    _press(player, "ArrowLeft")
+    assert _time(player) == pytest.approx(start + 1 / 30, abs=0.011)
+
+
+def test_space_plays_and_pauses(player):
+    _press(player, "Home")
+    player.keyboard.press(" ")
+    wait_for(player, "() => parseFloat(document.querySelector('.player-time').value) > 0.4")
+    player.keyboard.press(" ")
+    player.wait_for_timeout(200)
+    paused = _time(player)
+    player.wait_for_timeout(400)
+    assert _time(player) == paused
+
+
+def test_speed_and_loop_show_in_the_bar(player):
+    _press(player, "ArrowUp")
+    assert player.locator(".player-speed").input_value() == "1.5"
+    loop = player.get_by_role("button", name="Loop (L)")
+    assert loop.get_attribute("aria-pressed") == "true"
+    _press(player, "l")
+    assert loop.get_attribute("aria-pressed") == "false"
+
+
+def test_without_a_loop_it_stops_at_the_end(player):
+    _press(player, "l")
+    _press(player, "End")
+    player.keyboard.press("ArrowLeft")
+    player.keyboard.press(" ")
+    wait_for(player, "() => parseFloat(document.querySelector('.player-time').value) > 23")
+    player.get_by_role("button", name="Play (Space)").wait_for()
+
+
+def test_dragging_turns_the_camera_and_r_brings_it_back(player):
+    _press(player, "r")
+    seen = settled(player, ".player-canvas")
+    drag_on(player, ".player-canvas", 0.3, 0.6)
+    assert settled(player, ".player-canvas") != seen
+    _press(player, "r")
+    assert settled(player, ".player-canvas") == seen
+
+
+@pytest.mark.parametrize("key", ["g", "t", "c"])
+def test_grid_trails_and_contacts_can_be_seen(player, key):
+    for _ in range(20):
+        player.keyboard.press("ArrowRight")
+    seen = settled(player, ".player-canvas")
+    _press(player, key)
+    assert settled(player, ".player-canvas") != seen
+    _press(player, key)
+    assert settled(player, ".player-canvas") == seen
+
+
+def test_following_keeps_the_figure_in_the_middle(player):
+    follow = player.get_by_role("button", name=re.compile("Follow"))
+    if follow.get_attribute("aria-pressed") == "false":
+        _press(player, "f")
+    assert follow.get_attribute("aria-pressed") == "true"
+
+
+def test_the_slider_moves_through_time(player):
+    slider = player.locator(".player-slider")
+    slider.evaluate("s => { s.value = 5; s.dispatchEvent(new Event('input')); }")
+    player.wait_for_timeout(150)
+    assert _time(player) == pytest.approx(5.0, abs=0.01)
+
+
+def test_the_keys_are_listed(player):
+    _press(player, "?")
+    dialog = player.get_by_role("dialog", name="Keys of the player")
+    dialog.wait_for()
+    assert "joint trails" not in dialog.inner_text()
+    assert "trails of hands and feet" in dialog.inner_text()
+    player.keyboard.press("Escape")
+    dialog.wait_for(state="detached")
+
+
+def test_figures_are_drawn_flat_where_there_is_no_webgl(asked_server, new_page):
+    page = new_page("about:blank")
+    page.add_init_script(
+        "const get = HTMLCanvasElement.prototype.getContext;"
+        "HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {"
+        "  return kind.startsWith('webgl') ? null : get.call(this, kind, ...rest); };"
+    )
+    page.goto(f"{asked_server}{CAPTURE}")
+    page.get_by_role("heading", name="ana/long_1").wait_for()
+    wait_for(
+        page,
+        """() => {
+            const canvas = document.querySelector('.player-canvas');
+            if (!canvas?.width) return false;
+            const { data } = canvas.getContext('2d')
+                .getImageData(0, 0, canvas.width, canvas.height);
+            const first = data[0];
+            return data.some((value, i) => i % 4 === 0 && Math.abs(value - first) > 30);
+        }""",
+    )

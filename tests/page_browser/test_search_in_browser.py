@@ -1,0 +1,161 @@
+"""Search by words and by example: chips, answers, reasons, parts, downloads."""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+
+from page_tools import drag_on, drop_files, wait_for, wait_for_figure
+
+
+def _open(new_page, server, hash_="#/search", **options):
+    return new_page(f"{server}{hash_}", **options)
+
+
+def _ask(page, question):
+    page.get_by_role("searchbox", name="What to search for").fill(question)
+    page.keyboard.press("Enter")
+
+
+def test_a_question_is_understood_as_chips_and_answered(asked_server, new_page):
+    page = _open(new_page, asked_server)
+    _ask(page, "walk, turn left, sit down")
+    page.locator(".answer").first.wait_for()
+    chips = page.locator(".question .chips").first
+    assert chips.inner_text().split() == [
+        "Understood", "walk", "then", "turn", "left", "then", "sit", "down",
+    ]  # fmt: skip
+    first = page.locator(".answer").first
+    assert "ana/long_1" in first.inner_text()
+    assert first.locator(".meter-name").all_inner_texts() == ["shown", "here"]
+    assert first.locator(".timeline-lit").count() == 3
+    assert first.locator(".lane-symbols .block").count() > 3
+    assert first.locator(".lane-captions .block").count() > 0
+    wait_for_figure(page, ".answer .clip-canvas")
+
+
+def test_answers_play_only_the_matched_interval(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=jump&limit=5", reduced_motion="no-preference")
+    wait_for_figure(page, ".answer .clip-canvas")
+    interval = page.locator(".answer .time").first.inner_text()
+    start, end = (float(number) for number in re.findall(r"[\d.]+", interval))
+    places = page.evaluate(
+        """async () => {
+            const cursor = document.querySelector('.answer .timeline-cursor');
+            const seen = [];
+            for (let i = 0; i < 40; i += 1) {
+                seen.push(parseFloat(cursor.style.left));
+                await new Promise((done) => setTimeout(done, 100));
+            }
+            return seen;
+        }"""
+    )
+    lit = page.locator(".answer .timeline-lit").first.evaluate(
+        "e => [parseFloat(e.style.left), parseFloat(e.style.left) + parseFloat(e.style.width)]"
+    )
+    assert end > start
+    assert len(set(places)) > 3
+    assert min(places) >= lit[0] - 1
+    assert max(places) <= lit[1] + 1
+
+
+def test_the_reason_is_told_word_by_word(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=turn+left&limit=5")
+    answer = page.locator(".answer").first
+    answer.get_by_text("Why this answer").click()
+    rows = answer.locator(".reasons tbody tr")
+    amounts = [
+        float(text.replace("−", "-").replace("+", ""))
+        for text in rows.locator(".number-cell").all_inner_texts()
+    ]
+    caption = answer.locator(".reasons caption").inner_text()
+    total = float(re.search(r"together ([+−][\d.]+)", caption).group(1).replace("−", "-"))
+    assert abs(sum(amounts) - total) < 0.03
+    assert "usual" in answer.locator(".reason-detail").first.inner_text()
+
+
+def test_nothing_matching_is_said_plainly(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=walk,+kick&where=performer%3Dana&limit=5")
+    page.get_by_role("heading", name="Not in this database").wait_for()
+    assert page.locator(".answer.nearest").count() > 0
+
+
+def test_an_unknown_word_is_named_and_can_be_replaced(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=wlak,+wave&limit=5")
+    page.get_by_text("“wlak” is not known here").wait_for()
+    page.get_by_role("button", name="walk", exact=True).click()
+    wait_for(page, "() => document.querySelector('#question').value === 'walk, wave'")
+    page.locator(".answer").first.wait_for()
+
+
+def test_a_wrong_filter_is_explained(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=walk&where=performers%3Dana")
+    fault = page.get_by_role("alert").filter(has_text="performers")
+    fault.wait_for()
+    assert "performer" in fault.inner_text()
+
+
+def test_a_dropped_file_is_the_example(asked_server, new_page, samples_folder):
+    page = _open(new_page, asked_server)
+    drop_files(page, "#view", [samples_folder / "fatou" / "kick_1.bvh"])
+    page.get_by_role("heading", name="Like kick_1.bvh").wait_for()
+    page.locator(".answer").first.wait_for()
+    assert "kick" in page.locator(".answer").first.inner_text()
+    assert "like=upload" in page.url
+
+
+def test_a_part_of_the_example_is_dragged_on_its_timeline(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?like=capture:ana/long_1&limit=5")
+    wait_for_figure(page, ".example .player-canvas")
+    page.locator(".answer").first.wait_for()
+    drag_on(page, ".example .timeline-area", 0.5, 0.62)
+    wait_for(page, "() => location.hash.includes('start=')")
+    start = float(re.search(r"start=([\d.]+)", page.url).group(1))
+    assert abs(start - 0.5 * 23.07) < 0.5
+    field = page.get_by_role("spinbutton", name="Start of the part, seconds")
+    assert abs(float(field.input_value()) - start) < 0.02
+    wait_for(page, "() => document.querySelector('.answers').getAttribute('aria-busy') === 'false'")
+    assert page.locator(".answer").count() > 0
+
+
+def test_more_like_this_asks_with_the_interval_of_the_answer(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=kick&limit=5")
+    page.get_by_role("link", name="More like this").first.click()
+    page.get_by_role("heading", name=re.compile("^Like ")).wait_for()
+    assert "start=" in page.url
+    page.locator(".answer").first.wait_for()
+
+
+def test_several_answers_are_downloaded(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=walk&limit=5")
+    boxes = page.locator(".answer-head input[type=checkbox]")
+    boxes.nth(0).check()
+    boxes.nth(1).check()
+    page.get_by_text("2 answers selected").wait_for()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download as BVH").click()
+    with zipfile.ZipFile(io.BytesIO(download.value.path().read_bytes())) as archive:
+        motions = [name for name in archive.namelist() if name.endswith(".bvh")]
+        assert len(motions) == 2
+        assert archive.read(motions[0]).startswith(b"HIERARCHY")
+    boxes.nth(1).uncheck()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download as glTF").click()
+    assert download.value.path().read_bytes().startswith(b"glTF")
+
+
+def test_going_back_brings_the_last_question(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=walk&limit=5")
+    page.locator(".answer").first.wait_for()
+    _ask(page, "kick")
+    wait_for(page, "() => location.hash.includes('kick')")
+    page.go_back()
+    wait_for(page, "() => document.querySelector('#question').value === 'walk'")
+
+
+def test_a_slash_goes_to_the_box(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/catalogue")
+    page.locator(".row-capture").first.wait_for()
+    page.keyboard.press("/")
+    wait_for(page, "() => document.activeElement.id === 'question'")
