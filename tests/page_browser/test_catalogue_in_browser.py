@@ -150,7 +150,9 @@ def test_words_are_written_about_a_dragged_part(serve_copy, new_page):
     page.get_by_role("button", name="Save words").click()
     caption = page.locator(".caption", has_text="takes two steps")
     caption.wait_for()
-    start, end = (float(one) for one in re.findall(r"[\d.]+", caption.locator(".time").inner_text()))
+    start, end = (
+        float(one) for one in re.findall(r"[\d.]+", caption.locator(".time").inner_text())
+    )
     assert abs(start - 0.2 * 4.9) < 0.2
     assert abs(end - 0.6 * 4.9) < 0.2
     page.locator(".lane-captions .block", has_text="takes two steps").wait_for()

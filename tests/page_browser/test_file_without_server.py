@@ -102,10 +102,14 @@ def test_an_example_plays_above_its_answers(asked_server, new_page, open_file):
 
 def test_damaged_data_is_said(new_page, tmp_path):
     path = tmp_path / "broken.html"
-    html = (_BUNDLE / "index.html").read_text().replace(
-        '<script defer src="app.js"></script>',
-        '<script type="application/json" id="motiondb-data">{"format": 9}</script>'
-        f'<script defer src="{(_BUNDLE / "app.js").as_uri()}"></script>',
+    html = (
+        (_BUNDLE / "index.html")
+        .read_text()
+        .replace(
+            '<script defer src="app.js"></script>',
+            '<script type="application/json" id="motiondb-data">{"format": 9}</script>'
+            f'<script defer src="{(_BUNDLE / "app.js").as_uri()}"></script>',
+        )
     )
     path.write_text(html)
     page = new_page(path.as_uri())

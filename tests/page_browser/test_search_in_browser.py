@@ -40,7 +40,9 @@ def test_answers_play_only_the_matched_interval(asked_server, new_page):
     wait_for_figure(page, ".answer .clip-canvas")
     interval = page.locator(".answer .time").first.inner_text()
     start, end = (float(number) for number in re.findall(r"[\d.]+", interval))
-    whole = float(page.locator(".answer").first.evaluate("e => e.querySelectorAll('.timeline').length"))
+    whole = float(
+        page.locator(".answer").first.evaluate("e => e.querySelectorAll('.timeline').length")
+    )
     assert whole == 1
     places = page.evaluate(
         """async () => {
