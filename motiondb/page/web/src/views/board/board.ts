@@ -1,0 +1,322 @@
+/** The tactics board: draw a play, see what cannot be played, make the scene, change it. */
+
+import { get, messageOf, post } from "../../api/client.ts";
+import { fill, h } from "../../dom/element.ts";
+import { icon } from "../../dom/icons.ts";
+import { banner, faultState } from "../../parts/states.ts";
+import { go, routeTo } from "../../shell/router.ts";
+import type { Context, OpenView, View } from "../view.ts";
+import { makeDrawing } from "./drawing.ts";
+import {
+  addElement,
+  addPlayer,
+  changeElement,
+  changePlayer,
+  emptyDiagram,
+  endsAtPlace,
+  moveTo,
+  placeBefore,
+  removeElement,
+  removePlayer,
+  type Selection,
+} from "./edits.ts";
+import { makeFiles } from "./files.ts";
+import { makeMaking } from "./making.ts";
+import { panelOf } from "./panel.ts";
+import { makeTools } from "./tools.ts";
+import type { Board, BoardKinds, Diagram, Spot, Team } from "./types.ts";
+
+/** Milliseconds after the last change before the server is asked about the diagram. */
+const PAUSE = 150;
+const MOST_UNDONE = 200;
+/** Where the end of an action that was added by the keyboard lies from its player: towards the rim. */
+const AHEAD: Spot = [0, -1.5];
+
+function open(host: HTMLElement, context: Context): OpenView {
+  let name = "";
+  let diagram: Diagram = emptyDiagram();
+  let board: Board | null = null;
+  let kinds: BoardKinds = { kinds: [], teams: ["attack", "defence", "player"], grammars: [] };
+  let selection: Selection = null;
+  let undone: Diagram[] = [];
+  let dragFrom: Diagram | null = null;
+  let timer = 0;
+  let checks = 0;
+  let route = { board: "", scene: "", job: "" };
+
+  const faults = h("div", { "aria-live": "polite" });
+  const side = h("div", { class: "board-side" });
+  const warm = h("input", { type: "checkbox", id: "board-warm", checked: true });
+  const seed = h("input", { type: "number", class: "number", id: "board-seed", min: 0, step: 1, value: 0 });
+  const makeButton = h(
+    "button",
+    {
+      class: "button",
+      type: "button",
+      on: { click: () => board && making.make(board.text, seed.valueAsNumber || 0) },
+    },
+    "Make the scene",
+  );
+  const undoButton = h(
+    "button",
+    { class: "button plain", type: "button", disabled: true, on: { click: () => undo() } },
+    icon("undo"),
+    "Undo",
+  );
+  const tools = makeTools(() => show());
+  const files = makeFiles(context, {
+    open: (chosen) => go(routeTo("board", { board: chosen })),
+    openText: (text) => void check({ text }, true),
+    present: () => ({ name: board?.shipped ? `my-${name}` : name, text: board?.text ?? "" }),
+    saved: (saved) => {
+      name = saved.name;
+      setRoute({ board: saved.name });
+      void files.list(saved.name).catch(context.fail);
+    },
+  });
+  const making = makeMaking(context, ({ scene, job }) => {
+    if (job !== undefined) setRoute({ job: job ?? "" });
+    if (scene !== undefined) setRoute({ scene });
+  });
+  const drawing = makeDrawing({
+    select: (chosen) => {
+      selection = chosen;
+      show();
+    },
+    move: (moved, to, done) => {
+      dragFrom ??= diagram;
+      selection = moved;
+      diagram = moveTo(diagram, moved, to);
+      show();
+      if (!done) return;
+      remember(dragFrom);
+      dragFrom = null;
+      changed(true);
+    },
+    draw: (player, to, other) => {
+      if (!tools.tool || tools.team) return;
+      const target = { to, ...(other ? { other } : {}) };
+      edit(addElement(diagram, tools.tool, player, target));
+      selectLast();
+    },
+    place: (at) => {
+      const team = tools.team;
+      if (!team) {
+        selection = null;
+        return show();
+      }
+      place(team, at);
+    },
+    remove: () => removeSelected(),
+    bend: (index, at) => {
+      const element = diagram.elements[index]!;
+      edit(changeElement(diagram, index, { via: [...element.via, at] }));
+      selection = { what: "element", index, point: element.via.length };
+      show();
+    },
+  });
+
+  function setRoute(change: Partial<typeof route>): void {
+    route = { ...route, ...change };
+    history.replaceState(null, "", routeTo("board", route));
+  }
+
+  function remember(before: Diagram): void {
+    undone = [...undone.slice(-MOST_UNDONE), before];
+    undoButton.disabled = false;
+  }
+
+  /** Take a changed diagram; the server says what it thinks of it. */
+  function edit(next: Diagram): void {
+    remember(diagram);
+    diagram = next;
+    changed(true);
+    show();
+  }
+
+  function undo(): void {
+    const before = undone.pop();
+    if (!before) return;
+    diagram = before;
+    undoButton.disabled = undone.length === 0;
+    selection = null;
+    changed(true);
+    show();
+  }
+
+  function place(team: Team, at: Spot): void {
+    const [next, added] = addPlayer(diagram, team, at);
+    edit(next);
+    selection = { what: "player", name: added };
+    show();
+  }
+
+  function selectLast(): void {
+    const index = diagram.elements.length - 1;
+    selection = { what: "element", index, point: diagram.elements[index]?.to ? "end" : null };
+    show();
+  }
+
+  function removeSelected(): void {
+    if (!selection) return;
+    const next =
+      selection.what === "player"
+        ? removePlayer(diagram, selection.name)
+        : removeElement(diagram, selection.index);
+    selection = null;
+    edit(next);
+  }
+
+  function changed(update: boolean): void {
+    clearTimeout(timer);
+    timer = window.setTimeout(() => {
+      void check({ diagram }, false).then(() => {
+        if (update && warm.checked && board?.feasible) making.update(board.text);
+      });
+    }, PAUSE);
+  }
+
+  async function check(body: { diagram: Diagram } | { text: string }, take: boolean): Promise<void> {
+    checks += 1;
+    const mine = checks;
+    try {
+      const answer = await post<Board>("/api/board/check", body);
+      if (mine !== checks) return;
+      learn(answer, take);
+    } catch (fault) {
+      if (mine === checks) fill(faults, banner(messageOf(fault)));
+    }
+  }
+
+  function learn(answer: Board, take: boolean): void {
+    if (take && answer.diagram) {
+      if (board) remember(diagram);
+      diagram = answer.diagram;
+      selection = null;
+    }
+    board = answer;
+    if (!answer.diagram) fill(faults, faultState(answer.fault ?? "The text is not a diagram."));
+    else showFaults(answer);
+    show();
+  }
+
+  function showFaults(answer: Board): void {
+    const about = new Set(
+      answer.elements.map((one) => one.reason).concat(answer.players.map((one) => one.reason)),
+    );
+    const others = answer.faults.filter((one) => !about.has(one.message)).map((one) => one.message);
+    const missing = answer.without_clips;
+    fill(
+      faults,
+      others.map((one) => banner(one)),
+      answer.feasible && missing.length
+        ? banner(
+            `No capture of this database shows ${missing.join(", ")}, so this play cannot be made here. Add captures of ${missing.length === 1 ? "it" : "them"}.`,
+          )
+        : null,
+    );
+  }
+
+  function show(): void {
+    drawing.show(diagram, board, selection, tools.tool);
+    fill(
+      side,
+      panelOf(diagram, board, selection, kinds.kinds, {
+        changeElement: (index, change) => edit(changeElement(diagram, index, change)),
+        changePlayer: (player, change) => edit(changePlayer(diagram, player, change)),
+        changeBall: (ball) => edit({ ...diagram, ball }),
+        addElement: (player, kind) => {
+          const [x, z] = placeBefore(diagram, player, Infinity);
+          const to: Spot = [x + AHEAD[0], z + AHEAD[1]];
+          edit(addElement(diagram, kind, player, endsAtPlace(kind) ? { to } : {}));
+          selectLast();
+        },
+        select: (chosen) => {
+          selection = chosen;
+          show();
+        },
+        remove: removeSelected,
+      }),
+    );
+    makeButton.disabled = !board?.feasible || board.without_clips.length > 0;
+    makeButton.title = makeButton.disabled ? "This play cannot be made yet; see the reasons." : "";
+  }
+
+  fill(
+    host,
+    h("h1", { class: "hidden-heading" }, "Tactics board"),
+    h("div", { class: "row board-bar" }, files.element),
+    h(
+      "div",
+      { class: "board-body" },
+      h("div", { class: "board-left" }, tools.element, drawing.element, faults),
+      h(
+        "div",
+        { class: "board-right" },
+        h(
+          "div",
+          { class: "row" },
+          makeButton,
+          h("label", { for: "board-seed" }, "Seed"),
+          seed,
+          undoButton,
+          h("label", { class: "check" }, warm, "follow changes"),
+        ),
+        side,
+        making.element,
+      ),
+    ),
+  );
+  host.addEventListener("keydown", (event) => {
+    if (
+      (event.ctrlKey || event.metaKey) &&
+      event.key === "z" &&
+      !(event.target as Element).matches("input, textarea")
+    ) {
+      event.preventDefault();
+      undo();
+    } else if (event.key === "Escape") {
+      selection = null;
+      tools.clear();
+      show();
+    }
+  });
+
+  async function load(wanted: string): Promise<void> {
+    undone = [];
+    undoButton.disabled = true;
+    selection = null;
+    name = wanted;
+    board = null;
+    try {
+      void files.list(wanted).catch(context.fail);
+      if (kinds.kinds.length === 0) {
+        kinds = await get<BoardKinds>("/api/board/kinds");
+        tools.setKinds(kinds);
+      }
+      if (wanted) learn(await get<Board>("/api/board", { name: wanted }), true);
+      else {
+        diagram = emptyDiagram();
+        await check({ diagram }, true);
+      }
+    } catch (fault) {
+      fill(faults, faultState(messageOf(fault)));
+    }
+  }
+
+  return {
+    update(parameters) {
+      const wanted = parameters.get("board") ?? "";
+      const first = kinds.kinds.length === 0;
+      route = { board: wanted, scene: parameters.get("scene") ?? "", job: parameters.get("job") ?? "" };
+      if (first || wanted !== name) void load(wanted);
+      making.open(route.scene || null, route.job || null);
+    },
+    close() {
+      clearTimeout(timer);
+      making.close();
+    },
+  };
+}
+
+export const boardView: View = { name: "board", title: "Board", open };

@@ -1,0 +1,139 @@
+/** Boards as files: the shipped ones and one's own, opened, saved, and the text itself. */
+
+import { get, put } from "../../api/client.ts";
+import { fill, h } from "../../dom/element.ts";
+import { openDialog } from "../../parts/asking.ts";
+import { saveBlob } from "../../parts/download.ts";
+import type { Context } from "../view.ts";
+import type { Board } from "./types.ts";
+
+interface Listed {
+  boards: { name: string; title: string; shipped: boolean }[];
+}
+
+export interface FileActions {
+  /** Open a board by its name; "" begins a new one. */
+  open(name: string): void;
+  openText(text: string): void;
+  present(): { name: string; text: string };
+  saved(board: Board): void;
+}
+
+export interface Files {
+  readonly element: HTMLElement;
+  list(chosen: string): Promise<void>;
+}
+
+const ENDING = ".tactics";
+
+export function makeFiles(context: Context, actions: FileActions): Files {
+  const select = h("select", {
+    class: "field",
+    id: "board-name",
+    on: { change: () => actions.open(select.value) },
+  });
+  const input = h("input", {
+    type: "file",
+    accept: ENDING,
+    hidden: true,
+    on: {
+      change: () => {
+        const file = input.files?.[0];
+        input.value = "";
+        file?.text().then(actions.openText, context.fail);
+      },
+    },
+  });
+  const button = (label: string, run: () => void): HTMLElement =>
+    h("button", { class: "button plain", type: "button", on: { click: run } }, label);
+
+  function save(): void {
+    const { name, text } = actions.present();
+    const field = h("input", {
+      class: "field wide",
+      id: "board-save",
+      required: true,
+      pattern: "[A-Za-z0-9][A-Za-z0-9_\\-]{0,59}",
+      title: "Letters, digits, - and _",
+      value: name,
+    });
+    const form = h(
+      "form",
+      {},
+      h("label", { for: "board-save" }, "Name of the board"),
+      field,
+      h("p", { class: "muted" }, "Saved as a text file that the command line reads too."),
+      h("div", { class: "row end" }, h("button", { class: "button", type: "submit" }, "Save")),
+    );
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      put<Board>("/api/board", { name: field.value.trim(), text }).then((board) => {
+        dialog.close();
+        context.notify(`Saved as ${board.name}${ENDING}.`);
+        actions.saved(board);
+      }, context.fail);
+    });
+    const dialog = openDialog("Save the board", form);
+    field.select();
+  }
+
+  function editText(): void {
+    const area = h("textarea", {
+      class: "field wide board-text",
+      "aria-label": "Text of the board",
+      rows: 18,
+    });
+    area.value = actions.present().text;
+    const dialog = openDialog(
+      "The board as text",
+      area,
+      h(
+        "div",
+        { class: "row end" },
+        h(
+          "button",
+          {
+            class: "button",
+            type: "button",
+            on: {
+              click: () => {
+                dialog.close();
+                actions.openText(area.value);
+              },
+            },
+          },
+          "Use this text",
+        ),
+      ),
+    );
+  }
+
+  return {
+    element: h(
+      "div",
+      { class: "row" },
+      h("label", { for: "board-name" }, "Board"),
+      select,
+      input,
+      button("Open a file…", () => input.click()),
+      button("Save…", save),
+      button("Download", () => {
+        const { name, text } = actions.present();
+        saveBlob(`${name || "play"}${ENDING}`, new Blob([text], { type: "text/plain" }));
+      }),
+      button("Text…", editText),
+    ),
+    async list(chosen) {
+      const { boards } = await get<Listed>("/api/boards");
+      const option = (one: Listed["boards"][number]): HTMLElement =>
+        h("option", { value: one.name, selected: one.name === chosen }, one.title);
+      const own = boards.filter((one) => !one.shipped);
+      fill(
+        select,
+        h("option", { value: "", selected: chosen === "" }, "New board"),
+        own.length ? h("optgroup", { label: "Saved" }, own.map(option)) : null,
+        h("optgroup", { label: "Shipped" }, boards.filter((one) => one.shipped).map(option)),
+      );
+    },
+  };
+}

@@ -1,0 +1,194 @@
+/** Make the scene of a board: the error falls, the scene plays, a changed board goes on from it. */
+
+import { get, messageOf, post, remove } from "../../api/client.ts";
+import type { Job } from "../../api/types.ts";
+import { fill, h } from "../../dom/element.ts";
+import { download } from "../../parts/download.ts";
+import { progressBar } from "../../parts/progress.ts";
+import { faultState } from "../../parts/states.ts";
+import { makePlayer } from "../../player/player.ts";
+import type { Context } from "../view.ts";
+import { makeErrorCurve } from "./curve.ts";
+import { ruleReport } from "./rules.ts";
+import type { SceneFacts } from "./types.ts";
+
+export interface Making {
+  readonly element: HTMLElement;
+  /** The scene on screen; null before the first. */
+  readonly scene: string | null;
+  make(text: string, seed: number): void;
+  /** Go on from the present scene with a changed diagram; nothing happens without a scene. */
+  update(text: string): void;
+  /** Show a scene, or watch a job that makes one. */
+  open(scene: string | null, job: string | null): void;
+  close(): void;
+}
+
+const isActive = (job: Job): boolean => job.state === "running" || job.state === "waiting";
+
+export function makeMaking(
+  context: Context,
+  went: (state: { scene?: string; job?: string | null; text?: string }) => void,
+): Making {
+  const player = makePlayer(context.stage, { label: "The scene" });
+  const curve = makeErrorCurve();
+  const state = h("div", { class: "board-making", "aria-live": "polite" });
+  const report = h("div", {});
+  const buttons = h("div", { class: "row", hidden: true });
+  const element = h(
+    "section",
+    { class: "board-scene", "aria-label": "Scene" },
+    state,
+    curve.element,
+    player.element,
+    buttons,
+    report,
+  );
+  let scene: string | null = null;
+  let watched: { id: string; source: EventSource } | null = null;
+  player.element.hidden = true;
+
+  function stop(): void {
+    watched?.source.close();
+    watched = null;
+  }
+
+  function tell(job: Job): void {
+    fill(
+      state,
+      h("p", {}, h("b", {}, job.title), job.error === null ? "" : ` error ${job.error.toPrecision(3)}`),
+      progressBar(job.state === "waiting" ? null : job.share, job.what || job.state),
+      h(
+        "button",
+        {
+          class: "button plain",
+          type: "button",
+          on: { click: () => void remove(`/api/jobs/${encodeURIComponent(job.id)}`).catch(context.fail) },
+        },
+        "Cancel",
+      ),
+    );
+  }
+
+  function ended(job: Job): void {
+    stop();
+    went({ job: null });
+    const ref = job.result?.["ref"];
+    if (job.state === "done" && typeof ref === "string") {
+      state.replaceChildren();
+      void show(ref);
+    } else if (job.state === "failed") {
+      fill(state, faultState(job.message ?? "The scene could not be made."));
+    } else if (job.kind === "scene") {
+      fill(state, h("p", { class: "muted" }, "Cancelled."));
+    } else state.replaceChildren();
+  }
+
+  function watch(id: string): void {
+    stop();
+    const source = new EventSource(`/api/jobs/${encodeURIComponent(id)}/events`);
+    watched = { id, source };
+    let points: [number, number][] = [];
+    let last: Job | null = null;
+    source.addEventListener("job", (event) => {
+      const job = JSON.parse(event.data) as Job;
+      last = job;
+      if (job.curve) points = [...job.curve];
+      if (job.kind === "scene") curve.show(points);
+      if (isActive(job)) tell(job);
+      else ended(job);
+    });
+    source.addEventListener("progress", (event) => {
+      const news = JSON.parse((event as MessageEvent<string>).data) as Pick<Job, "what" | "share" | "error">;
+      if (!last) return;
+      last = { ...last, ...news, state: "running" };
+      if (news.error !== null && last.kind === "scene") {
+        points.push([news.share, news.error]);
+        curve.show(points);
+      }
+      tell(last);
+    });
+  }
+
+  async function begin(path: string, body: unknown): Promise<void> {
+    try {
+      const job = await post<Job>(path, body);
+      went({ job: job.id });
+      watch(job.id);
+    } catch (fault) {
+      fill(state, faultState(messageOf(fault)));
+    }
+  }
+
+  async function show(ref: string): Promise<void> {
+    const first = scene === null;
+    try {
+      const [facts, tracks] = await Promise.all([
+        get<SceneFacts>("/api/scene", { ref }),
+        context.motions.tracks(ref),
+      ]);
+      const { time, playing } = player.screen.playback;
+      scene = ref;
+      went({ scene: ref, text: facts.text });
+      player.element.hidden = false;
+      player.show({ tracks }, !first);
+      if (first || playing) player.play();
+      if (!first) player.seek(Math.min(time, player.screen.playback.duration));
+      if (facts.curve.length) curve.show(facts.curve);
+      fill(
+        report,
+        ruleReport(facts, (at) => player.seek(at)),
+      );
+      showButtons(ref);
+    } catch (fault) {
+      fill(state, faultState(messageOf(fault)));
+    }
+  }
+
+  function keep(ref: string): void {
+    const name = h("input", { class: "field", "aria-label": "Name of the scene", required: true });
+    const form = h("form", { class: "row" }, name, h("button", { class: "button", type: "submit" }, "Keep"));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      post<{ ref: string }>("/api/scenes/keep", { ref, name: name.value.trim() }).then(() => {
+        context.notify(`Kept as ${name.value.trim()}.`);
+        showButtons(ref);
+      }, context.fail);
+    });
+    fill(buttons, form);
+    name.focus();
+  }
+
+  function showButtons(ref: string): void {
+    buttons.hidden = false;
+    const plain = (label: string, run: () => void): HTMLElement =>
+      h("button", { class: "button plain", type: "button", on: { click: run } }, label);
+    fill(
+      buttons,
+      plain("Download", () => void download([{ ref }], "bvh").catch(context.fail)),
+      context.status().read_only ? null : plain("Keep in the database…", () => keep(ref)),
+    );
+  }
+
+  return {
+    element,
+    get scene() {
+      return scene;
+    },
+    make(text, seed) {
+      curve.show([]);
+      void begin("/api/scenes", { text, seed });
+    },
+    update(text) {
+      if (scene) void begin("/api/scenes/update", { scene: scene.replace(/^\w+:/, ""), text });
+    },
+    open(ref, job) {
+      if (job && job !== watched?.id) watch(job);
+      else if (ref && ref !== scene) void show(ref);
+    },
+    close() {
+      stop();
+      player.close();
+    },
+  };
+}

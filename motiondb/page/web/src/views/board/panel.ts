@@ -1,0 +1,210 @@
+/** What is selected on the board: its settings, and why it cannot be played. */
+
+import { h } from "../../dom/element.ts";
+import { nameOf } from "./drawing.ts";
+import { needsOther, type Selection } from "./edits.ts";
+import type { Board, Diagram, DiagramElement, DiagramPlayer } from "./types.ts";
+
+export interface PanelActions {
+  changeElement(index: number, change: Partial<DiagramElement>): void;
+  changePlayer(name: string, change: Partial<DiagramPlayer>): void;
+  changeBall(name: string): void;
+  addElement(player: string, kind: string): void;
+  select(selection: Selection): void;
+  remove(): void;
+}
+
+interface Choice {
+  id: string;
+  label: string;
+  value: string;
+  options: readonly string[];
+  choose(value: string): void;
+}
+
+function choice({ id, label, value, options, choose }: Choice): HTMLElement[] {
+  const select = h(
+    "select",
+    { class: "field", id, on: { change: () => choose(select.value) } },
+    options.map((one) =>
+      h("option", { value: one, selected: one === value }, one.replace("_", " ") || "nobody"),
+    ),
+  );
+  return [h("label", { for: id }, label), select];
+}
+
+function wholeNumber(
+  id: string,
+  label: string,
+  value: number,
+  least: number,
+  set: (value: number) => void,
+): HTMLElement[] {
+  const input = h("input", {
+    id,
+    class: "number",
+    type: "number",
+    min: least,
+    step: 1,
+    value,
+    on: { change: () => Number.isInteger(input.valueAsNumber) && set(Math.max(input.valueAsNumber, least)) },
+  });
+  return [h("label", { for: id }, label), input];
+}
+
+function reasonLine(reason: string | null): HTMLElement | null {
+  return reason ? h("p", { class: "board-reason", role: "status" }, reason) : null;
+}
+
+function removeButton(what: string, remove: () => void): HTMLElement {
+  return h("button", { class: "link danger", type: "button", on: { click: remove } }, `Remove ${what}`);
+}
+
+function elementPanel(
+  diagram: Diagram,
+  board: Board | null,
+  index: number,
+  actions: PanelActions,
+): HTMLElement {
+  const element = diagram.elements[index]!;
+  const change = (changes: Partial<DiagramElement>): void => actions.changeElement(index, changes);
+  const others = diagram.players.map((one) => one.name).filter((name) => name !== element.player);
+  return h(
+    "section",
+    { class: "board-selected", "aria-label": "Selected action" },
+    h("h2", {}, nameOf(diagram, index)),
+    reasonLine(board?.elements.find((one) => one.element === index)?.reason ?? null),
+    h(
+      "div",
+      { class: "form-grid" },
+      wholeNumber("element-step", "Step", element.step, 1, (step) => change({ step })),
+      element.kind === "pass"
+        ? wholeNumber("element-caught", "Caught at", Math.max(element.caught, element.step), 1, (caught) =>
+            change({ caught: caught > element.step ? caught : 0 }),
+          )
+        : null,
+      needsOther(element.kind)
+        ? choice({
+            id: "element-other",
+            label: element.kind === "pass" ? "To" : "On",
+            value: element.other,
+            options: others,
+            choose: (other) => change({ other }),
+          })
+        : null,
+    ),
+    element.via.length
+      ? h(
+          "button",
+          { class: "link", type: "button", on: { click: () => change({ via: [] }) } },
+          "Make the way straight",
+        )
+      : null,
+    removeButton("this action", actions.remove),
+  );
+}
+
+function playerPanel(
+  diagram: Diagram,
+  board: Board | null,
+  name: string,
+  kinds: readonly string[],
+  actions: PanelActions,
+): HTMLElement {
+  const player = diagram.players.find((one) => one.name === name)!;
+  const facts = board?.players.find((one) => one.name === name);
+  const opponents = diagram.players.filter((one) => one.team !== player.team).map((one) => one.name);
+  return h(
+    "section",
+    { class: "board-selected", "aria-label": "Selected player" },
+    h("h2", {}, `${name}, ${player.team}`),
+    reasonLine(facts?.reason ?? null),
+    facts?.shortest.length ? h("p", { class: "muted" }, `does at least: ${facts.shortest.join(", ")}`) : null,
+    h(
+      "div",
+      { class: "form-grid" },
+      choice({
+        id: "player-action",
+        label: "Add",
+        value: "",
+        options: ["an action…", ...kinds],
+        choose: (kind) => kind !== "an action…" && actions.addElement(name, kind),
+      }),
+      player.team === "defence"
+        ? choice({
+            id: "player-guards",
+            label: "Guards",
+            value: player.guards,
+            options: ["", ...opponents],
+            choose: (guards) => actions.changePlayer(name, { guards }),
+          })
+        : null,
+    ),
+    h(
+      "label",
+      { class: "check" },
+      h("input", {
+        type: "checkbox",
+        checked: board?.holder === name,
+        on: {
+          change: (event: Event) =>
+            actions.changeBall((event.currentTarget as HTMLInputElement).checked ? name : ""),
+        },
+      }),
+      "has the ball at first",
+    ),
+    removeButton(name, actions.remove),
+  );
+}
+
+function overview(diagram: Diagram, board: Board | null, actions: PanelActions): HTMLElement {
+  const order = diagram.elements
+    .map((_, i) => i)
+    .sort((a, b) => diagram.elements[a]!.step - diagram.elements[b]!.step || a - b);
+  return h(
+    "section",
+    { class: "board-selected", "aria-label": "Actions in order" },
+    h("h2", {}, "Actions"),
+    order.length
+      ? h(
+          "ul",
+          { class: "plain board-list" },
+          order.map((index) => {
+            const reason = board?.elements.find((one) => one.element === index)?.reason ?? null;
+            const point = diagram.elements[index]!.to ? ("end" as const) : null;
+            return h(
+              "li",
+              { class: reason ? "infeasible" : "" },
+              h(
+                "button",
+                {
+                  class: "link",
+                  type: "button",
+                  on: { click: () => actions.select({ what: "element", index, point }) },
+                },
+                nameOf(diagram, index),
+              ),
+              reason ? h("span", { class: "board-reason" }, ` ${reason}`) : null,
+            );
+          }),
+        )
+      : h("p", { class: "muted" }, "Choose an action above the court, then drag from a player."),
+  );
+}
+
+/** The panel beside the board. */
+export function panelOf(
+  diagram: Diagram,
+  board: Board | null,
+  selection: Selection,
+  kinds: readonly string[],
+  actions: PanelActions,
+): HTMLElement {
+  if (selection?.what === "element" && diagram.elements[selection.index]) {
+    return elementPanel(diagram, board, selection.index, actions);
+  }
+  if (selection?.what === "player" && diagram.players.some((one) => one.name === selection.name)) {
+    return playerPanel(diagram, board, selection.name, kinds, actions);
+  }
+  return overview(diagram, board, actions);
+}

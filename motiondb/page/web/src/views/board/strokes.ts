@@ -1,0 +1,188 @@
+/** The lines of a tactics diagram in metres, as coaches draw them: curves, waves, zigzags, links. */
+
+import { endsAtPlace, FEINTS, placeBefore, SHOTS, STANDS } from "./edits.ts";
+import type { Diagram, Spot } from "./types.ts";
+
+/** Radius of the circle of a player, metres. */
+export const RADIUS = 0.36;
+
+/** Height and length of the waves of a dribble and of the teeth of a feint, metres. */
+const WAVE = { height: 0.14, length: 0.7 };
+const TEETH = { height: 0.2, length: 0.45 };
+/** Samples between two points of a curve: none of its corners are visible. */
+const SAMPLES = 24;
+
+export interface Stroke {
+  points: Spot[];
+  arrow: boolean;
+  /** A bar across the end: a screen. */
+  bar: boolean;
+  look: "move" | "pass" | "shot" | "link";
+}
+
+const apart = (a: Spot, b: Spot): number => Math.hypot(a[0] - b[0], a[1] - b[1]);
+const mix = (a: Spot, b: Spot, share: number): Spot => [
+  a[0] + (b[0] - a[0]) * share,
+  a[1] + (b[1] - a[1]) * share,
+];
+
+/** A centripetal Catmull-Rom spline through points; points at the same place count once. */
+export function smoothCurve(points: readonly Spot[]): Spot[] {
+  const through = points.filter((point, i) => i === 0 || apart(point, points[i - 1]!) > 1e-9);
+  if (through.length < 2) return [...through];
+  const first = mix(through[1]!, through[0]!, 2);
+  const last = mix(through.at(-2)!, through.at(-1)!, 2);
+  const extended = [first, ...through, last];
+  const curve: Spot[] = [];
+  for (let i = 0; i + 3 < extended.length; i += 1) curve.push(...part(extended.slice(i, i + 4)));
+  return [...curve, through.at(-1)!];
+}
+
+function part(points: readonly Spot[]): Spot[] {
+  const knots = [0];
+  for (let i = 1; i < 4; i += 1) knots.push(knots[i - 1]! + Math.sqrt(apart(points[i - 1]!, points[i]!)));
+  const at = (i: number): number => knots[i]!;
+  return Array.from({ length: SAMPLES }, (_, k) => {
+    const t = at(1) + ((at(2) - at(1)) * k) / SAMPLES;
+    const share = (i: number, j: number): number => (t - at(i)) / (at(j) - at(i));
+    const [a, b, c] = [0, 1, 2].map((i) => mix(points[i]!, points[i + 1]!, share(i, i + 1)));
+    return mix(mix(a!, b!, share(0, 2)), mix(b!, c!, share(1, 3)), share(1, 2));
+  });
+}
+
+/** Points along a line at about equal distances, with the distance and the normal of each. */
+function evenly(points: readonly Spot[], spacing: number): { at: Spot; along: number; normal: Spot }[] {
+  const along = [0];
+  for (let i = 1; i < points.length; i += 1) along.push(along[i - 1]! + apart(points[i - 1]!, points[i]!));
+  const whole = along.at(-1)!;
+  const count = Math.max(Math.trunc(whole / spacing), 2);
+  const placeAt = (distance: number): Spot => {
+    const next = Math.max(
+      along.findIndex((value) => value >= distance - 1e-12),
+      1,
+    );
+    const share = (distance - along[next - 1]!) / (along[next]! - along[next - 1]! || 1);
+    return mix(points[next - 1]!, points[next]!, share);
+  };
+  const even = Array.from({ length: count + 1 }, (_, i) => placeAt((whole * i) / count));
+  return even.map((at, i) => {
+    const [before, after] = [even[Math.max(i - 1, 0)]!, even[Math.min(i + 1, count)]!];
+    const length = apart(before, after) || 1;
+    return {
+      at,
+      along: (whole * i) / count,
+      normal: [-(after[1] - before[1]) / length, (after[0] - before[0]) / length],
+    };
+  });
+}
+
+const shifted = ({ at, normal }: { at: Spot; normal: Spot }, by: number): Spot => [
+  at[0] + normal[0] * by,
+  at[1] + normal[1] * by,
+];
+
+/** A line with waves, straight at its end so that an arrow fits there. */
+export function waved(points: readonly Spot[]): Spot[] {
+  const even = evenly(points, 0.03);
+  const whole = even.at(-1)!.along;
+  const clip = (value: number): number => Math.min(Math.max(value, 0), 1);
+  return even.map((one) => {
+    const fade = clip((whole - 0.45 - one.along) / 0.2) * clip(one.along / 0.2);
+    return shifted(one, WAVE.height * fade * Math.sin((2 * Math.PI * one.along) / WAVE.length));
+  });
+}
+
+/** A line with teeth; its ends stay. */
+export function zigzag(points: readonly Spot[]): Spot[] {
+  const even = evenly(points, TEETH.length / 2);
+  return even.map((one, i) =>
+    i === 0 || i === even.length - 1 ? one.at : shifted(one, i % 2 ? TEETH.height : -TEETH.height),
+  );
+}
+
+/** A path without the part inside the circle that it starts from. */
+function fromCircle(points: Spot[]): Spot[] {
+  const out = points.findIndex((point) => apart(point, points[0]!) > RADIUS);
+  return out > 0 ? points.slice(out) : points;
+}
+
+/** A straight link from circle to circle, or to the ring. */
+function shortened(from: Spot, to: Spot, gap: number): Spot[] {
+  const length = apart(from, to);
+  if (length < RADIUS + gap + 0.1) return [from, to];
+  return [mix(from, to, RADIUS / length), mix(from, to, 1 - gap / length)];
+}
+
+/** Whether a player has the ball before an element: traced from the first holder over the passes. */
+function hasBall(diagram: Diagram, holder: string | null, player: string, step: number): boolean {
+  let has = holder === player;
+  for (const one of [...diagram.elements].sort((a, b) => a.step - b.step)) {
+    if (one.kind !== "pass") continue;
+    if (one.player === player && one.step < step) has = false;
+    if (one.other === player && Math.max(one.step, one.caught) < step) has = true;
+  }
+  return has;
+}
+
+/** The line of an element. */
+export function strokeOf(diagram: Diagram, index: number, holder: string | null): Stroke {
+  const element = diagram.elements[index]!;
+  const { kind, step, player } = element;
+  const from = placeBefore(diagram, player, step, index);
+  if (SHOTS.includes(kind)) {
+    const rim = diagram.places.find((one) => one.name === "rim")?.at ?? [0, 0];
+    return { points: shortened(from, rim, 0.25), arrow: true, bar: false, look: "shot" };
+  }
+  if (kind === "pass" || STANDS.includes(kind)) {
+    const until = kind === "pass" ? Math.max(element.caught, step) : step;
+    const to = placeBefore(diagram, element.other, until, index);
+    const pass = kind === "pass";
+    return { points: shortened(from, to, RADIUS), arrow: pass, bar: false, look: pass ? "pass" : "link" };
+  }
+  if (FEINTS.includes(kind)) {
+    const way = element.to
+      ? fromCircle(smoothCurve([from, ...element.via, element.to]))
+      : ([
+          [from[0] + 0.45, from[1]],
+          [from[0] + 1.25, from[1]],
+        ] as Spot[]);
+    return { points: zigzag(way), arrow: element.to !== null, bar: false, look: "move" };
+  }
+  const way = smoothCurve([from, ...element.via, ...(element.to ? [element.to] : [])]);
+  const points = fromCircle(way);
+  const ball = kind === "dribble" || (kind === "move" && hasBall(diagram, holder, player, step));
+  const screen = kind === "screen";
+  return {
+    points: ball && points.length > 1 ? waved(points) : points,
+    arrow: !screen && endsAtPlace(kind),
+    bar: screen,
+    look: "move",
+  };
+}
+
+/** The lines of a half court: key, its circle, three-point line, no-charge and centre circle (FIBA, article 2). */
+export function courtLines({ behind_rim, length }: { behind_rim: number; length: number }): Spot[][] {
+  const arc = (radius: number, first: number, last: number, z: number): Spot[] =>
+    Array.from({ length: 73 }, (_, i) => {
+      const angle = ((first + ((last - first) * i) / 72) * Math.PI) / 180;
+      return [radius * Math.cos(angle), z + radius * Math.sin(angle)];
+    });
+  const [base, free, middle] = [-behind_rim, 5.8 - behind_rim, length - behind_rim];
+  const turn = (Math.atan2(Math.sqrt(6.75 ** 2 - 6.6 ** 2), 6.6) * 180) / Math.PI;
+  return [
+    [
+      [-2.45, base],
+      [-2.45, free],
+      [2.45, free],
+      [2.45, base],
+    ],
+    arc(1.8, 0, 180, free),
+    [[6.6, base], ...arc(6.75, turn, 180 - turn, 0), [-6.6, base]],
+    arc(1.25, 0, 180, 0),
+    arc(1.8, 180, 360, middle),
+    [
+      [-0.9, -0.375],
+      [0.9, -0.375],
+    ],
+  ];
+}

@@ -1,0 +1,177 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import {
+  addElement,
+  addPlayer,
+  emptyDiagram,
+  moveTo,
+  nextStep,
+  onCourt,
+  placeBefore,
+  removePlayer,
+} from "../src/views/board/edits.ts";
+import { curvePoints } from "../src/views/board/curve.ts";
+import { inOrder } from "../src/views/board/rules.ts";
+import { smoothCurve, strokeOf, waved, zigzag } from "../src/views/board/strokes.ts";
+import type { Rule, Spot } from "../src/views/board/types.ts";
+
+const length = (points: readonly Spot[]): number =>
+  points.slice(1).reduce((sum, [x, z], i) => sum + Math.hypot(x - points[i]![0], z - points[i]![1]), 0);
+
+test("places stay on the court and are whole centimetres", () => {
+  const diagram = emptyDiagram();
+  assert.deepEqual(onCourt([9, -3], diagram), [7.5, -1.57]);
+  assert.deepEqual(onCourt([1.23456, 20], diagram), [1.23, 12.43]);
+});
+
+test("a new defender guards the nearest attacker, and names are not used twice", () => {
+  const [once, first] = addPlayer(emptyDiagram(), "defence", [-4, 5]);
+  const [twice, second] = addPlayer(once, "attack", [3, 3]);
+  assert.equal(first, "D1");
+  assert.equal(once.players.at(-1)!.guards, "A2");
+  assert.equal(second, "A3");
+  assert.equal(twice.players.length, 4);
+});
+
+test("actions follow one another in steps; a pass goes to the nearest of the team", () => {
+  let diagram = addElement(emptyDiagram(), "cut", "A1", { to: [1, 5] });
+  diagram = addElement(diagram, "pass", "A1", {});
+  assert.deepEqual(
+    diagram.elements.map(({ step, other, to }) => [step, other, to]),
+    [
+      [1, "", [1, 5]],
+      [2, "A2", null],
+    ],
+  );
+  assert.equal(nextStep(diagram, "A2"), 3);
+});
+
+test("a player stands at the end of the last move of an earlier step", () => {
+  let diagram = addElement(emptyDiagram(), "run", "A1", { to: [1, 5] });
+  diagram = addElement(diagram, "run", "A1", { to: [2, 3] });
+  assert.deepEqual(placeBefore(diagram, "A1", 1, 0), [0, 8]);
+  assert.deepEqual(placeBefore(diagram, "A1", 2, 1), [1, 5]);
+  assert.deepEqual(placeBefore(diagram, "A1", 9), [2, 3]);
+});
+
+test("removing a player removes what is done with the player", () => {
+  let diagram = addElement(emptyDiagram(), "pass", "A1", { other: "A2" });
+  [diagram] = addPlayer(diagram, "defence", [-4, 5]);
+  const left = removePlayer(diagram, "A2");
+  assert.deepEqual(left.elements, []);
+  assert.equal(left.players.find((one) => one.name === "D1")!.guards, "");
+});
+
+test("moving a point of a way moves nothing else", () => {
+  let diagram = addElement(emptyDiagram(), "run", "A1", { to: [1, 5] });
+  diagram.elements[0]!.via = [
+    [0, 7],
+    [0, 6],
+  ];
+  diagram = moveTo(diagram, { what: "element", index: 0, point: 1 }, [2, 2]);
+  assert.deepEqual(diagram.elements[0]!.via, [
+    [0, 7],
+    [2, 2],
+  ]);
+  assert.deepEqual(diagram.elements[0]!.to, [1, 5]);
+});
+
+test("a smooth curve passes through its points, and a straight one is straight", () => {
+  const through: Spot[] = [
+    [0, 0],
+    [1, 2],
+    [3, 2],
+  ];
+  const curve = smoothCurve(through);
+  for (const point of through) {
+    assert.ok(curve.some(([x, z]) => Math.hypot(x - point[0], z - point[1]) < 1e-9));
+  }
+  const straight = smoothCurve([
+    [0, 0],
+    [2, 0],
+  ]);
+  assert.ok(Math.abs(length(straight) - 2) < 1e-9);
+  assert.equal(
+    smoothCurve([
+      [1, 1],
+      [1, 1],
+    ]).length,
+    1,
+  );
+});
+
+test("waves and teeth keep both ends and are longer than the line", () => {
+  const line = smoothCurve([
+    [0, 0],
+    [0, 4],
+  ]);
+  for (const drawn of [waved(line), zigzag(line)]) {
+    assert.deepEqual(drawn[0], [0, 0]);
+    const [x, z] = drawn.at(-1)!;
+    assert.ok(Math.hypot(x, z - 4) < 1e-9);
+    assert.ok(length(drawn) > 4.2);
+  }
+});
+
+test("a move of the holder is a dribble until the ball is passed", () => {
+  let diagram = addElement(emptyDiagram(), "move", "A1", { to: [0, 5] });
+  const straight = strokeOf(diagram, 0, null).points;
+  assert.ok(length(strokeOf(diagram, 0, "A1").points) > length(straight) + 0.1);
+  diagram = addElement(emptyDiagram(), "pass", "A1", { other: "A2" });
+  diagram = addElement(diagram, "move", "A1", { to: [0, 5] });
+  assert.ok(Math.abs(length(strokeOf(diagram, 1, "A1").points) - length(straight)) < 1e-9);
+});
+
+test("a shot leads to the ring, a pass to where its receiver will be", () => {
+  let diagram = addElement(emptyDiagram(), "shoot", "A1", {});
+  const [x, z] = strokeOf(diagram, 0, "A1").points.at(-1)!;
+  assert.ok(Math.abs(Math.hypot(x, z) - 0.25) < 1e-9);
+  diagram = addElement(emptyDiagram(), "run", "A2", { to: [0, 4] });
+  diagram = addElement(diagram, "pass", "A1", { other: "A2" });
+  diagram.elements[1]!.step = 2;
+  const end = strokeOf(diagram, 1, "A1").points.at(-1)!;
+  assert.ok(Math.hypot(end[0], end[1] - 4.36) < 1e-6);
+});
+
+test("the curve of errors falls from the top left to the bottom right", () => {
+  const points = curvePoints(
+    [
+      [0.1, 100],
+      [0.5, 10],
+      [1, 1],
+    ],
+    200,
+    50,
+  );
+  assert.deepEqual(
+    points.map(([x, y]) => [Math.round(x), Math.round(y)]),
+    [
+      [20, 0],
+      [100, 25],
+      [200, 50],
+    ],
+  );
+});
+
+test("broken rules come first", () => {
+  const rule = (kept: boolean, frame: number): Rule => ({
+    player: "A1",
+    action: "run",
+    rule: "position",
+    about: "",
+    unit: "m",
+    before: 0,
+    after: 0,
+    threshold: 0,
+    frame,
+    start: null,
+    end: null,
+    frames: null,
+    kept,
+  });
+  const ordered = inOrder([rule(true, 1), rule(false, 9), rule(true, 0)]);
+  assert.deepEqual(
+    ordered.map((one) => one.frame),
+    [9, 0, 1],
+  );
+});

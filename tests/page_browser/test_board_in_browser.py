@@ -1,0 +1,137 @@
+"""The tactics board: draw, see what cannot be played, make a scene, change it, save it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from page_tools import WAIT, wait_for, wait_for_figure
+
+WALK = """diagram "A walk"
+grammar basketball
+court half
+
+attack A1 at 0 8
+1 walk A1 to 0 6
+"""
+
+
+def ground(page: Any, x: float, z: float) -> tuple[float, float]:
+    """The place of the window that shows a place of the court."""
+    px, py = page.evaluate(
+        """([x, z]) => {
+            const picture = document.querySelector('.board-court svg');
+            const point = new DOMPoint(x, z).matrixTransform(picture.getScreenCTM());
+            return [point.x, point.y];
+        }""",
+        [x, z],
+    )
+    return px, py
+
+
+def drag(page: Any, start: tuple[float, float], end: tuple[float, float]) -> None:
+    """Drag with the mouse from one place of the court to another."""
+    page.mouse.move(*ground(page, *start))
+    page.mouse.down()
+    page.mouse.move(*ground(page, *end), steps=4)
+    page.mouse.up()
+
+
+def opened(page: Any) -> Any:
+    """The page, once its board is checked."""
+    page.locator(".board-player").first.wait_for()
+    wait_for(page, "() => document.querySelectorAll('.board-list li, .board-selected p').length")
+    return page
+
+
+def test_a_shipped_board_is_drawn_with_its_actions(asked_server, new_page):
+    page = opened(new_page(f"{asked_server}#/board?board=give-and-go"))
+    assert page.locator(".board-player").count() == 6
+    assert page.locator(".board-element").count() == 8
+    assert page.locator(".board-list li").first.inner_text() == "step 1: A1 pass to A2"
+    assert page.get_by_role("button", name="Make the scene").is_enabled()
+
+
+def test_an_action_that_cannot_be_played_turns_red_with_the_reason(asked_server, new_page):
+    page = opened(new_page(f"{asked_server}#/board?board=give-and-go"))
+    page.locator("[data-tool=dribble]").click()
+    drag(page, (3.2, 0.6), (5.0, 4.0))
+    page.locator(".board-element.infeasible").wait_for()
+    reason = page.locator(".board-reason").first.inner_text()
+    assert "expected one ball holder at the beginning, found 2" in reason
+    assert page.get_by_role("button", name="Make the scene").is_disabled()
+    page.get_by_role("button", name="Undo").click()
+    page.locator(".board-element.infeasible").wait_for(state="detached")
+
+
+def test_players_and_actions_are_moved_by_pointer_and_keys(asked_server, new_page):
+    page = opened(new_page(f"{asked_server}#/board?board=give-and-go"))
+    drag(page, (0.4, 8.2), (2.0, 9.0))
+    moved = page.locator("[data-player=A1]")
+    wait_for(
+        page,
+        "() => /^translate\\((1\\.9|2)/.test("
+        "document.querySelector('[data-player=A1]').getAttribute('transform'))",
+    )
+    before = moved.get_attribute("transform")
+    moved.focus()
+    page.keyboard.press("Shift+ArrowLeft")
+    wait_for(
+        page,
+        "before => document.querySelector('[data-player=A1]').getAttribute('transform') !== before",
+        before,
+    )
+    page.locator("[data-element='5']").focus()
+    page.keyboard.press("Delete")
+    wait_for(page, "() => document.querySelectorAll('.board-element').length === 7")
+
+
+def test_a_player_is_placed_and_told_what_to_do_by_the_keyboard(asked_server, new_page):
+    page = opened(new_page(f"{asked_server}#/board"))
+    page.locator("[data-tool='team:defence']").click()
+    page.mouse.click(*ground(page, 1.0, 6.5))
+    page.locator("[data-player=D1]").wait_for()
+    assert page.get_by_label("Guards").input_value() == "A1"
+    page.get_by_label("Add", exact=True).select_option("run")
+    page.locator("[aria-label^='step 1: D1 run']").wait_for()
+    assert page.locator(".board-handle").count() == 1
+
+
+def test_a_board_is_saved_as_the_text_that_the_command_line_reads(serve_copy, new_page, tmp_path):
+    page = opened(new_page(f"{serve_copy()}#/board"))
+    page.get_by_role("button", name="Text…").click()
+    page.get_by_label("Text of the board").fill(WALK)
+    page.get_by_role("button", name="Use this text").click()
+    page.locator("[aria-label='step 1: A1 walk']").wait_for()
+    page.get_by_role("button", name="Save…").click()
+    page.get_by_label("Name of the board").fill("stroll-1")
+    page.get_by_role("button", name="Save", exact=True).click()
+    wait_for(page, "() => location.hash.includes('board=stroll-1')")
+    (saved,) = tmp_path.rglob("stroll-1.tactics")
+    assert "1 walk A1 to 0 6" in saved.read_text()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download", exact=True).first.click()
+    assert download.value.suggested_filename == "stroll-1.tactics"
+    assert "1 walk A1 to 0 6" in Path(download.value.path()).read_text()
+
+
+def test_a_scene_is_made_survives_a_reload_and_follows_a_change(serve_copy, new_page):
+    page = opened(new_page(f"{serve_copy()}#/board"))
+    page.get_by_role("button", name="Text…").click()
+    page.get_by_label("Text of the board").fill(WALK)
+    page.get_by_role("button", name="Use this text").click()
+    page.locator("[aria-label='step 1: A1 walk']").wait_for()
+    page.get_by_role("button", name="Make the scene").click()
+    wait_for(page, "() => location.hash.includes('job=')")
+    page.reload()
+    page.locator(".board-rules").wait_for(state="attached", timeout=4 * WAIT)
+    wait_for_figure(page, ".board-scene .player-canvas")
+    assert "of" in page.locator(".board-scene summary").inner_text()
+    first = page.evaluate("() => location.hash")
+    page.locator("[data-player=A1]").focus()
+    page.keyboard.press("ArrowRight")
+    page.wait_for_function(
+        "before => /scene=/.test(location.hash) && location.hash !== before"
+        " && !location.hash.includes('job=')",
+        arg=first, timeout=4 * WAIT,
+    )  # fmt: skip
