@@ -27,6 +27,8 @@ from motiondb.learning.counting import (
 )
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.place_fitting import Places, Written, label_intervals, place_evidence
+from motiondb.learning.start.joining import publish
+from motiondb.learning.start.knowledge import Started
 from motiondb.records import (
     Association,
     Caption,
@@ -107,6 +109,10 @@ class LearnedModel:
     places : Places or None
         Where in their takes the actions of captions happen, as ``learn`` found them; None where no
         words were written, and in databases of versions that did not look for them.
+    started : Started or None
+        Knowledge of another database that it learned with. Then symbols and feature space are that
+        knowledge's, and association, transitions, lengths and word map join its sums with
+        ``counted``.
     """
 
     run_id: int
@@ -127,6 +133,7 @@ class LearnedModel:
     description_lengths: FloatArray = field(default_factory=lambda: np.zeros(0))
     drift_baseline: DriftBaseline | None = None
     places: Places | None = None
+    started: Started | None = None
 
 
 def with_counts(
@@ -147,17 +154,29 @@ def with_counts(
     """
     fit, counts = model.fitted_word_map, counted.counts
     there = set(table.capture_ids.tolist())
-    word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
-    return replace(
+    model = replace(
         model,
         run_id=run_id,
         segments=table,
+        counted=counted,
+        places=None if model.places is None else model.places.only(there),
+    )
+    if model.started is not None and fit is not None:
+        joint = publish(counts, counted.reference, model.started, fit.ridge, fit.calibration)
+        return replace(
+            model,
+            association=joint.association,
+            transition_counts=joint.transitions,
+            fitted_word_map=joint.word_map,
+            lengths=joint.lengths,
+        )
+    word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
+    return replace(
+        model,
         association=publish_association(counts, counted.reference),
         transition_counts=counts.transitions,
         fitted_word_map=word_map,
         lengths=dict(counts.shapes),
-        counted=counted,
-        places=None if model.places is None else model.places.only(there),
     )
 
 
