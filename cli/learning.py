@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from motiondb.cli.catalogue.knowledge import say_origin
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
@@ -39,17 +41,30 @@ def learn(
             "--symbols", min=1, help="Number of symbols.  [default: chosen from the data]"
         ),
     ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            "--start",
+            help="Knowledge to start from: a file of `knowledge export`, cmu (shipped), or none.  "
+            "[default: what it started from before]",
+        ),
+    ] = None,
     seed: Seed = 0,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Learn motion symbols, their space and their words from all captures of the database."""
+    """Learn motion symbols, their space and their words from all captures of the database.
+
+    With --start, symbols and words of other captures are taken over, so that a database without
+    captions can be asked by words. Own captions count more the more there are.
+    """
     from motiondb import LearnSettings
 
     with database(db, writing=True) as base, progress(not json) as tell:
         settings = LearnSettings(n_symbols=n_symbols, seed=seed)
         drift = base.drift()
-        learning = base.learn(settings, lambda what, share: tell(what, share, 1.0))
+        learning = base.learn(settings, lambda what, share: tell(what, share, 1.0), start)
+        first = base.start_facts()
     table = learning.segments
     facts = {
         "captures": len(set(table.capture_ids.tolist())),
@@ -60,6 +75,7 @@ def learn(
         "words": len(learning.association.words),
         "run": learning.run_id,
         "drift": asdict(drift) if drift else None,
+        "start": first,
     }
     if json:
         print_json(facts)
@@ -70,10 +86,30 @@ def learn(
         f"{facts['symbols']} symbols in {facts['clusters']} cluster{plural} "
         f"({facts['dimensions']} dimensions), {facts['words']} words."
     )
+    if first:
+        _print_start(first)
     if drift and not (drift.captures_added or drift.captures_removed or drift.words):
         typer.echo("No capture came or went since it learned before, and no word was new.")
     if not facts["words"]:
-        typer.echo("No words yet: `like` works, `search` needs words (motiondb words set).")
+        typer.echo(
+            "No words yet: `like` works, `search` needs words (motiondb words set, or motiondb "
+            "learn --start cmu)."
+        )
+
+
+def _print_start(first: Mapping[str, Any]) -> None:
+    """Print where the start comes from and what part it has."""
+    typer.echo(f"Started from {say_origin(first)}.")
+    if first["own_captions"]:
+        typer.echo(
+            f"{first['words_of_start_alone']} words are of the start alone, "
+            f"{first['words_of_both']} of both, {first['words_of_own_captions_alone']} of own "
+            f"captions alone; a caption of the start counts {first['weight']:.2g} of an own one."
+        )
+    else:
+        typer.echo("No own captions: all words and probabilities are those of the start.")
+    if first["credit"]:
+        typer.echo(f"Credit: {first['credit']}")
 
 
 def symbols(png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:

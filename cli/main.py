@@ -11,7 +11,7 @@ import typer
 
 from motiondb.cli import learning
 from motiondb.cli.ask import asking
-from motiondb.cli.catalogue import cataloguing, events, keeping, words
+from motiondb.cli.catalogue import cataloguing, events, keeping, knowledge, words
 from motiondb.cli.grammars import grammars
 from motiondb.cli.options import Commands
 from motiondb.cli.scenes import motion_grammars
@@ -46,7 +46,7 @@ def _options(
 INTERRUPTED = 130
 
 for module in (
-    cataloguing, learning, asking, words, events, grammars, motion_grammars, keeping,
+    cataloguing, learning, asking, words, events, knowledge, grammars, motion_grammars, keeping,
 ):  # fmt: skip
     module.register(app)
 

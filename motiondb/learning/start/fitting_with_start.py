@@ -1,8 +1,8 @@
 """Ridge and calibration of the joint word map, from own captions and the start.
 
-As in :mod:`motiondb.words.word_map`, predictions for own intervals are made without their group:
-here by the joint map of the start and the other groups. The largest ridge whose ranking is nearly
-the best is taken. The calibration is the start's, moved by the own predictions: the Fisher
+As in :mod:`motiondb.words.maps.word_map`, predictions for own intervals are made without their
+group: here by the joint map of the start and the other groups. The largest ridge whose ranking is
+nearly the best is taken. The calibration is the start's, moved by the own predictions: the Fisher
 information of the start's calibration, times the weight of the start, stands for its own data.
 """
 
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from motiondb.learning.start.joining import join_word_map, start_weight
 from motiondb.learning.start.knowledge import Started
 from motiondb.records import FloatArray, IntArray
-from motiondb.words.word_map import RIDGES, TOLERANCE, WordMap, calibrate, precision
-from motiondb.words.word_moments import WordMoments, word_moments
+from motiondb.words.maps.word_map import RIDGES, TOLERANCE, WordMap, calibrate, precision
+from motiondb.words.maps.word_moments import WordMoments, word_moments
 
 N_FOLDS = 5
 """Folds of groups that are held out in turn. Chosen by hand; not tuned."""
@@ -55,9 +55,7 @@ class OwnRows:
         """Sums over all rows."""
         return word_moments(self.vectors, self.presence)
 
-    def without(
-        self, rows: NDArray[np.bool_], ridge: float, calibration: FloatArray
-    ) -> WordMap:
+    def without(self, rows: NDArray[np.bool_], ridge: float, calibration: FloatArray) -> WordMap:
         """The joint word map without some own rows."""
         left = self.moments - word_moments(self.vectors[rows], self.presence[rows])
         return join_word_map(left, self.words, self.started, ridge, calibration)

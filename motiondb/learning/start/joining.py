@@ -28,11 +28,11 @@ from motiondb.learning.counting import Counts, Reference, publish_association
 from motiondb.learning.start.knowledge import Started
 from motiondb.records import Association, FloatArray
 from motiondb.search.certainty import Certainty
-from motiondb.search.score_vectors import ScoreSpace
-from motiondb.words import explanation
-from motiondb.words.explanation import ExpectedCounts
-from motiondb.words.word_map import WordMap
-from motiondb.words.word_moments import WordMoments, solve_word_map
+from motiondb.search.vectors.score_vectors import ScoreSpace
+from motiondb.words.maps.word_map import WordMap
+from motiondb.words.maps.word_moments import WordMoments, solve_word_map
+from motiondb.words.translation import explanation
+from motiondb.words.translation.explanation import ExpectedCounts
 
 TRUST = 10.0
 """Own captions (captures, for transitions) at which the start weighs half. Chosen among 3, 10 and
@@ -126,11 +126,10 @@ def join_word_map(
     chosen = started.columns(words)
     taught = started.taught.moments
     first = replace(taught, words=taught.words @ chosen, cross=taught.cross @ chosen)
-    in_start, in_own = chosen.any(axis=0), own.words > 0
+    in_start = np.asarray(chosen.any(axis=0), dtype=bool)
+    in_own = np.asarray(own.words > 0, dtype=bool)
     weight = start_weight(own.n)
-    joint = WordMoments(
-        *(weight * a + b for a, b in zip(vars(first).values(), vars(own).values()))
-    )
+    joint = WordMoments(*(weight * a + b for a, b in zip(vars(first).values(), vars(own).values())))
     parts = [
         (in_start & in_own, joint),
         (in_start & ~in_own, first),
@@ -251,9 +250,7 @@ def join_certainty(
     )
 
 
-def join_reference(
-    fitted: Association, counted: ExpectedCounts, started: Started
-) -> Association:
+def join_reference(fitted: Association, counted: ExpectedCounts, started: Started) -> Association:
     """The association that shares words out among symbols while they are counted.
 
     Parameters

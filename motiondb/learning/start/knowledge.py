@@ -15,14 +15,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.learning.asked_certainty import Certainties
+from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.records import FloatArray, IntArray, MotionSymbols, SymbolSpace
-from motiondb.search.extents import ContextSpace
-from motiondb.search.score_vectors import ScoreSpace
-from motiondb.symbols.acquisition import AcquisitionSettings
+from motiondb.search.examples.extents import ContextSpace
+from motiondb.search.vectors.score_vectors import ScoreSpace
+from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
-from motiondb.words.explanation import ExpectedCounts
-from motiondb.words.word_moments import WordMoments
+from motiondb.words.maps.word_moments import WordMoments
+from motiondb.words.translation.explanation import ExpectedCounts
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,86 @@
+"""knowledge export, knowledge show: what was learned, for other databases to start from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from motiondb.cli.options import DEFAULT_DB, Commands, Db, Json, database, print_json
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
+    group = Commands(
+        help="Hand on what was learned, without motion and captions.", no_args_is_help=True
+    )
+    group.command("export")(export_knowledge)
+    group.command("show")(show_knowledge)
+    app.add_typer(group, name="knowledge")
+
+
+def export_knowledge(
+    file: Annotated[Path, typer.Argument(help="The file to write.")],
+    name: Annotated[
+        str, typer.Option("--name", help="What to call it.  [default: name of the file]")
+    ] = "",
+    credit: Annotated[
+        str, typer.Option("--credit", help="What those who use it are asked to say.")
+    ] = "",
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Write what the database learned, without motion and captions (see learn --start)."""
+    from motiondb.database.learn.starting import knowledge_facts
+
+    with database(db) as base:
+        facts = knowledge_facts(base.export_knowledge(file, name, credit))
+    facts["file"], facts["bytes"] = str(file), file.stat().st_size
+    if json:
+        print_json(facts)
+        return
+    typer.echo(f"{file}: {facts['bytes'] / 1e6:.2f} MB, {say_origin(facts)}")
+    typer.echo(f"Start from it: motiondb learn --start {file}")
+
+
+def show_knowledge(
+    what: Annotated[str, typer.Argument(help="A file, or the name of what is shipped: cmu.")],
+    json: Json = False,
+) -> None:
+    """Show what knowledge holds and where it comes from; the file is checked."""
+    from motiondb.database.learn.starting import knowledge_facts, load_knowledge
+
+    knowledge = load_knowledge(what)
+    facts = knowledge_facts(knowledge)
+    if json:
+        print_json(facts | {"vocabulary": list(knowledge.taught.words)})
+        return
+    typer.echo(say_origin(facts))
+    typer.echo(f"sha256: {facts['sha256']}")
+    if facts["credit"]:
+        typer.echo(f"credit: {facts['credit']}")
+    typer.echo(f"words: {', '.join(knowledge.taught.words)}")
+
+
+def say_origin(facts: Mapping[str, Any]) -> str:
+    """One line on where knowledge comes from.
+
+    Parameters
+    ----------
+    facts : mapping
+        As ``starting.knowledge_facts`` gives them.
+    """
+    licences = ", ".join(f"{name} ({n})" for name, n in facts["licences"].items())
+    return (
+        f"{facts['name']}: {facts['symbols']} symbols and {facts['words']} words of "
+        f"{facts['captures']} captures, {facts['captions']} of them described, "
+        f"{facts['performers']} performers; licences: {licences}; motiondb {facts['version']}"
+    )
