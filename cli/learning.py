@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from motiondb.cli.catalogue.knowledge import say_origin
+from motiondb.cli.catalogue.knowledge import print_start
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
@@ -87,7 +86,7 @@ def learn(
         f"({facts['dimensions']} dimensions), {facts['words']} words."
     )
     if first:
-        _print_start(first)
+        print_start(first)
     if drift and not (drift.captures_added or drift.captures_removed or drift.words):
         typer.echo("No capture came or went since it learned before, and no word was new.")
     if not facts["words"]:
@@ -95,21 +94,6 @@ def learn(
             "No words yet: `like` works, `search` needs words (motiondb words set, or motiondb "
             "learn --start cmu)."
         )
-
-
-def _print_start(first: Mapping[str, Any]) -> None:
-    """Print where the start comes from and what part it has."""
-    typer.echo(f"Started from {say_origin(first)}.")
-    if first["own_captions"]:
-        typer.echo(
-            f"{first['words_of_start_alone']} words are of the start alone, "
-            f"{first['words_of_both']} of both, {first['words_of_own_captions_alone']} of own "
-            f"captions alone; a caption of the start counts {first['weight']:.2g} of an own one."
-        )
-    else:
-        typer.echo("No own captions: all words and probabilities are those of the start.")
-    if first["credit"]:
-        typer.echo(f"Credit: {first['credit']}")
 
 
 def symbols(png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:

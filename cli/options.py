@@ -16,6 +16,7 @@ import typer
 
 if TYPE_CHECKING:
     from motiondb.database import MotionDB
+    from motiondb.learning.answers.word_sources import WordSource
     from motiondb.learning.drift import Drift
     from motiondb.words.nearby.taking import Taking
 
@@ -249,6 +250,27 @@ def note_taken(
             typer.echo(f"{taking.sentence()}; left out", err=True)
     told = {word for word, taking in suggested.items() if taking.words}
     note_unknown({word: near for word, near in unknown.items() if word not in told})
+
+
+def note_sources(sources: Sequence[WordSource]) -> None:
+    """Print on standard error which captions taught the words, where a start has a part in them.
+
+    Parameters
+    ----------
+    sources : sequence of WordSource
+        Of the words of a question or an answer.
+    """
+    alone: dict[str, list[str]] = {}
+    for source in sources:
+        if source.own_captions and source.start_captions:
+            typer.echo(source.sentence(), err=True)
+        elif source.start_captions:
+            told = alone.setdefault(source.start, [])
+            told.append(f"{source.word} ({source.start_captions})")
+    for start, words in alone.items():
+        typer.echo(
+            f"known from the start {start} alone (captions there): {', '.join(words)}", err=True
+        )
 
 
 def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:

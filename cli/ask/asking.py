@@ -21,6 +21,7 @@ from motiondb.cli.options import (
     To,
     Where,
     database,
+    note_sources,
     note_taken,
     note_unlearned,
     print_json,
@@ -99,10 +100,14 @@ def search(
         elif png and answer.matches:
             _draw(base, answer.matches, png, words)
     note_taken(answer.taken, answer.suggested, answer.unknown)
+    if not explain or json:
+        note_sources(answer.sources)
     why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
     more = {"question": understanding.question_facts(answer.question, answer.not_used)}
     if answer.decoding:
         more["decoding"] = asdict(answer.decoding)
+    if answer.sources:
+        more["sources"] = [asdict(source) for source in answer.sources]
     if answer.taken:
         more["taken"] = taken_facts(answer.taken)
     if not json:
@@ -234,6 +239,9 @@ def describe(
     """Describe a motion by words, with times and probabilities."""
     with database(db) as base:
         answer = base.describe(example, start, end)
+        sources = base.word_sources(word for d in answer for word, _ in d.words[:3])
+    if not json:
+        note_sources(sources)
     if json:
         print_json(
             [
@@ -282,6 +290,7 @@ def generate(
         if png:
             made.draw(png)
     note_taken(made.taken, made.suggested, made.unknown)
+    note_sources(made.sources)
     if json:
         facts["question"] = understanding.question_facts(made.question, made.not_used)
         print_json(facts)

@@ -73,6 +73,8 @@ def print_reasons(answer: WordAnswer, words: Sequence[str]) -> None:
     """
     from motiondb.search.questions import reasons
 
+    for source in answer.sources:
+        typer.echo(source.sentence())
     for match, why in zip(answer.matches, answer.reasons):
         typer.echo(
             f"{match.rank} {match.capture}  log-odds {reasons.total(why):+.3f}, "

@@ -123,6 +123,7 @@ def add(
     with database(db, writing=True, create=True) as base, progress(not json) as tell:
         report = base.add(folder, words, settings, tell, events)
         total, drift = len(base.captures()), base.drift()
+        wordless = bool(total) and not base.all_captions() and base.start_facts() is None
     if json:
         facts = asdict(report) | {"captures": total, "drift": asdict(drift) if drift else None}
         print_json(facts)
@@ -145,10 +146,24 @@ def add(
         for note in report.notes:
             typer.echo(f"  note: {note}")
         note_drift(drift)
+        _offer_start(wordless)
     for problem in report.problems:
         typer.echo("\n".join(f"  {line}" for line in problem.splitlines()), err=True)
     if report.problems:
         raise typer.Exit(1)
+
+
+def _offer_start(wordless: bool) -> None:
+    """Say what can be done with captures that nobody wrote about."""
+    from motiondb.database.learn.starting import shipped_names, shipped_origin
+
+    for name in shipped_names() if wordless else ():
+        origin, words = shipped_origin(name)
+        typer.echo(
+            f"  no words came with them: motiondb learn --start {name} takes over {len(words)} "
+            f"words that {origin.captions} described captures of others taught; then search, "
+            "describe and generate work"
+        )
 
 
 def _note_performers(count: int) -> None:

@@ -84,3 +84,24 @@ def say_origin(facts: Mapping[str, Any]) -> str:
         f"{facts['captures']} captures, {facts['captions']} of them described, "
         f"{facts['performers']} performers; licences: {licences}; motiondb {facts['version']}"
     )
+
+
+def print_start(first: Mapping[str, Any]) -> None:
+    """Print where the start of a database comes from and what part it has.
+
+    Parameters
+    ----------
+    first : mapping
+        As ``MotionDB.start_facts`` gives it.
+    """
+    typer.echo(f"Started from {say_origin(first)}.")
+    if first["own_captions"]:
+        typer.echo(
+            f"{first['words_of_start_alone']} words are of the start alone, "
+            f"{first['words_of_both']} of both, {first['words_of_own_captions_alone']} of own "
+            f"captions alone; a caption of the start counts {first['weight']:.2g} of an own one."
+        )
+    else:
+        typer.echo("No own captions: all words and probabilities are those of the start.")
+    if first["credit"]:
+        typer.echo(f"Credit: {first['credit']}")

@@ -159,6 +159,20 @@ def from_bytes(content: bytes, source: str) -> Knowledge:
     return knowledge_from(replace(origin, digest=digest), words, arrays)
 
 
+def read_summary(content: bytes, source: str) -> tuple[Origin, tuple[str, ...]]:
+    """Origin and words of the bytes of a file, without its numbers; parameters as `from_bytes`.
+
+    Raises
+    ------
+    KnowledgeError
+        When its first two lines are not those of a file of knowledge.
+    """
+    if not content.startswith(HEADING):
+        raise _fault(source, f"the line {HEADING.decode().strip()!r}", repr(content[:30])[1:])
+    header = _read_header(content[len(HEADING) :].partition(b"\n")[0], source)
+    return _read_origin(header["origin"], source), _read_words(header["words"], source)
+
+
 def _fault(source: str, expected: str, found: str) -> KnowledgeError:
     return KnowledgeError(
         f"{source}: expected {expected}, found {found}. "

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from motiondb.database.generate import generating
 from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.nearby_words import nearby_table
 from motiondb.learning.answers import caption_suggestions, example_answers, word_answers
+from motiondb.learning.answers.word_sources import WordSource, word_sources
 from motiondb.learning.learned import Learned
 from motiondb.learning.taken_words import replace_unknown, take_unknown
 from motiondb.records import Caption, CaptureInfo, Motion
@@ -89,9 +91,13 @@ class QuestionVerbs(CatalogueVerbs):
                     learned, words, allowed, limit, by_symbols, written
                 )
             take = replace_unknown if by_symbols else take_unknown
-            learned, takings = take(learned, words, nearby_table())
-            answer = word_answers.search_words(learned, words, allowed, limit, by_symbols, written)
-            return word_answers.with_takings(answer, takings)
+            with_taken, takings = take(learned, words, nearby_table())
+            answer = word_answers.search_words(
+                with_taken, words, allowed, limit, by_symbols, written
+            )
+            answer = word_answers.with_takings(answer, takings)
+            behind = [word for taking in answer.taken.values() for word, _ in taking.words]
+            return replace(answer, sources=(*answer.sources, *word_sources(learned, behind)))
 
     def like(
         self,
@@ -226,6 +232,16 @@ class QuestionVerbs(CatalogueVerbs):
             Largest number of captures.
         """
         return caption_suggestions.suggest_captions(self.learned, limit)
+
+    def word_sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
+        """Which captions taught some words: own ones, and those of the start; empty without one.
+
+        Parameters
+        ----------
+        words : iterable of str
+            Learned words; others are left out.
+        """
+        return word_sources(self.learned, words)
 
     def vocabulary(self) -> tuple[str, ...]:
         """The words that were learned; word numbers count from 0 in this order."""

@@ -11,7 +11,12 @@ from typing import Any
 
 from motiondb import store
 from motiondb.errors import KnowledgeError, QueryError, suggestion
-from motiondb.knowledge.knowledge_file import from_bytes, read_knowledge, write_knowledge
+from motiondb.knowledge.knowledge_file import (
+    from_bytes,
+    read_knowledge,
+    read_summary,
+    write_knowledge,
+)
 from motiondb.learning.knowledge_making import make_knowledge
 from motiondb.learning.learned import Learned
 from motiondb.learning.parameter_arrays import ORIGIN_NAME, started_from
@@ -30,6 +35,12 @@ def shipped_names() -> list[str]:
     """Names of the knowledge that is shipped with motiondb, sorted."""
     files = resources.files("motiondb.knowledge").iterdir()
     return sorted(f.name.removesuffix(ENDING) for f in files if f.name.endswith(ENDING))
+
+
+def shipped_origin(name: str) -> tuple[Origin, tuple[str, ...]]:
+    """Origin and words of knowledge that is shipped with motiondb."""
+    file = resources.files("motiondb.knowledge").joinpath(f"{name}{ENDING}")
+    return read_summary(file.read_bytes(), file.name)
 
 
 def load_knowledge(what: str | Path) -> Knowledge:

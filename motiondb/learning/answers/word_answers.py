@@ -9,6 +9,7 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.learning.answers import placing, question_search
+from motiondb.learning.answers.word_sources import WordSource, word_sources
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode, recognise, understand
 from motiondb.pose.features import FEATURE_STEP
@@ -57,6 +58,8 @@ class WordAnswer:
         ``reasons``, in this order.
     suggested : dict
         Word that no caption holds -> what is made of it where it was not taken.
+    sources : tuple of WordSource
+        Which captions taught the words, where the database learned with a start.
     """
 
     matches: tuple[Match, ...]
@@ -69,6 +72,7 @@ class WordAnswer:
     threshold: float | None = None
     taken: Mapping[str, Taking] = field(default_factory=dict)
     suggested: Mapping[str, Taking] = field(default_factory=dict)
+    sources: tuple[WordSource, ...] = ()
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -140,8 +144,12 @@ def search_words(
         reasons=tuple(each.why for each in found),
         strength=max((question_search.strength(learned, each.why, threshold) for each in found),
                      default=None),
-        threshold=threshold,
+        threshold=threshold, sources=word_sources(learned, _asked_words(question)),
     )  # fmt: skip
+
+
+def _asked_words(question: KnownQuestion) -> list[str]:
+    return [word for action in actions_of(question.tree) for word in action.all_words]
 
 
 def _match(
@@ -327,7 +335,7 @@ def _matched(
     take: by_words.TakeScores, question: KnownQuestion, number: Mapping[str, int]
 ) -> tuple[str, ...]:
     """Asked words that are likelier than not in the capture."""
-    asked = dict.fromkeys(word for action in actions_of(question.tree) for word in action.all_words)
+    asked = dict.fromkeys(_asked_words(question))
     top = np.maximum(take.windows.max(axis=0), take.whole)
     return tuple(word for word in asked if top[number[word]] > 0.0)
 

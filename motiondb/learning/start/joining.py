@@ -128,11 +128,12 @@ def join_word_map(
     first = replace(taught, words=taught.words @ chosen, cross=taught.cross @ chosen)
     in_start = np.asarray(chosen.any(axis=0), dtype=bool)
     in_own = np.asarray(own.words > 0, dtype=bool)
+    alone = in_start & ~in_own
     weight = start_weight(own.n)
     joint = WordMoments(*(weight * a + b for a, b in zip(vars(first).values(), vars(own).values())))
     parts = [
         (in_start & in_own, joint),
-        (in_start & ~in_own, first),
+        (alone, first),
         (~in_start, own),
     ]
     fitted = [
