@@ -12,7 +12,7 @@ captions, are joined in the same way with n the number of own captures.
 A caption says nothing of a word that its writers do not use: that no own caption holds "sprint" is
 no evidence that no own capture shows one. Every word is therefore fitted to the intervals of those
 sources alone whose captions hold the word anywhere. Words of both sources, of the start alone and
-of own captions alone have three systems of equations.
+of own captions alone have three systems of equations; that of the start alone keeps its ridge.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from motiondb.learning.start.knowledge import Started
 from motiondb.records import Association, FloatArray
 from motiondb.search.certainty import Certainty
 from motiondb.search.vectors.score_vectors import ScoreSpace
-from motiondb.words.maps.word_map import WordMap
+from motiondb.words.maps.word_map import WordMap, word_spreads
 from motiondb.words.maps.word_moments import WordMoments, solve_word_map
 from motiondb.words.translation import explanation
 from motiondb.words.translation.explanation import ExpectedCounts
@@ -128,26 +128,17 @@ def join_word_map(
     first = replace(taught, words=taught.words @ chosen, cross=taught.cross @ chosen)
     in_start = np.asarray(chosen.any(axis=0), dtype=bool)
     in_own = np.asarray(own.words > 0, dtype=bool)
-    alone = in_start & ~in_own
     weight = start_weight(own.n)
     joint = WordMoments(*(weight * a + b for a, b in zip(vars(first).values(), vars(own).values())))
-    parts = [
-        (in_start & in_own, joint),
-        (alone, first),
-        (~in_start, own),
-    ]
-    fitted = [
-        (which, solve_word_map(_of_words(moments, which), ridge, calibration))
-        for which, moments in parts
-        if which.any()
-    ]
-    weights = np.zeros((len(own.vectors), len(words)))
-    rows = {name: np.zeros(len(words)) for name in ("offsets", "priors", "spreads")}
-    for which, fit in fitted:
-        weights[:, which] = fit.weights
-        for name, values in rows.items():
-            values[which] = getattr(fit, name)
-    return WordMap(weights, **rows, calibration=calibration, ridge=ridge)
+    weights = started.word_map.weights @ chosen  # linear in the words, so that synonyms add up
+    offsets = started.word_map.offsets @ chosen
+    priors = np.clip(first.words / taught.n, 0.5 / taught.n, 1.0 - 0.5 / taught.n)
+    for which, moments in ((in_start & in_own, joint), (~in_start, own)):
+        if which.any():
+            fit = solve_word_map(_of_words(moments, which), ridge, calibration)
+            weights[:, which], offsets[which] = fit.weights, fit.offsets
+            priors[which] = fit.priors
+    return WordMap(weights, offsets, priors, word_spreads(priors), calibration, ridge=ridge)
 
 
 def _of_words(moments: WordMoments, which: NDArray[np.bool_]) -> WordMoments:

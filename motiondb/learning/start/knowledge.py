@@ -21,7 +21,8 @@ from motiondb.search.examples.extents import ContextSpace
 from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
-from motiondb.words.maps.word_moments import WordMoments
+from motiondb.words.maps.word_map import WordMap
+from motiondb.words.maps.word_moments import WordMoments, solve_word_map
 from motiondb.words.translation.explanation import ExpectedCounts
 
 
@@ -161,6 +162,11 @@ class Started:
     def taught(self) -> Taught:
         """What captions taught there."""
         return self.knowledge.taught
+
+    @cached_property
+    def word_map(self) -> WordMap:
+        """The word map of the start alone, by the words as they are called there."""
+        return solve_word_map(self.taught.moments, self.taught.ridge, self.taught.calibration)
 
     @cached_property
     def seconds(self) -> dict[str, float]:
