@@ -1,4 +1,4 @@
-"""Measure what a start is worth: across studios, and on performers never seen. Writes docs/start.md.
+"""Measure what a start is worth, across studios and on performers never seen: docs/start.md.
 
     python benchmarks/start_quality.py TASK [TASK ...] --data DIR
     python benchmarks/start_quality.py page

@@ -135,7 +135,7 @@ def across_studios(data: Path, source: str, seed: int) -> dict[str, Any]:
         "bandai": folder_of(without_copies(load_bandai(data))),
     }
     theirs = studios.pop(source)
-    (target, ours), = studios.items()
+    ((target, ours),) = studios.items()
     knowledge = hand_on(theirs, learn(theirs, seed))
     bare = Folder(ours.captures, ours.words, {}, ours.groups)
     alone = learn(bare, seed)
@@ -144,13 +144,17 @@ def across_studios(data: Path, source: str, seed: int) -> dict[str, Any]:
         "without start": View(alone.segments, alone.symbols.n_symbols),
     }
     found = _curves(ours, views, begin(knowledge, {}), seed)
-    return {"source": source, "target": target, "seed": seed, "captures": len(ours.captures),
-            "symbols": {name: v.n_symbols for name, v in views.items()}, **found}
+    return {
+        "source": source,
+        "target": target,
+        "seed": seed,
+        "captures": len(ours.captures),
+        "symbols": {name: v.n_symbols for name, v in views.items()},
+        **found,
+    }
 
 
-def _curves(
-    ours: Folder, views: dict[str, View], started: Started, seed: int
-) -> dict[str, Any]:
+def _curves(ours: Folder, views: dict[str, View], started: Started, seed: int) -> dict[str, Any]:
     has = np.array([bool(w) for w in ours.words])
     folds = performer_folds(ours.groups)
     draws = weighted_draws(len(ours.captures), seed, N_DRAWS)
@@ -174,13 +178,17 @@ def _curves(
     for n in CAPTIONED:
         each = {name: _measures(gathered[name, n], draws) for name in views}
         names = list(next(iter(each.values())))
-        rows.append({
-            "captions": int(min(n, np.mean([((folds != f) & has).sum() for f in np.unique(folds)]))),
-            **{name: {m: _told(each[name][m]) for m in names} for name in views},
-            "difference": {
-                m: _told(each["with start"][m] - each["without start"][m]) for m in names
-            },
-        })
+        rows.append(
+            {
+                "captions": int(
+                    min(n, np.mean([((folds != f) & has).sum() for f in np.unique(folds)]))
+                ),
+                **{name: {m: _told(each[name][m]) for m in names} for name in views},
+                "difference": {
+                    m: _told(each["with start"][m] - each["without start"][m]) for m in names
+                },
+            }
+        )
     return {"queries": int(sum(queries)), "rows": rows}
 
 
@@ -296,10 +304,15 @@ def _measures(folds: list[dict[str, Any]], draws: FloatArray) -> dict[str, Float
             total += (weight * np.array(right) * share).sum(axis=1) / np.maximum(hits[:, -1], 1e-12)
             count += hits[:, -1] > 0
     found = {"words to motion, mAP": total / np.maximum(count, 1)}
-    for name, key in (("reciprocal", "motion to words, reciprocal rank"), ("f1", "motion to words, F1")):
+    for name, key in (
+        ("reciprocal", "motion to words, reciprocal rank"),
+        ("f1", "motion to words, F1"),
+    ):
         values = {c: v for fold in folds for c, v in fold[name].items()}
         weight = draws[:, list(values)]
-        found[key] = weight @ np.array(list(values.values())) / np.maximum(weight.sum(axis=1), 1e-12)
+        found[key] = (
+            weight @ np.array(list(values.values())) / np.maximum(weight.sum(axis=1), 1e-12)
+        )
     told = np.array([pair for fold in folds for pair in fold["told"]], dtype=float)
     some = weighted_draws(len(told), 0, len(draws) - 1)
     found["nothing matches, balanced accuracy"] = some @ told.mean(axis=1) / some.sum(axis=1)

@@ -233,7 +233,8 @@ class Learned(LearnedModel):
         if self.fitted_word_map is None:
             raise NotLearnedError(
                 f"{self.source}: expected captures with words, found none when it learned. "
-                'Add words (motiondb words set CAPTURE "...") and run motiondb learn again.'
+                'Add words (motiondb words set CAPTURE "...") and run motiondb learn again, or '
+                "take over words of other captures (motiondb learn --start cmu)."
             )
         return self.fitted_word_map
 

@@ -99,6 +99,8 @@ def unknown_words(learned: Learned, text: str, table: NearbyTable) -> dict[str, 
     QueryError
         Where no word of the question is known or taken; says what might be meant.
     """
+    if learned.fitted_word_map is None:
+        _ = learned.word_map  # raises: no words were learned
     known = frozenset(learned.known_words)
     asked = dict.fromkeys(
         word for action in split_actions(text, learned.synonyms, learned.lemmas) for word in action

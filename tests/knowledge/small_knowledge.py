@@ -72,7 +72,8 @@ def small_knowledge(seed: int = 0) -> Knowledge:
         cutting=replace(AcquisitionSettings(), switch_cost=20.0, shortest=8),
         space=SymbolSpace(
             distances, np.zeros((3, 3)), rng.normal(size=(3, 2)), np.array([0.5, 0.25]),
-            np.array([0, 0, 1]), np.array([0.75, 0.25]), np.zeros((2, 2)), np.stack([np.eye(2)] * 2),
+            np.array([0, 0, 1]), np.array([0.75, 0.25]), np.zeros((2, 2)),
+            np.stack([np.eye(2)] * 2),
         ),
         score_space=ScoreSpace(np.zeros(N_COLUMNS), np.ones(N_COLUMNS)),
         context_space=ContextSpace(

@@ -57,6 +57,15 @@ def with_array(name: str, change: Any) -> bytes:
     return build(header, b"".join(v.tobytes() for _, _, v in made))
 
 
+def refusal(content: bytes) -> str:
+    """Why a file is refused; "" where it is read."""
+    try:
+        from_bytes(content, "x")
+    except KnowledgeError as error:
+        return str(error)
+    return ""
+
+
 def test_what_was_written_comes_back(tmp_path: Path) -> None:
     made = small_knowledge()
     path = write_knowledge(made, tmp_path / "small.knowledge")
@@ -177,15 +186,15 @@ def test_no_change_of_the_bytes_gives_any_other_error(data: st.DataObject) -> No
             content[place:place] = content[place : place + 40]
         if not content:
             break
-    try:
-        from_bytes(bytes(content), "x")
-    except KnowledgeError as error:
-        assert str(error).startswith("x: expected")
+    told = refusal(bytes(content))
+    assert not told or told.startswith("x: expected")
 
 
 _JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3)
+    ),
     max_leaves=8,
 )
 
@@ -210,10 +219,8 @@ def test_no_other_numbers_give_any_other_error(data: st.DataObject) -> None:
         values.flat[place % max(values.size, 1)] = value
         return values
 
-    try:
-        from_bytes(with_array(data.draw(st.sampled_from(names)), change), "x")
-    except KnowledgeError as error:
-        assert str(error).startswith("x: expected")
+    told = refusal(with_array(data.draw(st.sampled_from(names)), change))
+    assert not told or told.startswith("x: expected")
 
 
 def test_a_missing_file_and_a_place_that_cannot_be_written_are_told(tmp_path: Path) -> None:
