@@ -252,6 +252,23 @@ def note_taken(
     note_unknown({word: near for word, near in unknown.items() if word not in told})
 
 
+def note_filter(db: MotionDB, where: str, exact: bool) -> None:
+    """Say on standard error what the words of a filter are taken as that nothing holds.
+
+    Parameters
+    ----------
+    db : MotionDB
+        The database.
+    where : str
+        The filter.
+    exact : bool
+        Whether words are not taken as others.
+    """
+    if not exact:
+        for taking in db.taken_in_filter(where).values():
+            typer.echo(f"filter: {taking.sentence('there')}", err=True)
+
+
 def note_sources(sources: Sequence[WordSource]) -> None:
     """Print on standard error which captions taught the words, where a start has a part in them.
 

@@ -21,6 +21,7 @@ from motiondb.cli.options import (
     To,
     Where,
     database,
+    note_filter,
     note_sources,
     note_taken,
     note_unlearned,
@@ -93,28 +94,55 @@ def search(
         )
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols, exact=exact)
+        note_filter(base, where, exact)
         note_unlearned(base)
-        vocabulary = (*base.vocabulary(), *answer.taken)
+        vocabulary = (*base.vocabulary(), *answer.added_words)
         if png and explain and answer.reasons:
             explaining.draw_reason(base, answer, png, words)
         elif png and answer.matches:
             _draw(base, answer.matches, png, words)
-    note_taken(answer.taken, answer.suggested, answer.unknown)
-    if not explain or json:
-        note_sources(answer.sources)
+    _note_words(answer, silent=explain and not json)
     why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
-    more = {"question": understanding.question_facts(answer.question, answer.not_used)}
-    if answer.decoding:
-        more["decoding"] = asdict(answer.decoding)
-    if answer.sources:
-        more["sources"] = [asdict(source) for source in answer.sources]
-    if answer.taken:
-        more["taken"] = taken_facts(answer.taken)
+    more = {
+        "question": understanding.question_facts(answer.question, answer.not_used),
+        **_word_facts(answer),
+    }
     if not json:
         understanding.print_question(answer.question, answer.not_used, "search")
     _print_answer(answer, json, reasons=True, why=why, more=more)
     if explain and not json:
         explaining.print_reasons(answer, vocabulary)
+
+
+def _note_words(answer: WordAnswer, silent: bool) -> None:
+    """Say on standard error where the words of an answer come from.
+
+    ``silent``: not the captions that taught them, which the explanation names.
+    """
+    note_taken(answer.taken, answer.suggested, answer.unknown)
+    for written in answer.written:
+        typer.echo(written.sentence(), err=True)
+    if not silent:
+        note_sources(answer.sources)
+
+
+def _word_facts(answer: WordAnswer) -> dict[str, Any]:
+    """Where the words of an answer come from, for JSON; what is empty is left out."""
+    facts: dict[str, Any] = {
+        "decoding": asdict(answer.decoding) if answer.decoding else None,
+        "sources": [asdict(source) for source in answer.sources],
+        "written": [
+            {
+                "word": w.word,
+                "tags": list(w.tags),
+                "captures": len(w.captures),
+                "in_captions": w.in_captions,
+            }
+            for w in answer.written
+        ],
+        "taken": taken_facts(answer.taken),
+    }
+    return {name: value for name, value in facts.items() if value}
 
 
 def like(
@@ -132,6 +160,7 @@ def like(
             show_default=False,
         ),
     ] = None,
+    exact: Exact = False,
     png: Png = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
@@ -142,7 +171,8 @@ def like(
     shows the same action, and a line says if none is good enough.
     """
     with database(db) as base:
-        answer = base.like(example, start, end, where, limit, meaning)
+        answer = base.like(example, start, end, where, limit, meaning, exact)
+        note_filter(base, where, exact)
         note_unlearned(base)
         if png and answer.matches:
             motion = base.motion(example, start, end)

@@ -131,7 +131,7 @@ def draw_reason(base: MotionDB, answer: WordAnswer, path: Path, title: str) -> N
 
     if not answer.matches:
         return
-    best, words = answer.matches[0], base.vocabulary()
+    best, words = answer.matches[0], (*base.vocabulary(), *answer.added_words)
     timelines = [
         pictures.Timeline(
             words[w.word],

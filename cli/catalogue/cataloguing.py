@@ -12,6 +12,7 @@ from motiondb.cli.options import (
     DEFAULT_DB,
     Commands,
     Db,
+    Exact,
     From,
     Json,
     Png,
@@ -20,6 +21,7 @@ from motiondb.cli.options import (
     database,
     finite,
     note_drift,
+    note_filter,
     print_json,
     print_table,
     progress,
@@ -195,6 +197,7 @@ def list_captures(
     duplicates: Annotated[
         bool, typer.Option("--duplicates", help="List groups of copies, cuts and mirror images.")
     ] = False,
+    exact: Exact = False,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -203,7 +206,8 @@ def list_captures(
         _list_duplicates(where, limit, db, json)
         return
     with database(db) as base:
-        infos = base.captures(where)
+        infos = base.captures(where, exact)
+        note_filter(base, where, exact)
         captions = base.all_captions()
     shown = infos[:limit]
     if json:

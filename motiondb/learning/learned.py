@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
+from motiondb.learning.caption_evidence import caption_evidence
 from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.counting import (
     Counts,
@@ -321,22 +322,7 @@ class Learned(LearnedModel):
     @cached_property
     def written(self) -> dict[int, FloatArray]:
         """Log-odds that captions add, for captures that have any: arrays (segments, words)."""
-        spans: dict[int, list[tuple[int, int, FloatArray]]] = {}
-        for d in self.described:
-            said = np.zeros(len(self.word_numbers))
-            said[[self.word_numbers[w] for w in d.words if w in self.word_numbers]] = 1.0
-            spans.setdefault(d.capture_id, []).append((int(d.start), int(d.end), said))
-        return {
-            capture: by_words.written_evidence(
-                rows.stop - rows.start,
-                spans[capture],
-                self.segments.starts[rows],
-                self.segments.ends[rows],
-                len(self.word_numbers),
-            )
-            for capture, rows in self.rows.items()
-            if capture in spans
-        }
+        return caption_evidence(self.described, self.segments, self.rows, self.word_numbers)
 
     @cached_property
     def seen_takes(self) -> dict[int, by_words.TakeScores]:

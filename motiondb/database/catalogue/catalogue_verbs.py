@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from motiondb import capture, store
 from motiondb.capture.sheets.event_sheet import read_event_sheet
 from motiondb.capture.sheets.sheet import read_sheet
-from motiondb.database.catalogue import added_sheets, cataloguing, importing
+from motiondb.database.catalogue import added_sheets, cataloguing, filter_words, importing
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.database.catalogue.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
@@ -25,6 +25,7 @@ from motiondb.words.lexicon.synonyms import parse_synonyms
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
+    from motiondb.words.nearby.taking import Taking
 
 
 class CatalogueVerbs:
@@ -93,13 +94,16 @@ class CatalogueVerbs:
         """
         check_name_free(self.store, name)
 
-    def captures(self, where: str = "") -> list[CaptureInfo]:
+    def captures(self, where: str = "", exact: bool = False) -> list[CaptureInfo]:
         """The catalogue.
 
         Parameters
         ----------
         where : str
             Filter on columns and tags, such as "performer=14".
+        exact : bool
+            Whether words in it that no caption and no tag holds match nothing; otherwise such a
+            word may be taken as one that is there (:meth:`taken_in_filter`).
 
         Raises
         ------
@@ -107,7 +111,23 @@ class CatalogueVerbs:
             When the filter cannot be read or names an unknown column.
         """
         with self.session.reading():
-            return store.load_captures(self.store, where)
+            if exact or not where.strip():
+                return store.load_captures(self.store, where)
+            filters = filter_words.take_filter_words(self.store, where)[0]
+            return store.load_captures(self.store, filters)
+
+    def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
+        """What the words of a filter are taken as that no caption and no tag holds.
+
+        Parameters
+        ----------
+        where : str
+            The filter.
+        """
+        if not where.strip():
+            return {}
+        with self.session.reading():
+            return filter_words.take_filter_words(self.store, where)[1]
 
     def captions(self, name: str) -> tuple[Caption, ...]:
         """What people wrote about a capture.

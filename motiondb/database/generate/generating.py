@@ -19,7 +19,7 @@ from motiondb.database.nearby_words import nearby_table
 from motiondb.database.session import Session
 from motiondb.learning.answers.word_sources import WordSource, word_sources
 from motiondb.learning.making.motion_making import METHODS, make_motion
-from motiondb.learning.taken_words import replace_unknown
+from motiondb.learning.taken_words import leave_unknown, replace_unknown
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.words.nearby.taking import Taking
 from motiondb.words.question.known import KnownQuestion
@@ -172,9 +172,8 @@ def generate(
         When the database has not learned, or learned no words.
     """
     with session.reading():
-        learned, takings = session.learned, dict[str, Taking]()
-        if not exact:
-            learned, takings = replace_unknown(learned, words, nearby_table())
+        take = leave_unknown if exact else replace_unknown
+        learned, takings = take(session.learned, words, nearby_table())
         found = make_motion(learned, session.takes, words, np.random.default_rng(seed), method)
         made = found.made
         provenance = store.to_provenance(

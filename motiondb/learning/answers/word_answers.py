@@ -12,12 +12,13 @@ from motiondb.learning.answers import placing, question_search
 from motiondb.learning.answers.word_sources import WordSource, word_sources
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode, recognise, understand
+from motiondb.learning.written_words import WrittenWord
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, MatchPart, Motion
 from motiondb.search.examples import alignment
 from motiondb.search.questions import by_words, reasons
 from motiondb.words.nearby.taking import Taking
-from motiondb.words.question.known import KnownQuestion
+from motiondb.words.question.known import KnownQuestion, reason_unknown
 from motiondb.words.question.manner import manner_of
 from motiondb.words.question.plain import plain_actions
 from motiondb.words.question.readings import Reading
@@ -60,6 +61,8 @@ class WordAnswer:
         Word that no caption holds -> what is made of it where it was not taken.
     sources : tuple of WordSource
         Which captions taught the words, where the database learned with a start.
+    written : tuple of WrittenWord
+        Words that were not learned and were found where they are written.
     """
 
     matches: tuple[Match, ...]
@@ -73,6 +76,12 @@ class WordAnswer:
     taken: Mapping[str, Taking] = field(default_factory=dict)
     suggested: Mapping[str, Taking] = field(default_factory=dict)
     sources: tuple[WordSource, ...] = ()
+    written: tuple[WrittenWord, ...] = ()
+
+    @property
+    def added_words(self) -> tuple[str, ...]:
+        """Words of the question that follow the vocabulary in ``reasons``: written, then taken."""
+        return (*(word.word for word in self.written), *self.taken)
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -221,8 +230,15 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         else near
         for word, near in answer.unknown.items()
     }
+    not_used = tuple(
+        NotUsed(left.text, reason_unknown(unknown[left.text])) if left.text in suggested else left
+        for left in answer.not_used
+    )
     question = replace(answer.question, unknown=unknown)
-    return replace(answer, matches=matches, question=question, taken=taken, suggested=suggested)
+    return replace(
+        answer, matches=matches, question=question, not_used=not_used, taken=taken,
+        suggested=suggested,
+    )  # fmt: skip
 
 
 def _times(probability: float | None, share: float) -> float | None:
