@@ -52,13 +52,24 @@ def export_knowledge(
 
 
 def show_knowledge(
-    what: Annotated[str, typer.Argument(help="A file, or the name of what is shipped: cmu.")],
+    what: Annotated[
+        str | None,
+        typer.Argument(
+            help="A file, or the name of what is shipped: cmu.  [default: what the database "
+            "started from]"
+        ),
+    ] = None,
+    db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Show what knowledge holds and where it comes from; the file is checked."""
+    """Show what knowledge holds and where it comes from; a file is checked."""
     from motiondb.database.learn.starting import knowledge_facts, load_knowledge
 
-    knowledge = load_knowledge(what)
+    if what is None:
+        with database(db) as base:
+            knowledge = base.start_knowledge()
+    else:
+        knowledge = load_knowledge(what)
     facts = knowledge_facts(knowledge)
     if json:
         print_json(facts | {"vocabulary": list(knowledge.taught.words)})

@@ -134,6 +134,17 @@ class MotionDB(QuestionVerbs):
         with self.session.reading():
             return starting.export(self.store, self.learned, path, name, credit)
 
+    def start_knowledge(self) -> Knowledge:
+        """The knowledge that the database started from.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned without a start.
+        """
+        with self.session.reading():
+            return starting.start_knowledge(self.learned)
+
     def start_facts(self) -> dict[str, Any] | None:
         """Where the knowledge comes from that the database started from; None where it did not."""
         with self.session.reading():

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from motiondb import store
-from motiondb.errors import KnowledgeError, QueryError, suggestion
+from motiondb.errors import KnowledgeError, NotLearnedError, QueryError, suggestion
 from motiondb.knowledge.knowledge_file import (
     from_bytes,
     read_knowledge,
@@ -122,6 +122,22 @@ def export(
     knowledge = make_knowledge(learned, label, facts, credit, runs[-1].version)
     write_knowledge(knowledge, path)
     return read_knowledge(path)
+
+
+def start_knowledge(learned: Learned) -> Knowledge:
+    """The knowledge that a database started from.
+
+    Raises
+    ------
+    NotLearnedError
+        When it learned without a start.
+    """
+    if learned.started is None:
+        raise NotLearnedError(
+            f"{learned.source}: expected a database that learned with a start, found one that "
+            "learned from its own captures alone. Name a file, or cmu."
+        )
+    return learned.started.knowledge
 
 
 def start_facts(learned: Learned) -> dict[str, Any] | None:

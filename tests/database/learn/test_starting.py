@@ -188,9 +188,7 @@ def test_the_shipped_start_finds_kicks_among_captures_that_a_program_made(bare: 
 def test_what_cannot_be_started_from_is_refused(
     bare: MotionDB, started: MotionDB, handed_on: Path, tmp_path: Path
 ) -> None:
-    with pytest.raises(
-        KnowledgeError, match=r"found neither\. Did you mean cmu\?"
-    ):
+    with pytest.raises(KnowledgeError, match=r"found neither\. Did you mean cmu\?"):
         bare.learn(start="cmuu")
     with pytest.raises(QueryError, match="a number of symbols or the start 'samples', found both"):
         bare.learn(motiondb.LearnSettings(n_symbols=5), start=handed_on)
@@ -228,6 +226,10 @@ def test_commands_offer_start_and_say_what_comes_from_it(
     assert facts["sources"][0]["start"] == "k"
     assert "Started from k: " in command("info", "--db", db).out
     assert json.loads(command("info", "--json", "--db", db).out)["start"]["name"] == "k"
+    assert command("knowledge", "show", "--db", db).out == shown.out
+    none = command("knowledge", "show", "--db", learned_file)
+    assert none.code == 2
+    assert "learned from its own captures alone" in none.err
     again = command("add", captures, "--db", db)
     assert "learn --start" not in again.out
     wrong = command("learn", "--start", "nothing", "--db", db)
