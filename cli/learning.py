@@ -87,6 +87,11 @@ def learn(
     )
     if first:
         print_start(first)
+    elif start not in (None, "none"):
+        typer.echo(
+            f"The start {start} was set aside: its symbols do not fit these captures, whose own "
+            "captions are enough to learn from. Words that only the start had are not known."
+        )
     if drift and not (drift.captures_added or drift.captures_removed or drift.words):
         typer.echo("No capture came or went since it learned before, and no word was new.")
     if not facts["words"]:

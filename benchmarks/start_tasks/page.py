@@ -60,7 +60,8 @@ def _curves(found: dict[str, Any], picture: str) -> str:
         "",
         f"{found['captures']} captures of {target}; {found['queries']} questions of one word over "
         f"five folds. Symbols: {found['symbols'][WITH]} with the start, "
-        f"{found['symbols'][WITHOUT]} without.",
+        f"{found['symbols'][WITHOUT]} without. Motion that the symbols of the start explain worse "
+        f"than the background does: {found['strange']:.0%}.",
         "",
         f"![Four curves over own captions, with the start and without](pictures/{picture})",
     ]

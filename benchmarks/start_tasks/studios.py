@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from motiondb.learning import fitting, knowledge_making
 from motiondb.learning.certainty import asked_certainty
 from motiondb.learning.learned import Learned, LearnedModel
+from motiondb.learning.start.joining import is_set_aside, strange_share
 from motiondb.learning.start.knowledge import Knowledge, Started, begin
 from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings, segment_table
 from motiondb.learning.word_fitting import (
@@ -150,6 +151,7 @@ def across_studios(data: Path, source: str, seed: int) -> dict[str, Any]:
         "seed": seed,
         "captures": len(ours.captures),
         "symbols": {name: v.n_symbols for name, v in views.items()},
+        "strange": round(strange_share(views["with start"].table), 4),
         **found,
     }
 
@@ -169,8 +171,10 @@ def _curves(ours: Folder, views: dict[str, View], started: Started, seed: int) -
         for n in CAPTIONED:
             own = np.sort(order[:n])
             for name, view in views.items():
-                start = started if name == "with start" else None
-                answers = answer(ours, view, own, gallery, start)
+                start, seen = (started if name == "with start" else None), view
+                if start is not None and is_set_aside(view.table, len(own)):
+                    start, seen = None, views["without start"]
+                answers = answer(ours, seen, own, gallery, start)
                 judged = judge(ours.words, answers, gallery, asked, seed)
                 gathered.setdefault((name, n), []).append(judged)
                 print(fold, name, len(own), _brief(judged), flush=True)

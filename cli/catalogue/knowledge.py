@@ -106,6 +106,8 @@ def print_start(first: Mapping[str, Any]) -> None:
         As ``MotionDB.start_facts`` gives it.
     """
     typer.echo(f"Started from {say_origin(first)}.")
+    from motiondb.learning.start.joining import STRANGE
+
     if first["own_captions"]:
         typer.echo(
             f"{first['words_of_start_alone']} words are of the start alone, "
@@ -114,5 +116,10 @@ def print_start(first: Mapping[str, Any]) -> None:
         )
     else:
         typer.echo("No own captions: all words and probabilities are those of the start.")
+    if first["strange_motion"] > STRANGE:
+        typer.echo(
+            f"{first['strange_motion']:.0%} of the motion is unlike all that the symbols of the "
+            "start model: expect less of its words here."
+        )
     if first["credit"]:
         typer.echo(f"Credit: {first['credit']}")

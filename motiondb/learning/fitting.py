@@ -7,11 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from motiondb.learning import drift
+from motiondb.learning import counting, drift
 from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.certainty.place_certainty import learn_certainty
 from motiondb.learning.learned import LearnedModel
 from motiondb.learning.place_fitting import Places, Written, find_places
+from motiondb.learning.start import joining
 from motiondb.learning.start.knowledge import Started
 from motiondb.learning.symbol_fitting import (
     FeaturePool,
@@ -44,7 +45,8 @@ def fit_model(
     """Learn symbols, their space and their words.
 
     With a start, its feature space, symbols and symbol space are taken over, and its words are
-    joined with those of the captions.
+    joined with those of the captions. A start whose symbols do not fit the captures is set aside
+    where there are captions enough (:func:`motiondb.learning.start.joining.is_set_aside`).
 
     Parameters
     ----------
@@ -72,7 +74,9 @@ def fit_model(
         When there are fewer segments than symbols asked for.
     """
     if started is not None:
-        return _fit_with_start(pool, taught, started, rng, tell)
+        model = _fit_with_start(pool, taught, started, rng, tell)
+        if model is not None:
+            return model
     parts = [pool.features[a:b] for a, b in pairwise(pool.bounds)]
     space = feature_space.fit_feature_space(parts)
     frames = space.project(np.asarray(pool.features))
@@ -113,8 +117,11 @@ def _fit_with_start(
     started: Started,
     rng: np.random.Generator,
     tell: Progress,
-) -> LearnedModel:
-    """What is learned with the symbols of a start; of the settings only the seed has a part."""
+) -> LearnedModel | None:
+    """What is learned with the symbols of a start; None where the start is set aside.
+
+    Of the settings, only the seed has a part.
+    """
     first = started.knowledge
     tell("cutting", 0.0)
     frames = first.feature_space.project(np.asarray(pool.features))
@@ -123,6 +130,10 @@ def _fit_with_start(
     table = segment_table(frames, pool, first.symbols, cutting)
     columns = len(first.score_space.mean) - first.symbols.n_symbols
     table = replace(table, movement=table.movement[:, :columns])
+    lemmas = counting.dictionary_lemmas(taught.captions)
+    described = counting.described_intervals(table, taught.captions, taught.synonyms, lemmas)
+    if joining.is_set_aside(table, len(described)):
+        return None
     tell("words", 0.0)
     words = fit_words_with_start(table, taught, started)
     places, certainties = _fit_places(table, taught, words, rng)

@@ -20,7 +20,7 @@ from motiondb.knowledge.knowledge_file import (
 from motiondb.learning.knowledge_making import make_knowledge
 from motiondb.learning.learned import Learned
 from motiondb.learning.parameter_arrays import ORIGIN_NAME, started_from
-from motiondb.learning.start.joining import start_weight
+from motiondb.learning.start.joining import start_weight, strange_share
 from motiondb.learning.start.knowledge import Knowledge, Origin
 from motiondb.learning.start.knowledge_arrays import origin_facts
 from motiondb.learning.symbol_fitting import LearnSettings
@@ -151,6 +151,7 @@ def start_facts(learned: Learned) -> dict[str, Any] | None:
         **knowledge_facts(started.knowledge),
         "weight": round(start_weight(counts.moments.n), 4),
         "own_captions": int(counts.moments.n),
+        "strange_motion": round(strange_share(learned.segments), 4),
         "words_of_start_alone": len(set(started.names) - own),
         "words_of_both": len(set(started.names) & own),
         "words_of_own_captions_alone": len(own - set(started.names)),

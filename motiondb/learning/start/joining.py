@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from motiondb.learning.counting import Counts, Reference, publish_association
 from motiondb.learning.start.knowledge import Started
-from motiondb.records import Association, FloatArray
+from motiondb.records import Association, FloatArray, SegmentTable
 from motiondb.search.certainty import Certainty
 from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.words.maps.word_map import WordMap, word_spreads
@@ -40,6 +40,14 @@ TRUST = 10.0
 TRUSTED_SEGMENTS = 300.0
 """Own segments at which the standardisation of the start weighs half. Chosen among 0, 30, 100, 300,
 1,000 and never on captures of both studios without captions (docs/start.md)."""
+
+
+STRANGE = 0.2
+"""Share of the own motion that the symbols of the start may explain worse than the background.
+Chosen by hand between 0.00 (CMU symbols, Bandai-Namco motion) and 0.62 (the other way)."""
+ENOUGH = 100
+"""Own described intervals from which a start whose symbols are strange is set aside: from there on
+it lowered the rank of true words on CMU captures (docs/start.md)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +84,32 @@ def start_weight(n_own: float) -> float:
     (1.0, 0.5, 0.05)
     """
     return 1.0 / (1.0 + max(n_own, 0.0) / TRUST)
+
+
+def strange_share(table: SegmentTable) -> float:
+    """Share of the frames whose segment the best symbol explains worse than the background does.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Own segments, by the symbols of the start.
+    """
+    frames = (table.ends - table.starts).astype(np.float64)
+    strange = table.log_likelihoods < table.backgrounds
+    return float(frames[strange].sum() / max(frames.sum(), 1.0))
+
+
+def is_set_aside(table: SegmentTable, n_own: float) -> bool:
+    """Whether own captures are learned from alone, because the start's symbols do not fit them.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Own segments, by the symbols of the start.
+    n_own : float
+        Number of own described intervals.
+    """
+    return n_own >= ENOUGH and strange_share(table) > STRANGE
 
 
 def join_vocabulary(own: tuple[str, ...], started: Started) -> tuple[str, ...]:

@@ -235,3 +235,22 @@ def test_commands_offer_start_and_say_what_comes_from_it(
     wrong = command("learn", "--start", "nothing", "--db", db)
     assert (wrong.code, wrong.out) == (1, "")
     assert "expected a file of knowledge or one of cmu, none" in wrong.err
+
+
+def test_a_start_that_does_not_fit_is_told_and_set_aside(
+    bare: MotionDB, handed_on: Path, monkeypatch: pytest.MonkeyPatch, command: Any
+) -> None:
+    monkeypatch.setattr("motiondb.learning.start.joining.STRANGE", -1.0)
+    monkeypatch.setattr("motiondb.learning.start.joining.ENOUGH", 2)
+    path = str(bare.store.path)
+    bare.close()
+    told = command("learn", "--start", handed_on, "--db", path)
+    assert "% of the motion is unlike all that the symbols of the start model" in told.out
+    for name in NAMES[:2]:
+        command("words", "set", name, "zigzag", "--db", path)
+    aside = command("learn", "--start", handed_on, "--db", path)
+    assert aside.code == 0
+    assert "was set aside: its symbols do not fit these captures" in aside.out
+    with motiondb.open(path, read_only=True) as db:
+        assert db.start_facts() is None
+        assert db.vocabulary() == ("zigzag",)

@@ -14,7 +14,7 @@ from motiondb.learning.counting import Counts, make_reference
 from motiondb.learning.start import joining
 from motiondb.learning.start.fitting_with_start import OwnRows, choose_ridge_and_calibration
 from motiondb.learning.start.knowledge import Started, begin
-from motiondb.records import Association
+from motiondb.records import Association, SegmentTable
 from motiondb.search.certainty import Certainty
 from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.words.maps.word_map import map_words
@@ -190,3 +190,25 @@ def test_many_own_captions_move_the_calibration() -> None:
     whole = own.without(np.zeros(60, dtype=bool), ridge, calibration)
     held = own.without(np.arange(60) % 4 == 0, ridge, calibration)
     assert np.abs(whole.weights - held.weights).max() > 0.0
+
+
+def segments(log_likelihoods: list[float], lengths: list[int]) -> SegmentTable:
+    """Segments of one capture whose background is -10 throughout."""
+    ends = np.cumsum(lengths)
+    n = len(lengths)
+    return SegmentTable(
+        np.zeros(n, dtype=np.int64), ends - lengths, ends, np.zeros(n, dtype=np.int64),
+        np.array(log_likelihoods), np.full(n, -10.0), np.zeros((n, 1), dtype=np.float32),
+    )  # fmt: skip
+
+
+def test_motion_is_strange_where_the_background_explains_it_better() -> None:
+    table = segments([-5.0, -20.0, -9.0], [50, 30, 20])
+    assert joining.strange_share(table) == pytest.approx(0.3)
+
+
+def test_a_start_that_does_not_fit_is_set_aside_where_captions_are_enough() -> None:
+    strange, fitting = segments([-5.0, -20.0], [50, 50]), segments([-5.0, -20.0], [90, 10])
+    assert joining.is_set_aside(strange, joining.ENOUGH)
+    assert not joining.is_set_aside(strange, joining.ENOUGH - 1)
+    assert not joining.is_set_aside(fitting, 10_000)
