@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Commands, Db, Json, database, print_json
+from motiondb.cli.options import DEFAULT_DB, Commands, Db, Json, database
+from motiondb.cli.printing import print_json
 
 
 def register(app: typer.Typer) -> None:
@@ -39,10 +40,8 @@ def export_knowledge(
     json: Json = False,
 ) -> None:
     """Write what the database learned, without motion and captions (see learn --start)."""
-    from motiondb.database.learn.starting import knowledge_facts
-
     with database(db) as base:
-        facts = knowledge_facts(base.export_knowledge(file, name, credit))
+        facts = base.export_knowledge(file, name, credit).facts()
     facts["file"], facts["bytes"] = str(file), file.stat().st_size
     if json:
         print_json(facts)
@@ -63,22 +62,22 @@ def show_knowledge(
     json: Json = False,
 ) -> None:
     """Show what knowledge holds and where it comes from; a file is checked."""
-    from motiondb.database.learn.starting import knowledge_facts, load_knowledge
+    from motiondb import load_knowledge
 
     if what is None:
         with database(db) as base:
             knowledge = base.start_knowledge()
     else:
         knowledge = load_knowledge(what)
-    facts = knowledge_facts(knowledge)
+    facts = knowledge.facts()
     if json:
-        print_json(facts | {"vocabulary": list(knowledge.taught.words)})
+        print_json(facts | {"vocabulary": list(knowledge.words)})
         return
     typer.echo(say_origin(facts))
     typer.echo(f"sha256: {facts['sha256']}")
     if facts["credit"]:
         typer.echo(f"credit: {facts['credit']}")
-    typer.echo(f"words: {', '.join(knowledge.taught.words)}")
+    typer.echo(f"words: {', '.join(knowledge.words)}")
 
 
 def say_origin(facts: Mapping[str, Any]) -> str:
@@ -87,7 +86,7 @@ def say_origin(facts: Mapping[str, Any]) -> str:
     Parameters
     ----------
     facts : mapping
-        As ``starting.knowledge_facts`` gives them.
+        As ``Knowledge.facts`` gives them.
     """
     licences = ", ".join(f"{name} ({n})" for name, n in facts["licences"].items())
     return (
@@ -106,8 +105,6 @@ def print_start(first: Mapping[str, Any]) -> None:
         As ``MotionDB.start_facts`` gives it.
     """
     typer.echo(f"Started from {say_origin(first)}.")
-    from motiondb.learning.start.joining import STRANGE
-
     if first["own_captions"]:
         typer.echo(
             f"{first['words_of_start_alone']} words are of the start alone, "
@@ -116,7 +113,7 @@ def print_start(first: Mapping[str, Any]) -> None:
         )
     else:
         typer.echo("No own captions: all words and probabilities are those of the start.")
-    if first["strange_motion"] > STRANGE:
+    if not first["fits"]:
         typer.echo(
             f"{first['strange_motion']:.0%} of the motion is unlike all that the symbols of the "
             "start model: expect less of its words here."

@@ -6,19 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.options import (
-    DEFAULT_DB,
-    Db,
-    GrammarName,
-    Json,
-    Png,
-    database,
-    print_json,
-    print_table,
-)
+from motiondb.cli.options import DEFAULT_DB, Db, GrammarName, Json, Png, database
+from motiondb.cli.printing import print_json, print_table
 
 if TYPE_CHECKING:
-    from motiondb.database.grammars.grammar_parsing import ParsedMotion
+    from motiondb import Grammars, ParsedMotion
 
 SHOWN = 10
 """Unlike segments that are printed; JSON holds all."""
@@ -66,8 +58,6 @@ def parse(
 
 
 def _facts(found: ParsedMotion) -> dict[str, Any]:
-    from motiondb.database.grammars.grammar_facts import format_tree
-
     fault = found.fault
     return {
         "string": list(found.string),
@@ -79,7 +69,7 @@ def _facts(found: ParsedMotion) -> dict[str, Any]:
         "share_unlike": found.share_unlike,
         "is_unlike": found.is_unlike,
         "sentences": [
-            {"string": list(tree.leaves()), "tree": format_tree(tree)} for tree in found.trees
+            {"string": list(tree.leaves()), "tree": str(tree)} for tree in found.trees
         ],
         "fault": None
         if fault is None
@@ -92,12 +82,10 @@ def _facts(found: ParsedMotion) -> dict[str, Any]:
 
 def _say_parsed(found: ParsedMotion, example: str) -> None:
     """Print the string, then its trees, or the fault and its time."""
-    from motiondb.database.grammars.grammar_facts import format_tree
-
     how = "as learned" if found.stored else "read anew"
     typer.echo(f"{' '.join(found.string)} ({how})")
     for number, tree in enumerate(found.trees, start=1):
-        typer.echo(f"{number}  {format_tree(tree)}")
+        typer.echo(f"{number}  {tree}")
     if found.fault:
         typer.echo(f"{found.fault}")
         if found.fault.position < len(found.starts):
@@ -145,11 +133,17 @@ def suggest(
     beginning: Annotated[
         str, typer.Argument(metavar="STRING", help='Terminals so far, such as "a b c"; or "".')
     ] = "",
+    goal: Annotated[
+        str, typer.Option("--goal", help="Show the most probable way to this terminal instead.")
+    ] = "",
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """List the terminals that the grammar allows next, with their probabilities."""
     with database(db) as base:
+        if goal:
+            _say_way(base.grammars, name, beginning, goal, json)
+            return
         found = base.grammars.suggest(name, beginning)
         names = base.grammars.load(name).terminals.names
         words = dict(zip(names, (m.text for m in base.grammars.meanings(name))))
@@ -161,3 +155,21 @@ def suggest(
     ]
     columns = ["next", "probability", "words"][: 3 if any(row[2] for row in rows) else 2]
     print_table("", columns, [row[: len(columns)] for row in rows])
+
+
+def _say_way(grammars: Grammars, name: str, beginning: str, goal: str, json: bool) -> None:
+    """Print the most probable continuation that reaches a terminal."""
+    way = grammars.plan(name, beginning, goal)
+    if json:
+        print_json(
+            {
+                "to_goal": list(way.to_goal),
+                "then": list(way.then),
+                "log_probability": way.log_probability,
+                "tree": str(way.tree),
+            }
+        )
+        return
+    typer.echo(f"to {goal}: {' '.join(way.to_goal)}")
+    typer.echo(f"then:  {' '.join(way.then) or 'the end'}")
+    typer.echo(f"tree:  {way.tree}")

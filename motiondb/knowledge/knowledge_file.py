@@ -39,7 +39,6 @@ from motiondb.learning.start.knowledge import Knowledge, Origin
 from motiondb.learning.start.knowledge_arrays import (
     knowledge_arrays,
     knowledge_from,
-    origin_facts,
 )
 from motiondb.learning.start.knowledge_check import MOST_WORDS, array_faults
 from motiondb.records import FloatArray
@@ -89,7 +88,7 @@ def to_bytes(knowledge: Knowledge) -> bytes:
     arrays = knowledge_arrays(knowledge)
     data = b"".join(np.ascontiguousarray(v, dtype="<f4").tobytes() for v in arrays.values())
     header = {
-        "origin": origin_facts(knowledge.origin),
+        "origin": knowledge.origin.facts(),
         "words": list(knowledge.taught.words),
         "arrays": [[name, list(values.shape)] for name, values in arrays.items()],
         "size": len(data),

@@ -22,7 +22,6 @@ from motiondb.learning.start.knowledge import Origin, Started
 from motiondb.learning.start.knowledge_arrays import (
     knowledge_arrays,
     knowledge_from,
-    origin_facts,
 )
 from motiondb.records import Association, FloatArray, StoredLearning
 from motiondb.search import certainty
@@ -241,7 +240,7 @@ def _started_arrays(started: Started, counted: Counted | None) -> dict[str, Floa
     """A start, and the own counts, which then differ from the published ones."""
     knowledge = started.knowledge
     arrays = {f"start_{name}": v for name, v in knowledge_arrays(knowledge).items()}
-    facts = origin_facts(knowledge.origin) | {"digest": knowledge.origin.digest}
+    facts = knowledge.origin.facts() | {"digest": knowledge.origin.digest}
     arrays[ORIGIN_NAME] = text_array(json.dumps(facts))
     arrays["start_words"] = text_array("\n".join(knowledge.taught.words))
     arrays["start_names"] = text_array("\n".join(started.names))

@@ -56,7 +56,7 @@ def test_a_word_that_was_written_after_learning_is_found_where_it_is_written(db:
 
 def test_reasons_of_written_words_add_up(db: MotionDB) -> None:
     answer = db.search("an exhausted walk", limit=6)
-    words = (*db.vocabulary(), *answer.added_words)
+    words = answer.vocabulary
     for match, why in zip(answer.matches, answer.reasons):
         assert match.score == pytest.approx(1.0 / (1.0 + math.exp(-reasons.total(why))))
         by_word = {words[w.word]: w for w in why}

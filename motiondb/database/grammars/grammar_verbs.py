@@ -31,8 +31,8 @@ from motiondb.database.grammars.grammar_words import Meaning, terminal_meanings
 from motiondb.errors import QueryError
 from motiondb.file_names import is_file
 from motiondb.grammar.cfg import prefix
-from motiondb.grammar.cfg.context_free import Tree
 from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.derivation.plan import Plan, plan
 from motiondb.grammar.terminals.labelling import Reader, Reading, make_reader, read_string
 from motiondb.records import CaptureInfo, Motion
 
@@ -218,6 +218,35 @@ class Grammars:
         grammar = self.load(name).grammar
         return prefix.suggest(grammar, terminals_of(grammar, beginning))
 
+    def plan(
+        self, name: str, beginning: str | Sequence[str], goal: str, shortest: bool = False
+    ) -> Plan:
+        """Return the most probable continuation of a beginning that reaches a terminal.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        beginning : str or sequence of str
+            Terminals separated by spaces, or a sequence of terminals.
+        goal : str
+            The terminal to reach.
+        shortest : bool
+            Whether the shortest continuation is wanted instead.
+
+        Raises
+        ------
+        QueryError
+            When there is no such grammar, or a name is not a terminal of it.
+        ParseError
+            When no sentence begins with these terminals.
+        GrammarError
+            When no sentence leads from there to the goal.
+        """
+        grammar = self.load(name).grammar
+        before, (wanted,) = terminals_of(grammar, beginning), terminals_of(grammar, [goal])
+        return plan(grammar, before, wanted, shortest=shortest)
+
     def generate(self, name: str, seed: int = 0, length: int | None = None) -> GrammarSequence:
         """Return a new sentence as motion; the same seed gives the same motion.
 
@@ -255,8 +284,6 @@ class Grammars:
     ) -> Edit:
         """Return alternatives for the region around a position of a sequence.
 
-        The exceptions are those of :func:`motiondb.database.grammars.grammar_editing.offer`.
-
         Parameters
         ----------
         name : str
@@ -272,6 +299,14 @@ class Grammars:
             Most alternatives.
         seed : int
             Seed of the search for alternatives.
+
+        Raises
+        ------
+        QueryError
+            When the capture does not exist, the sequence belongs to another grammar, a name is not
+            a terminal, or the region lies outside the sequence.
+        ParseError
+            When the grammar does not derive the string.
         """
         return grammar_editing.offer(self.material(name), sequence, at, levels, n, seed)
 
@@ -318,11 +353,6 @@ class Grammars:
             When the ending is another one, or a file cannot be written.
         """
         return grammar_facts.write_sequence(sequence, seed, Path(path))
-
-    @staticmethod
-    def format_tree(tree: Tree) -> str:
-        """Return a tree as one line, with the children of each nonterminal in brackets."""
-        return grammar_facts.format_tree(tree)
 
     def save(
         self,

@@ -20,9 +20,8 @@ from motiondb.knowledge.knowledge_file import (
 from motiondb.learning.knowledge_making import make_knowledge
 from motiondb.learning.learned import Learned
 from motiondb.learning.parameter_arrays import ORIGIN_NAME, started_from
-from motiondb.learning.start.joining import start_weight, strange_share
-from motiondb.learning.start.knowledge import Knowledge, Origin
-from motiondb.learning.start.knowledge_arrays import origin_facts
+from motiondb.learning.start.joining import STRANGE, start_weight, strange_share
+from motiondb.learning.start.knowledge import Knowledge
 from motiondb.learning.symbol_fitting import LearnSettings
 
 NONE = "none"
@@ -37,10 +36,14 @@ def shipped_names() -> list[str]:
     return sorted(f.name.removesuffix(ENDING) for f in files if f.name.endswith(ENDING))
 
 
-def shipped_origin(name: str) -> tuple[Origin, tuple[str, ...]]:
-    """Origin and words of knowledge that is shipped with motiondb."""
-    file = resources.files("motiondb.knowledge").joinpath(f"{name}{ENDING}")
-    return read_summary(file.read_bytes(), file.name)
+def shipped_starts() -> list[dict[str, Any]]:
+    """Facts of the knowledge that is shipped with motiondb: its origin, and number of words."""
+    facts = []
+    for name in shipped_names():
+        file = resources.files("motiondb.knowledge").joinpath(f"{name}{ENDING}")
+        origin, words = read_summary(file.read_bytes(), file.name)
+        facts.append({**origin.facts(), "name": name, "words": len(words)})
+    return facts
 
 
 def load_knowledge(what: str | Path) -> Knowledge:
@@ -146,24 +149,15 @@ def start_facts(learned: Learned) -> dict[str, Any] | None:
     if started is None or learned.counted is None:
         return None
     counts = learned.counted.counts
+    strange = strange_share(learned.segments)
     own = {w for w, n in zip(learned.association.words, counts.said.tolist()) if n > 0}
     return {
-        **knowledge_facts(started.knowledge),
+        **started.knowledge.facts(),
         "weight": round(start_weight(counts.moments.n), 4),
         "own_captions": int(counts.moments.n),
-        "strange_motion": round(strange_share(learned.segments), 4),
+        "strange_motion": round(strange, 4),
+        "fits": strange <= STRANGE,
         "words_of_start_alone": len(set(started.names) - own),
         "words_of_both": len(set(started.names) & own),
         "words_of_own_captions_alone": len(own - set(started.names)),
-    }
-
-
-def knowledge_facts(knowledge: Knowledge) -> dict[str, Any]:
-    """What knowledge holds and where it comes from, for print or JSON."""
-    origin: Origin = knowledge.origin
-    return {
-        **origin_facts(origin),
-        "sha256": origin.digest,
-        "symbols": knowledge.symbols.n_symbols,
-        "words": len(knowledge.taught.words),
     }

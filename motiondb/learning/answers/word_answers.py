@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.learning.answers import placing, question_search
+from motiondb.learning.answers.explained_answer import Explanation, explain
 from motiondb.learning.answers.word_sources import WordSource, word_sources
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode, recognise, understand
@@ -55,14 +57,15 @@ class WordAnswer:
         Strength below which nothing in the database matches; None where it could not be learned
         (``search.certainty``).
     taken : dict
-        Word that no caption holds -> what it was taken as; its words follow the vocabulary in
-        ``reasons``, in this order.
+        Word that no caption holds -> what it was taken as.
     suggested : dict
         Word that no caption holds -> what is made of it where it was not taken.
     sources : tuple of WordSource
         Which captions taught the words, where the database learned with a start.
     written : tuple of WrittenWord
         Words that were not learned and were found where they are written.
+    vocabulary : tuple of str
+        The words by number: those learned, then the written and the taken ones.
     """
 
     matches: tuple[Match, ...]
@@ -77,11 +80,12 @@ class WordAnswer:
     suggested: Mapping[str, Taking] = field(default_factory=dict)
     sources: tuple[WordSource, ...] = ()
     written: tuple[WrittenWord, ...] = ()
+    vocabulary: tuple[str, ...] = ()
 
-    @property
-    def added_words(self) -> tuple[str, ...]:
-        """Words of the question that follow the vocabulary in ``reasons``: written, then taken."""
-        return (*(word.word for word in self.written), *self.taken)
+    @cached_property
+    def explanations(self) -> tuple[Explanation, ...]:
+        """Per match the parts of the log-odds that rank it; none for a search by symbols."""
+        return tuple(explain(why, self.vocabulary) for why in self.reasons)
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -113,6 +117,8 @@ def search_words(
 ) -> WordAnswer:
     """The intervals that show what a text asks for, best first.
 
+    ``limit``, ``by_symbols`` and ``written`` are those of ``MotionDB.search``.
+
     Parameters
     ----------
     learned : Learned
@@ -121,12 +127,6 @@ def search_words(
         The question.
     allowed : sequence of int
         Numbers of the captures to search; those without segments are left out.
-    limit : int
-        Largest number of matches.
-    by_symbols : bool
-        Decode the words to symbols and align these with the captures, as in paper A.
-    written : bool
-        Whether captions count as evidence beside the motion.
 
     Raises
     ------
@@ -153,7 +153,8 @@ def search_words(
         reasons=tuple(each.why for each in found),
         strength=max((question_search.strength(learned, each.why, threshold) for each in found),
                      default=None),
-        threshold=threshold, sources=word_sources(learned, _asked_words(question)),
+        threshold=threshold, vocabulary=learned.association.words,
+        sources=word_sources(learned, _asked_words(question)),
     )  # fmt: skip
 
 

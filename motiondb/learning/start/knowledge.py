@@ -9,8 +9,9 @@ learned with it, with the user's synonyms applied to its words.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +65,12 @@ class Origin:
     runs: tuple[Mapping[str, object], ...] = ()
     credit: str = ""
     digest: str = ""
+
+    def facts(self) -> dict[str, Any]:
+        """The origin as plain facts, for a file or JSON, without the digest of its own file."""
+        facts = asdict(self)
+        del facts["digest"]
+        return {**facts, "licences": dict(self.licences), "runs": [dict(r) for r in self.runs]}
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +148,20 @@ class Knowledge:
     score_space: ScoreSpace
     context_space: ContextSpace | None
     taught: Taught
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Its words, sorted."""
+        return self.taught.words
+
+    def facts(self) -> dict[str, Any]:
+        """What it holds and where it comes from, for print or JSON."""
+        return {
+            **self.origin.facts(),
+            "sha256": self.origin.digest,
+            "symbols": self.symbols.n_symbols,
+            "words": len(self.words),
+        }
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ its upper triangle, the alignment tables end to end.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -145,10 +145,3 @@ def _taught_from(words: tuple[str, ...], arrays: Arrays) -> Taught:
             )
         ),
     )
-
-
-def origin_facts(origin: Origin) -> dict[str, Any]:
-    """An origin as plain facts, without the digest of its file."""
-    facts = asdict(origin)
-    del facts["digest"]
-    return {**facts, "licences": dict(origin.licences), "runs": [dict(r) for r in origin.runs]}
