@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
 from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
+from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.generate import generating
 from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.nearby_words import nearby_table
@@ -23,6 +24,7 @@ from motiondb.learning.taken_words import (
 )
 from motiondb.learning.written_words import LearnedWithWritten, written_words
 from motiondb.records import Caption, CaptureInfo, Motion
+from motiondb.words.nearby.taking import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.ask.showing import Row
@@ -253,6 +255,19 @@ class QuestionVerbs(CatalogueVerbs):
             Learned words; others are left out.
         """
         return word_sources(self.learned, words)
+
+    def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
+        """What the words of a filter are taken as that no caption and no tag holds.
+
+        Parameters
+        ----------
+        where : str
+            The filter.
+        """
+        if not where.strip():
+            return {}
+        with self.session.reading():
+            return take_filter_words(self.store, where)[1]
 
     def vocabulary(self) -> tuple[str, ...]:
         """The words that were learned; word numbers count from 0 in this order."""

@@ -26,7 +26,6 @@ from motiondb.words.lexicon.synonyms import parse_synonyms
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
-    from motiondb.words.nearby.taking import Taking
 
 
 class CatalogueVerbs:
@@ -104,7 +103,7 @@ class CatalogueVerbs:
             Filter on columns and tags, such as "performer=14".
         exact : bool
             Whether words in it that no caption and no tag holds match nothing; otherwise such a
-            word may be taken as one that is there (:meth:`taken_in_filter`).
+            word may be taken as one that is there (``taken_in_filter``).
 
         Raises
         ------
@@ -116,19 +115,6 @@ class CatalogueVerbs:
                 return store.load_captures(self.store, where)
             filters = filter_words.take_filter_words(self.store, where)[0]
             return store.load_captures(self.store, filters)
-
-    def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
-        """What the words of a filter are taken as that no caption and no tag holds.
-
-        Parameters
-        ----------
-        where : str
-            The filter.
-        """
-        if not where.strip():
-            return {}
-        with self.session.reading():
-            return filter_words.take_filter_words(self.store, where)[1]
 
     def captions(self, name: str) -> tuple[Caption, ...]:
         """What people wrote about a capture.

@@ -48,7 +48,7 @@ def array_faults(arrays: Arrays, n_words: int) -> list[str]:
         faults = list(step(arrays, n_words))
         if faults:
             return faults
-    return [*_ranges(arrays), *_tables(arrays), *_equations(arrays)]
+    return [*_ranges(arrays), *_tables(arrays)] or list(_equations(arrays))
 
 
 def _names(arrays: Arrays, _n_words: int) -> Iterator[str]:
