@@ -20,7 +20,7 @@ from motiondb.knowledge.knowledge_file import (
 from motiondb.learning.knowledge_making import make_knowledge
 from motiondb.learning.learned import Learned
 from motiondb.learning.parameter_arrays import ORIGIN_NAME, started_from
-from motiondb.learning.start.joining import STRANGE, start_weight, strange_share
+from motiondb.learning.start.joining import fits, start_weight, strange_share
 from motiondb.learning.start.knowledge import Knowledge
 from motiondb.learning.symbol_fitting import LearnSettings
 
@@ -149,14 +149,13 @@ def start_facts(learned: Learned) -> dict[str, Any] | None:
     if started is None or learned.counted is None:
         return None
     counts = learned.counted.counts
-    strange = strange_share(learned.segments)
     own = {w for w, n in zip(learned.association.words, counts.said.tolist()) if n > 0}
     return {
         **started.knowledge.facts(),
         "weight": round(start_weight(counts.moments.n), 4),
         "own_captions": int(counts.moments.n),
-        "strange_motion": round(strange, 4),
-        "fits": strange <= STRANGE,
+        "strange_motion": round(strange_share(learned.segments), 4),
+        "fits": fits(learned.segments),
         "words_of_start_alone": len(set(started.names) - own),
         "words_of_both": len(set(started.names) & own),
         "words_of_own_captions_alone": len(own - set(started.names)),

@@ -99,6 +99,17 @@ def strange_share(table: SegmentTable) -> float:
     return float(frames[strange].sum() / max(frames.sum(), 1.0))
 
 
+def fits(table: SegmentTable) -> bool:
+    """Whether the symbols of the start explain nearly all of the own motion.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Own segments, by the symbols of the start.
+    """
+    return strange_share(table) <= STRANGE
+
+
 def is_set_aside(table: SegmentTable, n_own: float) -> bool:
     """Whether own captures are learned from alone, because the start's symbols do not fit them.
 
@@ -109,7 +120,7 @@ def is_set_aside(table: SegmentTable, n_own: float) -> bool:
     n_own : float
         Number of own described intervals.
     """
-    return n_own >= ENOUGH and strange_share(table) > STRANGE
+    return n_own >= ENOUGH and not fits(table)
 
 
 def join_vocabulary(own: tuple[str, ...], started: Started) -> tuple[str, ...]:
