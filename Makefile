@@ -14,6 +14,9 @@ demo: $(BIN)/.installed
 	$(BIN)/motiondb like sample_data/captures/fatou/kick_1.bvh --from 0.5 --to 2.0 --limit 5 --db $(DB)
 	$(BIN)/motiondb describe ana/long_1 --db $(DB)
 	$(BIN)/motiondb generate "a person walks then kicks" -o $(OUT)/walk_kick.bvh --seed 7 --png $(OUT)/walk_kick.png --db $(DB)
+	$(BIN)/motiondb add sample_data/captures --db $(OUT)/without-words.duckdb
+	$(BIN)/motiondb learn --start cmu --db $(OUT)/without-words.duckdb
+	$(BIN)/motiondb search "sit down" --limit 5 --db $(OUT)/without-words.duckdb
 	@echo "Look at $(OUT)/search.png and $(OUT)/walk_kick.png; open $(OUT)/walk_kick.bvh in Blender."
 
 test: $(BIN)/.tested

@@ -17,7 +17,7 @@ import numpy as np
 from nearby_table import OUTPUT, read_similarity
 
 from motiondb.words.nearby.table import NearbyTable, read_table
-from motiondb.words.nearby.taking import SUGGESTED, TAKEN
+from motiondb.words.nearby.taking import SUGGESTED, TAKEN, say_chance
 from nearby_words.judge import MEASURES, Answer, ask_all, interval, reliability
 from nearby_words.key import read_key, read_pairs, read_vocabulary
 from nearby_words.methods import (
@@ -95,7 +95,7 @@ def misses(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> list[str]:
         wrong = [a for a in next(iter(methods.values())) if not a.right and a.chance >= SUGGESTED]
         for what, low, high in (("taken", TAKEN, 2.0), ("suggested", SUGGESTED, TAKEN)):
             said = ", ".join(
-                f"{a.word} as {a.first} ({a.chance:.1f})"
+                f"{a.word} as {a.first} ({say_chance(a.chance)})"
                 for a in sorted(wrong, key=lambda a: -a.chance) if low <= a.chance < high
             )  # fmt: skip
             lines.append(f"- {LISTS[name]}, {what}: {said or 'none'}.")
@@ -158,7 +158,7 @@ def retrieval_part(hidden: Sequence[Hidden], seed: int) -> list[str]:
         "|---|---|---|---|---|---|---|",
     ]  # fmt: skip
     for h in sorted(hidden, key=lambda h: h.word):
-        taken = " or ".join(f"{w} ({p:.1f})" for w, p in h.taking.words)
+        taken = " or ".join(f"{w} ({say_chance(p)})" for w, p in h.taking.words)
         itself = "-" if np.isnan(h.known) else f"{h.known:.2f}"
         lines.append(
             f"| {h.word} | {taken} | {h.n_right} of {h.n_gallery} | {h.taken:.2f} | "

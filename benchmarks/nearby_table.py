@@ -1,6 +1,9 @@
 """Build the table of nearby words that motiondb ships.
 
-    python benchmarks/nearby_table.py --wordnet /usr/share/wordnet --vectors vectors.npz
+    python benchmarks/nearby_table.py --wordnet /usr/share/wordnet --vectors vectors.npz [--check]
+
+``--check`` builds it again and compares it with the shipped table, byte by byte (exit 1 where it
+differs).
 
 WordNet 3.0: Debian's package wordnet-base (``apt-get install wordnet-base``, or its data.*,
 index.* and cntlist.rev from anywhere else). vectors.npz: ``benchmarks/nearby_vectors.py``. The same
@@ -11,13 +14,15 @@ may move a probability by a hundredth.
 from __future__ import annotations
 
 import argparse
+import hashlib
+import sys
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from motiondb.words.nearby.table import UNIT, write_table
+from motiondb.words.nearby.table import UNIT, read_table, write_table
 from nearby_words.choice import N_WORDS, answers, by_use
 from nearby_words.key import read_key, read_pairs, read_vocabulary
 from nearby_words.model import (
@@ -107,6 +112,7 @@ def main() -> None:
     parser.add_argument("--wordnet", type=Path, required=True)
     parser.add_argument("--vectors", type=Path)
     parser.add_argument("--output", type=Path, default=OUTPUT)
+    parser.add_argument("--check", action="store_true", help="Compare with the shipped table.")
     asked = parser.parse_args()
     wordnet = read_wordnet(asked.wordnet)
     lexicon, similarity = make_lexicon(wordnet), read_similarity(asked.vectors)
@@ -129,9 +135,24 @@ def main() -> None:
     named = sorted({*held, *(t for kept in held.values() for t, _ in kept)})
     silent = sorted(zlib.crc32(w.encode()) for w in ordered if w not in set(named))
     pairs = {w: [(t, max(1, round(p / UNIT))) for t, p in held.get(w, [])] for w in named}
-    asked.output.write_bytes(write_table(pairs, silent))
+    made = write_table(pairs, silent)
     print(f"{len(held)} words, {sum(map(len, pairs.values()))} pairs, {len(silent)} silent words, "
-          f"{asked.output.stat().st_size} bytes")  # fmt: skip
+          f"{len(made)} bytes, sha256 {hashlib.sha256(made).hexdigest()}")  # fmt: skip
+    if not asked.check:
+        asked.output.write_bytes(made)
+    elif made != OUTPUT.read_bytes():
+        sys.exit(f"differs from {OUTPUT}: {_differences(made, OUTPUT.read_bytes())}")
+    else:
+        print("the same as the shipped table, to the last byte")
+
+
+def _differences(made: bytes, shipped: bytes) -> str:
+    """In how many words two tables differ, and by how much their probabilities do."""
+    one, other = (read_table(content) for content in (made, shipped))
+    words = {*one.words, *other.words}
+    pairs = [(dict(one.entry(w)), dict(other.entry(w))) for w in words]
+    gaps = [abs(a.get(t, 0.0) - b.get(t, 0.0)) for a, b in pairs for t in {*a, *b}]
+    return f"{sum(a != b for a, b in pairs)} words, probabilities by at most {max(gaps, default=0)}"
 
 
 if __name__ == "__main__":

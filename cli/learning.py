@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from motiondb.cli.catalogue.knowledge import print_start
 from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database
 from motiondb.cli.printing import print_json, print_table, progress
 
@@ -30,17 +31,30 @@ def learn(
             "--symbols", min=1, help="Number of symbols.  [default: chosen from the data]"
         ),
     ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            "--start",
+            help="Knowledge to start from: a file of `knowledge export`, cmu (shipped), or none.  "
+            "[default: what it started from before]",
+        ),
+    ] = None,
     seed: Seed = 0,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Learn motion symbols, their space and their words from all captures of the database."""
+    """Learn motion symbols, their space and their words from all captures of the database.
+
+    With --start, symbols and words of other captures are taken over, so that a database without
+    captions can be asked by words. Own captions count more the more there are.
+    """
     from motiondb import LearnSettings
 
     with database(db, writing=True) as base, progress(not json) as tell:
         settings = LearnSettings(n_symbols=n_symbols, seed=seed)
         drift = base.drift()
-        learning = base.learn(settings, lambda what, share: tell(what, share, 1.0))
+        learning = base.learn(settings, lambda what, share: tell(what, share, 1.0), start)
+        first = base.start_facts()
     table = learning.segments
     facts = {
         "captures": len(set(table.capture_ids.tolist())),
@@ -51,6 +65,7 @@ def learn(
         "words": len(learning.association.words),
         "run": learning.run_id,
         "drift": asdict(drift) if drift else None,
+        "start": first,
     }
     if json:
         print_json(facts)
@@ -61,10 +76,20 @@ def learn(
         f"{facts['symbols']} symbols in {facts['clusters']} cluster{plural} "
         f"({facts['dimensions']} dimensions), {facts['words']} words."
     )
+    if first:
+        print_start(first)
+    elif start not in (None, "none"):
+        typer.echo(
+            f"The start {start} was set aside: its symbols do not fit these captures, whose own "
+            "captions are enough to learn from. Words that only the start had are not known."
+        )
     if drift and not (drift.captures_added or drift.captures_removed or drift.words):
         typer.echo("No capture came or went since it learned before, and no word was new.")
     if not facts["words"]:
-        typer.echo("No words yet: `like` works, `search` needs words (motiondb words set).")
+        typer.echo(
+            "No words yet: `like` works, `search` needs words (motiondb words set, or motiondb "
+            "learn --start cmu)."
+        )
 
 
 def symbols(png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:

@@ -12,7 +12,7 @@ import typer
 import motiondb
 from motiondb.cli import learning, serving
 from motiondb.cli.ask import asking
-from motiondb.cli.catalogue import cataloguing, events, keeping, words
+from motiondb.cli.catalogue import cataloguing, events, keeping, knowledge, words
 from motiondb.cli.grammars import grammars
 from motiondb.cli.options import Commands
 from motiondb.cli.scenes import motion_grammars
@@ -45,7 +45,8 @@ def _options(
 INTERRUPTED = 130
 
 for module in (
-    cataloguing, learning, asking, words, events, grammars, motion_grammars, serving, keeping,
+    cataloguing, learning, asking, words, events, knowledge, grammars, motion_grammars, serving,
+    keeping,
 ):  # fmt: skip
     module.register(app)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 if TYPE_CHECKING:
-    from motiondb import Drift, MotionDB, Taking
+    from motiondb import Drift, MotionDB, Taking, WordSource
 
 
 def note_unlearned(db: MotionDB) -> None:
@@ -78,6 +78,44 @@ def note_taken(
             typer.echo(f"{taking.sentence()}; left out", err=True)
     told = {word for word, taking in suggested.items() if taking.words}
     note_unknown({word: near for word, near in unknown.items() if word not in told})
+
+
+def note_filter(db: MotionDB, where: str, exact: bool) -> None:
+    """Say on standard error what the words of a filter are taken as that nothing holds.
+
+    Parameters
+    ----------
+    db : MotionDB
+        The database.
+    where : str
+        The filter.
+    exact : bool
+        Whether words are not taken as others.
+    """
+    if not exact:
+        for taking in db.taken_in_filter(where).values():
+            typer.echo(f"filter: {taking.sentence('there')}", err=True)
+
+
+def note_sources(sources: Sequence[WordSource]) -> None:
+    """Print on standard error which captions taught the words, where a start has a part in them.
+
+    Parameters
+    ----------
+    sources : sequence of WordSource
+        Of the words of a question or an answer.
+    """
+    alone: dict[str, list[str]] = {}
+    for source in sources:
+        if source.own_captions and source.start_captions:
+            typer.echo(source.sentence(), err=True)
+        elif source.start_captions:
+            told = alone.setdefault(source.start, [])
+            told.append(f"{source.word} ({source.start_captions})")
+    for start, words in alone.items():
+        typer.echo(
+            f"known from the start {start} alone (captions there): {', '.join(words)}", err=True
+        )
 
 
 def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:

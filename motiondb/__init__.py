@@ -25,12 +25,14 @@ if TYPE_CHECKING:
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
     from motiondb.database.grammars.grammar_sequences import GrammarSequence
     from motiondb.database.grammars.grammar_verbs import Grammars
+    from motiondb.database.learn.starting import load_knowledge, shipped_starts
     from motiondb.database.scenes.scene_clips import ShownAction
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.database.scenes.scene_texts import SceneText
     from motiondb.database.scenes.scene_verbs import Scene, Scenes
     from motiondb.errors import (
         CaptureError,
+        KnowledgeError,
         MotionDBError,
         NotLearnedError,
         QueryError,
@@ -43,8 +45,11 @@ if TYPE_CHECKING:
     from motiondb.learning.answers.example_answers import ExampleAnswer
     from motiondb.learning.answers.explained_answer import ExplainedWord, Explanation
     from motiondb.learning.answers.word_answers import WordAnswer
+    from motiondb.learning.answers.word_sources import WordSource
     from motiondb.learning.drift import Drift
+    from motiondb.learning.start.knowledge import Knowledge
     from motiondb.learning.symbol_fitting import LearnSettings
+    from motiondb.learning.written_words import WrittenWord
     from motiondb.page.serve import serve
     from motiondb.page.settings import PageSettings
     from motiondb.page.standalone import StandalonePage
@@ -77,6 +82,8 @@ __all__ = [
     "GrammarSettings",
     "GrammarSize",
     "Grammars",
+    "Knowledge",
+    "KnowledgeError",
     "KnownQuestion",
     "LearnSettings",
     "LearnedGrammar",
@@ -107,16 +114,20 @@ __all__ = [
     "Tree",
     "Validation",
     "WordAnswer",
+    "WordSource",
+    "WrittenWord",
     "__version__",
     "changes_saved",
     "check_file",
     "compact",
     "fetch_cmu",
+    "load_knowledge",
     "open",
     "read_capture",
     "read_joint_map",
     "rescue",
     "serve",
+    "shipped_starts",
     "unit_from_name",
     "write_bvh",
     "write_gltf",
@@ -133,22 +144,26 @@ _PLACES = {
     "motiondb.database.grammars.grammar_parsing": "ParsedMotion",
     "motiondb.database.grammars.grammar_sequences": "GrammarSequence",
     "motiondb.database.grammars.grammar_verbs": "Grammars",
+    "motiondb.database.learn.starting": "load_knowledge shipped_starts",
     "motiondb.database.scenes.scene_clips": "ShownAction",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
     "motiondb.database.scenes.scene_verbs": "Scene Scenes",
-    "motiondb.errors": "CaptureError MotionDBError NotLearnedError "
+    "motiondb.errors": "CaptureError KnowledgeError MotionDBError NotLearnedError "
     "QueryError SceneError SheetError StoreError",
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
     "motiondb.grammar.cfg.context_free": "Tree",
     "motiondb.learning.answers.example_answers": "ExampleAnswer",
     "motiondb.learning.answers.explained_answer": "ExplainedWord Explanation",
     "motiondb.learning.answers.word_answers": "WordAnswer",
+    "motiondb.learning.answers.word_sources": "WordSource",
     "motiondb.learning.drift": "Drift",
+    "motiondb.learning.start.knowledge": "Knowledge",
     "motiondb.learning.symbol_fitting": "LearnSettings",
     "motiondb.page.serve": "serve",
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
+    "motiondb.learning.written_words": "WrittenWord",
     "motiondb.records": "Caption CaptureInfo Clip Event Match Motion Relation",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",

@@ -45,6 +45,10 @@ class SheetError(MotionDBError):
     """A sheet of words that cannot be read."""
 
 
+class KnowledgeError(MotionDBError):
+    """A file of knowledge that cannot be read, written or used."""
+
+
 class StoreError(MotionDBError):
     """A database file that cannot be opened, read or written."""
 

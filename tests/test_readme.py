@@ -20,7 +20,7 @@ TEXT = readme.README.read_text(encoding="utf-8")
 EXAMPLES = [e for block in readme.blocks("console", TEXT) for e in readme.examples(block)]
 
 
-MAKING, ASKING = EXAMPLES[:2], EXAMPLES[2:]
+STARTING, MAKING, ASKING = EXAMPLES[:3], EXAMPLES[3:5], EXAMPLES[5:]
 LEARNED = [e for e in ASKING if e.command.startswith("motiondb grammar ")]
 """They build on one another: the first learns the grammar that the others ask."""
 
@@ -81,6 +81,12 @@ def test_the_first_commands_make_the_database() -> None:
         for example in MAKING:
             _check(example, place)
         assert (place / "motions.duckdb").exists()
+
+
+def test_a_folder_without_words_is_searched_with_a_start() -> None:
+    with readme.workplace() as place:
+        for example in STARTING:
+            _check(example, place)
 
 
 ALONE = [e for e in ASKING if e not in LEARNED]

@@ -25,6 +25,8 @@ from motiondb.cli.options import (
     database,
 )
 from motiondb.cli.printing import (
+    note_filter,
+    note_sources,
     note_taken,
     note_unlearned,
     print_json,
@@ -95,6 +97,7 @@ def search(
 
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols, exact=exact)
+        note_filter(base, where, exact)
         note_unlearned(base)
         if png and explain and answer.reasons:
             base.draw_reasons(answer, png, words)
@@ -102,18 +105,48 @@ def search(
             base.draw_matches(answer, png, words)
         if html:
             write_html(html, StandalonePage.of_search(base, answer))
-    note_taken(answer.taken, answer.suggested, answer.unknown)
+    _note_words(answer, silent=explain and not json)
     why = [explaining.explanation_facts(e) for e in answer.explanations] if explain else []
-    more = {"question": understanding.question_facts(answer.question, answer.not_used)}
-    if answer.decoding:
-        more["decoding"] = asdict(answer.decoding)
-    if answer.taken:
-        more["taken"] = taken_facts(answer.taken)
+    more = {
+        "question": understanding.question_facts(answer.question, answer.not_used),
+        **_word_facts(answer),
+    }
     if not json:
         understanding.print_question(answer.question, answer.not_used, "search")
     _print_answer(answer, json, reasons=True, why=why, more=more)
     if explain and not json:
         explaining.print_explanations(answer)
+
+
+def _note_words(answer: WordAnswer, silent: bool) -> None:
+    """Say on standard error where the words of an answer come from.
+
+    ``silent``: not the captions that taught them, which the explanation names.
+    """
+    note_taken(answer.taken, answer.suggested, answer.unknown)
+    for written in answer.written:
+        typer.echo(written.sentence(), err=True)
+    if not silent:
+        note_sources(answer.sources)
+
+
+def _word_facts(answer: WordAnswer) -> dict[str, Any]:
+    """Where the words of an answer come from, for JSON; what is empty is left out."""
+    facts: dict[str, Any] = {
+        "decoding": asdict(answer.decoding) if answer.decoding else None,
+        "sources": [asdict(source) for source in answer.sources],
+        "written": [
+            {
+                "word": w.word,
+                "tags": list(w.tags),
+                "captures": len(w.captures),
+                "in_captions": w.in_captions,
+            }
+            for w in answer.written
+        ],
+        "taken": taken_facts(answer.taken),
+    }
+    return {name: value for name, value in facts.items() if value}
 
 
 def like(
@@ -131,6 +164,7 @@ def like(
             show_default=False,
         ),
     ] = None,
+    exact: Exact = False,
     png: Png = None,
     html: Html = None,
     db: Db = DEFAULT_DB,
@@ -144,7 +178,8 @@ def like(
     from motiondb import StandalonePage
 
     with database(db) as base:
-        answer = base.like(example, start, end, where, limit, meaning)
+        answer = base.like(example, start, end, where, limit, meaning, exact)
+        note_filter(base, where, exact)
         note_unlearned(base)
         if png and answer.matches:
             motion = base.motion(example, start, end)
@@ -233,6 +268,9 @@ def describe(
     """Describe a motion by words, with times and probabilities."""
     with database(db) as base:
         answer = base.describe(example, start, end)
+        sources = base.word_sources(word for d in answer for word, _ in d.words[:3])
+    if not json:
+        note_sources(sources)
     if json:
         print_json(
             [
@@ -284,6 +322,7 @@ def generate(
         if html:
             write_html(html, StandalonePage.of_generated(base, made, save or ""))
     note_taken(made.taken, made.suggested, made.unknown)
+    note_sources(made.sources)
     if json:
         facts["question"] = understanding.question_facts(made.question, made.not_used)
         print_json(facts)

@@ -59,6 +59,8 @@ def print_explanations(answer: WordAnswer) -> None:
     answer : WordAnswer
         The answer of a search.
     """
+    for source in answer.sources:
+        typer.echo(source.sentence())
     for match, why in zip(answer.matches, answer.explanations):
         typer.echo(
             f"{match.rank} {match.capture}  log-odds {why.log_odds:+.3f}, score {match.score:.3f}"

@@ -13,6 +13,7 @@ from motiondb.cli.options import (
     DEFAULT_DB,
     Commands,
     Db,
+    Exact,
     From,
     Json,
     Png,
@@ -23,6 +24,7 @@ from motiondb.cli.options import (
 )
 from motiondb.cli.printing import (
     note_drift,
+    note_filter,
     print_json,
     print_notes,
     print_problems,
@@ -131,6 +133,7 @@ def add(
     with database(db, writing=True, create=True) as base, progress(not json) as tell:
         report = base.add(folder, words, settings, tell, events)
         total, drift = len(base.captures()), base.drift()
+        wordless = bool(total) and not base.all_captions() and base.start_facts() is None
     if json:
         facts = asdict(report) | {"captures": total, "drift": asdict(drift) if drift else None}
         print_json(facts)
@@ -152,7 +155,20 @@ def add(
                 typer.echo(f"  {name} is the same file as {known}")
         print_notes(report.notes)
         note_drift(drift)
+        _offer_start(wordless)
     refuse(report.problems)
+
+
+def _offer_start(wordless: bool) -> None:
+    """Say what can be done with captures that nobody wrote about."""
+    from motiondb import shipped_starts
+
+    for start in shipped_starts() if wordless else ():
+        typer.echo(
+            f"  no words came with them: motiondb learn --start {start['name']} takes over "
+            f"{start['words']} words that {start['captions']} described captures of others "
+            "taught; then search, describe and generate work"
+        )
 
 
 def _note_performers(count: int) -> None:
@@ -181,6 +197,7 @@ def list_captures(
     duplicates: Annotated[
         bool, typer.Option("--duplicates", help="List groups of copies, cuts and mirror images.")
     ] = False,
+    exact: Exact = False,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
@@ -189,7 +206,8 @@ def list_captures(
         _list_duplicates(where, limit, db, json)
         return
     with database(db) as base:
-        infos = base.captures(where)
+        infos = base.captures(where, exact)
+        note_filter(base, where, exact)
         captions = base.all_captions()
     shown = infos[:limit]
     if json:

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from motiondb.cli.catalogue.knowledge import print_start
 from motiondb.cli.options import DEFAULT_DB, Db, Json, database, seconds_to_wait
 from motiondb.cli.printing import note_drift, print_json, refuse
 
@@ -73,8 +74,11 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
     if json:
         print_json(facts | {"drift": asdict(drift) if drift else None, "runs": runs})
         return
+    first = facts.pop("start", None)
     for key, value in facts.items():
         typer.echo(f"{key.replace('_', ' ') + ':':22} {value}")
+    if first:
+        print_start(first)
     for run in runs[-10:]:
         what = f"run {run['run_id']:<4} {run['kind']:10}"
         typer.echo(f"{what} {run['started']} motiondb {run['version']}")

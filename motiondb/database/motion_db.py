@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from motiondb import store
 from motiondb.database.ask.fact_verbs import FactVerbs
-from motiondb.database.learn import learning
+from motiondb.database.learn import learning, starting
 from motiondb.database.session import Session
 from motiondb.learning.drift import Drift
 from motiondb.learning.learned import LearnedModel
+from motiondb.learning.start.knowledge import Knowledge
 from motiondb.learning.symbol_fitting import LearnSettings, Progress
 
 if TYPE_CHECKING:
@@ -97,7 +98,10 @@ class MotionDB(FactVerbs):
         self.close()
 
     def learn(
-        self, settings: LearnSettings | None = None, progress: Progress | None = None
+        self,
+        settings: LearnSettings | None = None,
+        progress: Progress | None = None,
+        start: str | Path | Knowledge | None = None,
     ) -> LearnedModel:
         """Derive symbols, their space and their words from all captures; replaces earlier ones.
 
@@ -107,13 +111,58 @@ class MotionDB(FactVerbs):
             What decides the result; the same settings and captures give the same result.
         progress : callable, optional
             Called with the step and the share of it that is done.
+        start : str, Path or Knowledge, optional
+            Knowledge of another database to start from: "cmu" is shipped, a path names a file of
+            :meth:`export_knowledge`. Its symbols and words are taken over, and own captions count
+            more the more there are. None: what the database started from before, if anything;
+            "none": nothing.
 
         Raises
         ------
         MotionDBError
             When the database holds no captures, or fewer segments than symbols asked for.
+        KnowledgeError
+            When there is no such knowledge.
         """
-        return learning.learn(self.store, settings or LearnSettings(), progress)
+        return learning.learn(self.store, settings or LearnSettings(), progress, start)
+
+    def export_knowledge(self, path: str | Path, name: str = "", credit: str = "") -> Knowledge:
+        """Write what the database learned, without motion and captions, for others to start from.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        name : str
+            What to call it; the name of the file without its ending if not given.
+        credit : str
+            What those who use it are asked to say.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned no words.
+        KnowledgeError
+            When it learned with a start itself, or the file cannot be written.
+        """
+        with self.session.reading():
+            return starting.export(self.store, self.learned, path, name, credit)
+
+    def start_knowledge(self) -> Knowledge:
+        """The knowledge that the database started from.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned without a start.
+        """
+        with self.session.reading():
+            return starting.start_knowledge(self.learned)
+
+    def start_facts(self) -> dict[str, Any] | None:
+        """Where the knowledge comes from that the database started from; None where it did not."""
+        with self.session.reading():
+            return starting.start_facts(self.learned) if self.is_learned() else None
 
     def drift(self) -> Drift | None:
         """How far captures and words have changed since the database learned.
@@ -150,6 +199,9 @@ class MotionDB(FactVerbs):
                 facts["words"] = size.n_words
                 facts["current"] = store.learning_is_current(self.store)
                 facts["not_yet_learned"] = len(self.unlearned())
+                start = self.start_facts()
+                if start is not None:
+                    facts["start"] = start
         return facts
 
     def runs(self) -> list[dict[str, Any]]:

@@ -12,6 +12,8 @@ from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.certainty.place_certainty import learn_certainty
 from motiondb.learning.learned import LearnedModel
 from motiondb.learning.place_fitting import Places, Written, find_places
+from motiondb.learning.start import joining
+from motiondb.learning.start.knowledge import Started
 from motiondb.learning.symbol_fitting import (
     FeaturePool,
     LearnSettings,
@@ -19,12 +21,17 @@ from motiondb.learning.symbol_fitting import (
     acquire_symbols,
     segment_table,
 )
-from motiondb.learning.word_fitting import FittedWords, TaughtWords, fit_words
+from motiondb.learning.word_fitting import (
+    FittedWords,
+    TaughtWords,
+    fit_words,
+    fit_words_with_start,
+)
 from motiondb.records import SegmentTable
 from motiondb.search.examples import extents
 from motiondb.symbols import feature_space
+from motiondb.symbols.discovery import acquisition
 from motiondb.symbols.distances import space as symbol_spaces
-from motiondb.words.translation import transition
 
 
 def fit_model(
@@ -33,8 +40,13 @@ def fit_model(
     settings: LearnSettings,
     rng: np.random.Generator,
     tell: Progress,
+    started: Started | None = None,
 ) -> LearnedModel:
     """Learn symbols, their space and their words.
+
+    With a start, its feature space, symbols and symbol space are taken over, and its words are
+    joined with those of the captions. A start whose symbols do not fit the captures is set aside
+    where there are captions enough (:func:`motiondb.learning.start.joining.is_set_aside`).
 
     Parameters
     ----------
@@ -48,6 +60,8 @@ def fit_model(
         Draws the symbols to begin with, and the samples for distances.
     tell : callable
         Called with the step and the share of it that is done.
+    started : Started, optional
+        Knowledge of another database to start from.
 
     Returns
     -------
@@ -59,6 +73,10 @@ def fit_model(
     MotionDBError
         When there are fewer segments than symbols asked for.
     """
+    if started is not None:
+        model = _fit_with_start(pool, taught, started, rng, tell)
+        if model is not None:
+            return model
     parts = [pool.features[a:b] for a, b in pairwise(pool.bounds)]
     space = feature_space.fit_feature_space(parts)
     frames = space.project(np.asarray(pool.features))
@@ -77,19 +95,67 @@ def fit_model(
         segments=table,
         space=symbol_space,
         association=words.association,
-        transition_counts=transition.count_transitions(counting.symbol_sequences(table), n_symbols),
+        transition_counts=words.transitions,
         feature_space=space,
         score_space=words.score_space,
         context_space=extents.fit_context_space(parts),
         fitted_word_map=words.word_map,
         certainties=certainties,
-        lengths=dict(words.counted.counts.shapes),
+        lengths=words.lengths,
         counted=words.counted,
         lemmas=words.counted.reference.lemmas,
         cutting=settings.acquisition,
         description_lengths=np.array(acquired.description_lengths),
         drift_baseline=drift.fit_baseline(table),
         places=places,
+    )
+
+
+def _fit_with_start(
+    pool: FeaturePool,
+    taught: TaughtWords,
+    started: Started,
+    rng: np.random.Generator,
+    tell: Progress,
+) -> LearnedModel | None:
+    """What is learned with the symbols of a start; None where the start is set aside.
+
+    Of the settings, only the seed has a part.
+    """
+    first = started.knowledge
+    tell("cutting", 0.0)
+    frames = first.feature_space.project(np.asarray(pool.features))
+    cutting = acquisition.recut(frames, pool.bounds, first.symbols, first.cutting)
+    tell("scoring", 0.0)
+    table = segment_table(frames, pool, first.symbols, cutting)
+    columns = len(first.score_space.mean) - first.symbols.n_symbols
+    table = replace(table, movement=table.movement[:, :columns])
+    lemmas = counting.dictionary_lemmas(taught.captions)
+    described = counting.described_intervals(table, taught.captions, taught.synonyms, lemmas)
+    if joining.is_set_aside(table, len(described)):
+        return None
+    tell("words", 0.0)
+    words = fit_words_with_start(table, taught, started)
+    places, certainties = _fit_places(table, taught, words, rng)
+    return LearnedModel(
+        run_id=0,
+        symbols=first.symbols,
+        segments=table,
+        space=first.space,
+        association=words.association,
+        transition_counts=words.transitions,
+        feature_space=first.feature_space,
+        score_space=words.score_space,
+        context_space=first.context_space,
+        fitted_word_map=words.word_map,
+        certainties=certainties,
+        lengths=words.lengths,
+        counted=words.counted,
+        lemmas=words.counted.reference.lemmas,
+        cutting=first.cutting,
+        drift_baseline=drift.fit_baseline(table),
+        places=places,
+        started=started,
     )
 
 
@@ -105,4 +171,4 @@ def _fit_places(
     if places is None:
         return None, words.certainties
     sure = learn_certainty(table, standardised, written, places, taught.performers, rng)
-    return places, replace(words.certainties, place=sure)
+    return places, replace(words.certainties, place=sure or words.certainties.place)

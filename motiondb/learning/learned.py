@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
+from motiondb.learning.caption_evidence import caption_evidence
 from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.counting import (
     Counts,
@@ -27,6 +28,8 @@ from motiondb.learning.counting import (
 )
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.place_fitting import Places, Written, label_intervals, place_evidence
+from motiondb.learning.start.joining import publish
+from motiondb.learning.start.knowledge import Started
 from motiondb.records import (
     Association,
     Caption,
@@ -110,6 +113,10 @@ class LearnedModel:
     places : Places or None
         Where in their takes the actions of captions happen, as ``learn`` found them; None where no
         words were written, and in databases of versions that did not look for them.
+    started : Started or None
+        Knowledge of another database that it learned with. Then symbols and feature space are that
+        knowledge's, and association, transitions, lengths and word map join its sums with
+        ``counted``.
     """
 
     run_id: int
@@ -130,6 +137,7 @@ class LearnedModel:
     description_lengths: FloatArray = field(default_factory=lambda: np.zeros(0))
     drift_baseline: DriftBaseline | None = None
     places: Places | None = None
+    started: Started | None = None
 
 
 def with_counts(
@@ -150,17 +158,29 @@ def with_counts(
     """
     fit, counts = model.fitted_word_map, counted.counts
     there = set(table.capture_ids.tolist())
-    word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
-    return replace(
+    model = replace(
         model,
         run_id=run_id,
         segments=table,
+        counted=counted,
+        places=None if model.places is None else model.places.only(there),
+    )
+    if model.started is not None and fit is not None:
+        joint = publish(counts, counted.reference, model.started, fit.ridge, fit.calibration)
+        return replace(
+            model,
+            association=joint.association,
+            transition_counts=joint.transitions,
+            fitted_word_map=joint.word_map,
+            lengths=joint.lengths,
+        )
+    word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
+    return replace(
+        model,
         association=publish_association(counts, counted.reference),
         transition_counts=counts.transitions,
         fitted_word_map=word_map,
         lengths=dict(counts.shapes),
-        counted=counted,
-        places=None if model.places is None else model.places.only(there),
     )
 
 
@@ -214,7 +234,8 @@ class Learned(LearnedModel):
         if self.fitted_word_map is None:
             raise NotLearnedError(
                 f"{self.source}: expected captures with words, found none when it learned. "
-                'Add words (motiondb words set CAPTURE "...") and run motiondb learn again.'
+                'Add words (motiondb words set CAPTURE "...") and run motiondb learn again, or '
+                "take over words of other captures (motiondb learn --start cmu)."
             )
         return self.fitted_word_map
 
@@ -301,22 +322,7 @@ class Learned(LearnedModel):
     @cached_property
     def written(self) -> dict[int, FloatArray]:
         """Log-odds that captions add, for captures that have any: arrays (segments, words)."""
-        spans: dict[int, list[tuple[int, int, FloatArray]]] = {}
-        for d in self.described:
-            said = np.zeros(len(self.word_numbers))
-            said[[self.word_numbers[w] for w in d.words if w in self.word_numbers]] = 1.0
-            spans.setdefault(d.capture_id, []).append((int(d.start), int(d.end), said))
-        return {
-            capture: by_words.written_evidence(
-                rows.stop - rows.start,
-                spans[capture],
-                self.segments.starts[rows],
-                self.segments.ends[rows],
-                len(self.word_numbers),
-            )
-            for capture, rows in self.rows.items()
-            if capture in spans
-        }
+        return caption_evidence(self.described, self.segments, self.rows, self.word_numbers)
 
     @cached_property
     def seen_takes(self) -> dict[int, by_words.TakeScores]:

@@ -6,6 +6,7 @@ names. Databases of earlier versions lack some of them; each record says what st
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
@@ -17,6 +18,11 @@ from motiondb.learning.counting import Counts, Reference
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.learned import Counted, LearnedModel
 from motiondb.learning.place_fitting import Places
+from motiondb.learning.start.knowledge import Origin, Started
+from motiondb.learning.start.knowledge_arrays import (
+    knowledge_arrays,
+    knowledge_from,
+)
 from motiondb.records import Association, FloatArray, StoredLearning
 from motiondb.search import certainty
 from motiondb.search.examples.extents import ContextSpace
@@ -33,6 +39,8 @@ COUNTED_NAME = "counted_pairs"
 """Array that a database has where counts were kept."""
 DRIFT_NAMES = ("learned_from", "drift_baseline")
 """Arrays of :class:`~motiondb.learning.drift.DriftBaseline`."""
+ORIGIN_NAME = "start_origin"
+"""Array that a database has where it learned with a start: the origin as JSON."""
 LEMMA_NAME = "dictionary_forms"
 """Array of the lemmas that the dictionary gave."""
 
@@ -74,6 +82,7 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
         description_lengths=arrays.get("description_lengths", np.zeros(0)),
         drift_baseline=drift_baseline_from(arrays),
         places=_places(arrays),
+        started=started_from(arrays),
     )
     if COUNTED_NAME not in arrays:
         return model
@@ -105,6 +114,8 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
         arrays |= _place_arrays(model.places)
     if model.counted is not None:
         arrays |= _counted_arrays(model.counted)
+    if model.started is not None:
+        arrays |= _started_arrays(model.started, model.counted)
     return arrays
 
 
@@ -120,15 +131,14 @@ def drift_baseline_from(arrays: Arrays) -> DriftBaseline | None:
 
 def lemmas_from(arrays: Arrays) -> dict[str, str]:
     """Lemmas that the dictionary gave for the words of captions; none where they were not kept."""
-    numbers = arrays.get(LEMMA_NAME, np.zeros(0))
-    lines = bytes(numbers.astype(np.uint8)).decode().splitlines()
+    lines = array_text(arrays.get(LEMMA_NAME, np.zeros(0))).splitlines()
     return dict(line.split(" ", 1) for line in lines)
 
 
 def lemma_array(lemmas: Mapping[str, str]) -> FloatArray:
     """The bytes of lines ``form lemma``, one number a byte: the table knows numbers only."""
     text = "\n".join(f"{form} {lemma}" for form, lemma in lemmas.items())
-    return np.array(list(text.encode()), dtype=np.float64)
+    return text_array(text)
 
 
 def _drift_arrays(baseline: DriftBaseline) -> dict[str, FloatArray]:
@@ -217,9 +227,56 @@ def _counted(arrays: Arrays, model: LearnedModel) -> Counted:
     expected = ExpectedCounts(
         arrays["counted_translation"], _tables("counted", arrays), int(arrays[COUNTED_NAME])
     )
-    said = np.asarray(published.counts, dtype=np.int64)
-    counts = Counts(model.transition_counts, said, Counter(dict(model.lengths)), expected, moments)
+    said = np.asarray(arrays.get("own_said", published.counts), dtype=np.int64)
+    transitions = arrays.get("own_transitions", model.transition_counts)
+    shapes = Counter(dict(model.lengths))
+    if "own_lengths" in arrays:
+        shapes = Counter({(int(n), int(m)): int(count) for n, m, count in arrays["own_lengths"]})
+    counts = Counts(transitions, said, shapes, expected, moments)
     return Counted(counts, Reference(fixed, model.score_space, model.lemmas))
+
+
+def _started_arrays(started: Started, counted: Counted | None) -> dict[str, FloatArray]:
+    """A start, and the own counts, which then differ from the published ones."""
+    knowledge = started.knowledge
+    arrays = {f"start_{name}": v for name, v in knowledge_arrays(knowledge).items()}
+    facts = knowledge.origin.facts() | {"digest": knowledge.origin.digest}
+    arrays[ORIGIN_NAME] = text_array(json.dumps(facts))
+    arrays["start_words"] = text_array("\n".join(knowledge.taught.words))
+    arrays["start_names"] = text_array("\n".join(started.names))
+    if counted is not None:
+        counts = counted.counts
+        lengths = [(*shape, n) for shape, n in sorted(counts.shapes.items())]
+        arrays["own_said"] = counts.said.astype(np.float64)
+        arrays["own_transitions"] = counts.transitions
+        arrays["own_lengths"] = np.array(lengths, dtype=float).reshape(-1, 3)
+    return arrays
+
+
+def started_from(arrays: Arrays) -> Started | None:
+    """The start that a database learned with; None where there was none."""
+    if ORIGIN_NAME not in arrays:
+        return None
+    own = ("start_words", "start_names", ORIGIN_NAME)
+    rest = {n[6:]: v for n, v in arrays.items() if n.startswith("start_") and n not in own}
+    words, names = (tuple(array_text(arrays[n]).split("\n")) for n in own[:2])
+    return Started(knowledge_from(origin_from(arrays), words, rest), names)
+
+
+def origin_from(arrays: Arrays) -> Origin:
+    """Origin of the start, from the array ``ORIGIN_NAME``."""
+    facts = json.loads(array_text(arrays[ORIGIN_NAME]))
+    return Origin(**facts | {"runs": tuple(facts["runs"])})
+
+
+def text_array(text: str) -> FloatArray:
+    """The bytes of a text, one number a byte: the table knows numbers only."""
+    return np.array(list(text.encode()), dtype=np.float64)
+
+
+def array_text(numbers: FloatArray) -> str:
+    """Inverse of :func:`text_array`."""
+    return bytes(numbers.astype(np.uint8)).decode()
 
 
 def _table_arrays(

@@ -15,6 +15,7 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.learning.learned import Learned
+from motiondb.learning.written_words import WrittenWord, with_written
 from motiondb.records import Association, FloatArray
 from motiondb.words.lexicon.lemmas import lemma
 from motiondb.words.lexicon.vocabulary import forms_of, split_actions
@@ -76,6 +77,46 @@ def take_unknown(
     return with_taken(learned, takings), takings
 
 
+def add_written(
+    learned: Learned,
+    text: str,
+    found: Mapping[str, WrittenWord],
+    table: NearbyTable | None,
+) -> Learned:
+    """What was learned, with the words of a question that are written somewhere but not learned.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    text : str
+        The question.
+    found : mapping of str to WrittenWord
+        Words that are written (:func:`motiondb.learning.written_words.written_words`).
+    table : NearbyTable or None
+        What words may be taken as; then written words are added too that a word of the question is
+        taken as.
+    """
+    if not found or learned.fitted_word_map is None:
+        return learned
+    known = frozenset(learned.known_words)
+    wanted = []
+    for word, form in _asked_forms(learned, text).items():
+        if word in known or word in found:
+            wanted.append(word)
+        elif table is not None:
+            taking = take_word(form, known | found.keys(), table)
+            wanted += [w for w, _ in taking.words] if taking.is_taken else []
+    return with_written(learned, found, wanted)
+
+
+def _asked_forms(learned: Learned, text: str) -> dict[str, str]:
+    """Words of a question: lemma -> as it was written."""
+    asked = split_actions(text, learned.synonyms, learned.lemmas)
+    written = {lemma(form, learned.lemmas): form for form in reversed(forms_of(text))}
+    return {word: written.get(word, word) for action in asked for word in action}
+
+
 def replace_unknown(
     learned: Learned, text: str, table: NearbyTable
 ) -> tuple[Learned, dict[str, Taking]]:
@@ -91,6 +132,19 @@ def replace_unknown(
     return replace(learned, synonyms={**learned.synonyms, **likeliest}), takings
 
 
+def leave_unknown(
+    learned: Learned, text: str, table: NearbyTable
+) -> tuple[Learned, dict[str, Taking]]:
+    """Leave out the words of a question that no caption holds.
+
+    Known words of like spelling are named only for words that are not English; parameters and
+    answer as :func:`take_unknown`.
+    """
+    takings = {w: replace(t, words=()) for w, t in _made_of(learned, text, table).items()}
+    _check_known(learned, text, takings)
+    return learned, takings
+
+
 def unknown_words(learned: Learned, text: str, table: NearbyTable) -> dict[str, Taking]:
     """From the lemma of every word that no caption holds to what is made of it.
 
@@ -99,19 +153,28 @@ def unknown_words(learned: Learned, text: str, table: NearbyTable) -> dict[str, 
     QueryError
         Where no word of the question is known or taken; says what might be meant.
     """
+    takings = _made_of(learned, text, table)
+    _check_known(learned, text, takings)
+    return takings
+
+
+def _made_of(learned: Learned, text: str, table: NearbyTable) -> dict[str, Taking]:
+    if learned.fitted_word_map is None:
+        _ = learned.word_map  # raises: no words were learned
     known = frozenset(learned.known_words)
-    asked = dict.fromkeys(
-        word for action in split_actions(text, learned.synonyms, learned.lemmas) for word in action
-    )
-    written = {lemma(form, learned.lemmas): form for form in reversed(forms_of(text))}
-    takings = {
-        word: take_word(written.get(word, word), known, table)
-        for word in asked
+    return {
+        word: take_word(form, known, table)
+        for word, form in _asked_forms(learned, text).items()
         if word not in known and word not in learned.word_numbers
     }
-    if takings and known.isdisjoint(asked) and not any(t.is_taken for t in takings.values()):
+
+
+def _check_known(learned: Learned, text: str, takings: Mapping[str, Taking]) -> None:
+    """Refuse a question of which no word is known or taken."""
+    asked = _asked_forms(learned, text)
+    nothing_known = asked.keys().isdisjoint(learned.known_words)
+    if takings and nothing_known and not any(t.is_taken for t in takings.values()):
         raise QueryError(_refusal(takings))
-    return takings
 
 
 def _refusal(takings: Mapping[str, Taking]) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from motiondb.learning import counting
 from motiondb.learning.certainty import asked_certainty
 from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.learned import Counted
+from motiondb.learning.start import joining
+from motiondb.learning.start.fitting_with_start import OwnRows, choose_ridge_and_calibration
+from motiondb.learning.start.knowledge import Started
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.search.vectors import movement, score_vectors
 from motiondb.words.lexicon import vocabulary
@@ -59,6 +63,10 @@ class FittedWords:
         How sure answers are.
     counted : Counted
         The counts.
+    transitions : array (symbols + 1, symbols + 1)
+        Transitions of symbols, with those of the start.
+    lengths : dict
+        (symbols l, words m) -> number of described intervals, with those of the start.
     """
 
     association: Association
@@ -66,6 +74,8 @@ class FittedWords:
     word_map: word_map.WordMap | None
     certainties: Certainties
     counted: Counted
+    transitions: FloatArray
+    lengths: Mapping[tuple[int, int], int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +114,77 @@ def fit_words(table: SegmentTable, taught: TaughtWords, n_symbols: int) -> Fitte
         counting.publish_word_map(counts, ridge, calibration),
         certainties,
         Counted(counts, reference),
+        counts.transitions,
+        dict(counts.shapes),
     )
+
+
+def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Started) -> FittedWords:
+    """Learn words from own captions, if any, joined with those of a start.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Segments of all captures, by the symbols of the start.
+    taught : TaughtWords
+        What people wrote about them.
+    started : Started
+        The start.
+    """
+    own = score_vectors.fit_score_space(table.scores, table.ends - table.starts, table.movement)
+    scores = joining.adapt_score_space(started, own, len(table.symbols))
+    known = counting.dictionary_lemmas(taught.captions)
+    described = counting.described_intervals(table, taught.captions, taught.synonyms, known)
+    written, _ = vocabulary.count_words([d.words for d in described])
+    words = joining.join_vocabulary(tuple(written), started)
+    reference = _joint_reference(table, taught, started, scores, known)
+    counts = counting.count(table, taught.captions, taught.synonyms, reference)
+    number = {word: n for n, word in enumerate(words)}
+    ridge, calibration = started.taught.ridge, started.taught.calibration
+    certainties = started.taught.certainties
+    if described:
+        rows = _training_rows(table, described, scores, number, taught.performers)
+        mine = OwnRows(rows.vectors, rows.presence, rows.performers, words, started)
+        ridge, calibration = choose_ridge_and_calibration(mine)
+        fit = mine.without(np.zeros(len(rows.vectors), dtype=bool), ridge, calibration)
+        learned = _certainties(table, described, rows, scores, fit, mine)
+        first, n = certainties, counts.moments.n
+        certainties = Certainties(
+            joining.join_certainty(learned.words, first.words, n),
+            joining.join_certainty(learned.example, first.example, n),
+            first.place,
+        )
+    joint = joining.publish(counts, reference, started, ridge, calibration)
+    return FittedWords(
+        joint.association, scores, joint.word_map, certainties, Counted(counts, reference),
+        joint.transitions, joint.lengths,
+    )  # fmt: skip
+
+
+def _joint_reference(
+    table: SegmentTable,
+    taught: TaughtWords,
+    started: Started,
+    scores: score_vectors.ScoreSpace,
+    known: Mapping[str, str],
+) -> counting.Reference:
+    """What own captions are counted with: the association of own captions and the start."""
+    described = counting.described_intervals(table, taught.captions, taught.synonyms, known)
+    written, _ = vocabulary.count_words([d.words for d in described])
+    words = joining.join_vocabulary(tuple(written), started)
+    number = {word: n for n, word in enumerate(words)}
+    pairs = [
+        (table.symbols[d.low : d.high], np.array([number[w] for w in d.words])) for d in described
+    ]
+    fitted = association.fit_association(pairs, table.scores.shape[1], words)
+    shapes = Counter((len(symbols), len(spoken)) for symbols, spoken in pairs)
+    alone = counting.make_reference(fitted, shapes, scores, known)
+    expected = counting.count(table, taught.captions, taught.synonyms, alone).expected
+    joint = joining.join_reference(fitted, expected, started)
+    all_shapes = {shape: float(n) for shape, n in started.taught.shapes.items()}
+    for shape, n in shapes.items():
+        all_shapes[shape] = all_shapes.get(shape, 0.0) + n
+    return counting.make_reference(joint, all_shapes, scores, known)
 
 
 def _training_rows(
@@ -127,12 +207,20 @@ def _certainties(
     rows: _Rows,
     scores: score_vectors.ScoreSpace,
     fit: word_map.WordMap,
+    own: OwnRows | None = None,
 ) -> Certainties:
-    """How sure answers are, from questions whose answers the captions give."""
+    """How sure answers are, from questions whose answers the captions give.
+
+    With a start, ``own`` fits the word map without some rows.
+    """
     if len(rows.captures) < len(rows.performers):  # one row, doubled
         return Certainties()
     starts, ends = asked_certainty.intervals_of(described)
-    names, _ = vocabulary.count_words([d.words for d in described])
+    names: Sequence[str] = vocabulary.count_words([d.words for d in described])[0]
+    fit_without = None
+    if own is not None:
+        names = own.words
+        fit_without = partial(own.without, ridge=fit.ridge, calibration=fit.calibration)
     return asked_certainty.fit_certainties(
         asked_certainty.Written(
             vectors=rows.vectors,
@@ -147,5 +235,6 @@ def _certainties(
             ridge=fit.ridge,
             calibration=fit.calibration,
             n_posture_and_travel=movement.count_posture_and_travel(table.movement.shape[1]),
+            fit_without=fit_without,
         )
     )

@@ -21,6 +21,7 @@ from motiondb.store.catalogue.captures import (
     save_capture,
 )
 from motiondb.store.catalogue.events import load_events, save_events
+from motiondb.store.catalogue.filters import CAPTION, COLUMNS, Filter, OneOf
 from motiondb.store.catalogue.generated import (
     Provenance,
     SourceCapture,
@@ -93,14 +94,18 @@ from motiondb.store.learned.learning import (
 )
 
 __all__ = [
+    "CAPTION",
+    "COLUMNS",
     "Condition",
     "DamagedFileError",
     "Derivation",
+    "Filter",
     "GrammarSize",
     "GrammarSource",
     "LearnedGrammar",
     "LearningSize",
     "MotionPool",
+    "OneOf",
     "Provenance",
     "SalvagedCapture",
     "SceneClip",

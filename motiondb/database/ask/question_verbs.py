@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
 from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
+from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.generate import generating
 from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.nearby_words import nearby_table
 from motiondb.learning.answers import caption_suggestions, example_answers, word_answers
+from motiondb.learning.answers.word_sources import WordSource, word_sources
 from motiondb.learning.learned import Learned
-from motiondb.learning.taken_words import replace_unknown, take_unknown
+from motiondb.learning.taken_words import (
+    add_written,
+    leave_unknown,
+    replace_unknown,
+    take_unknown,
+)
+from motiondb.learning.written_words import LearnedWithWritten, written_words
 from motiondb.records import Caption, CaptureInfo, Motion
+from motiondb.words.nearby.taking import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.ask.showing import Row
@@ -83,17 +93,22 @@ class QuestionVerbs(CatalogueVerbs):
             When no word is known or taken as a known one, or the filter cannot be read.
         """
         with self.session.reading():
-            allowed, learned = self._numbers(where), self.searchable
-            if exact:
-                return word_answers.search_words(
-                    learned, words, allowed, limit, by_symbols, written
-                )
+            allowed, learned = self._numbers(where, exact), self.searchable
+            found = self.session.kept("written_words", lambda: written_words(self.searchable))
+            if not by_symbols:  # what is written says nothing of symbols
+                learned = add_written(learned, words, found, None if exact else nearby_table())
             take = replace_unknown if by_symbols else take_unknown
-            learned, takings = take(learned, words, nearby_table())
-            answer = word_answers.search_words(learned, words, allowed, limit, by_symbols, written)
-            return word_answers.with_takings(answer, takings)
+            seen, takings = (leave_unknown if exact else take)(learned, words, nearby_table())
+            answer = word_answers.search_words(seen, words, allowed, limit, by_symbols, written)
+            answer = word_answers.with_takings(answer, takings)
+            behind = [word for taking in answer.taken.values() for word, _ in taking.words]
+            return replace(
+                answer,
+                sources=(*answer.sources, *word_sources(learned, behind)),
+                written=learned.found if isinstance(learned, LearnedWithWritten) else (),
+            )
 
-    def like(
+    def like(  # noqa: PLR0913  five of the seven have defaults
         self,
         example: str | Path | Motion,
         start: float | None = None,
@@ -101,6 +116,7 @@ class QuestionVerbs(CatalogueVerbs):
         where: str = "",
         limit: int = 10,
         meaning: bool | None = None,
+        exact: bool = False,
     ) -> example_answers.ExampleAnswer:
         """Find the intervals that move like an example, best first.
 
@@ -119,6 +135,9 @@ class QuestionVerbs(CatalogueVerbs):
         meaning : bool, optional
             Whether learned words take part in the resemblance, so that the same action in other
             styles counts as alike; None: where there are words.
+        exact : bool
+            Whether words of the filter that nothing holds match nothing rather than being taken as
+            others.
 
         Raises
         ------
@@ -128,7 +147,7 @@ class QuestionVerbs(CatalogueVerbs):
             When there is no such capture, or the filter cannot be read.
         """
         with self.session.reading():
-            motion, allowed = self.motion(example, start, end), self._numbers(where)
+            motion, allowed = self.motion(example, start, end), self._numbers(where, exact)
             return example_answers.search_motion(
                 self.searchable, self.session.features, motion, allowed, limit, meaning
             )
@@ -226,6 +245,29 @@ class QuestionVerbs(CatalogueVerbs):
             Largest number of captures.
         """
         return caption_suggestions.suggest_captions(self.learned, limit)
+
+    def word_sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
+        """Which captions taught some words: own ones, and those of the start; empty without one.
+
+        Parameters
+        ----------
+        words : iterable of str
+            Learned words; others are left out.
+        """
+        return word_sources(self.learned, words)
+
+    def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
+        """What the words of a filter are taken as that no caption and no tag holds.
+
+        Parameters
+        ----------
+        where : str
+            The filter.
+        """
+        if not where.strip():
+            return {}
+        with self.session.reading():
+            return take_filter_words(self.store, where)[1]
 
     def vocabulary(self) -> tuple[str, ...]:
         """The words that were learned; word numbers count from 0 in this order."""
@@ -347,8 +389,8 @@ class QuestionVerbs(CatalogueVerbs):
 
         return showing.animate_capture(self, name, path, start, end)
 
-    def _numbers(self, where: str) -> Sequence[int]:
+    def _numbers(self, where: str, exact: bool) -> Sequence[int]:
         """Numbers of the captures that a filter lets through."""
         if not where.strip():
             return list(self.searchable.captures)
-        return [info.capture_id for info in store.load_captures(self.store, where)]
+        return [info.capture_id for info in self.captures(where, exact)]

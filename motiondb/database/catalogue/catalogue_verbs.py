@@ -8,7 +8,7 @@ from pathlib import Path
 from motiondb import capture, store
 from motiondb.capture.sheets.event_sheet import read_event_sheet
 from motiondb.capture.sheets.sheet import read_sheet
-from motiondb.database.catalogue import added_sheets, browsing, cataloguing
+from motiondb.database.catalogue import added_sheets, browsing, cataloguing, filter_words
 from motiondb.database.catalogue.annotation_verbs import AnnotationVerbs
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.catalogue.file_reading import read_stored
@@ -73,13 +73,16 @@ class CatalogueVerbs(AnnotationVerbs):
         """
         check_name_free(self.store, name)
 
-    def captures(self, where: str = "") -> list[CaptureInfo]:
+    def captures(self, where: str = "", exact: bool = False) -> list[CaptureInfo]:
         """The catalogue.
 
         Parameters
         ----------
         where : str
             Filter on columns and tags, such as "performer=14".
+        exact : bool
+            Whether words in it that no caption and no tag holds match nothing; otherwise such a
+            word may be taken as one that is there (``taken_in_filter``).
 
         Raises
         ------
@@ -87,7 +90,10 @@ class CatalogueVerbs(AnnotationVerbs):
             When the filter cannot be read or names an unknown column.
         """
         with self.session.reading():
-            return store.load_captures(self.store, where)
+            if exact or not where.strip():
+                return store.load_captures(self.store, where)
+            filters = filter_words.take_filter_words(self.store, where)[0]
+            return store.load_captures(self.store, filters)
 
     def browse(
         self, where: str = "", sort: str = "name", offset: int = 0, limit: int = 100

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +17,9 @@ from motiondb.database.generate.generated_files import (
 )
 from motiondb.database.nearby_words import nearby_table
 from motiondb.database.session import Session
+from motiondb.learning.answers.word_sources import WordSource, word_sources
 from motiondb.learning.making.motion_making import METHODS, make_motion
-from motiondb.learning.taken_words import replace_unknown
+from motiondb.learning.taken_words import leave_unknown, replace_unknown
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.words.nearby.taking import Taking
 from motiondb.words.question.known import KnownQuestion
@@ -64,6 +65,8 @@ class Generated:
         Word that no caption holds -> what it was taken as; the likeliest was used.
     suggested : dict
         Word that no caption holds -> what is made of it where it was not taken.
+    sources : tuple of WordSource
+        Which captions taught the words, where the database learned with a start.
     """
 
     motion: Motion
@@ -81,6 +84,7 @@ class Generated:
     method: str = "stitched"
     taken: Mapping[str, Taking] = field(default_factory=dict)
     suggested: Mapping[str, Taking] = field(default_factory=dict)
+    sources: tuple[WordSource, ...] = ()
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -107,6 +111,7 @@ class Generated:
                 for d in self.decodings
             ],
             "sources": source_facts(self),
+            **({"words_from": [asdict(s) for s in self.sources]} if self.sources else {}),
         }
 
     def write(self, path: str | Path) -> dict[str, Any]:
@@ -145,9 +150,8 @@ def generate(
 ) -> Generated:
     """Make a motion that shows what a sentence says, as ``MotionDB.generate`` does."""
     with session.reading():
-        learned, takings = session.learned, dict[str, Taking]()
-        if not exact:
-            learned, takings = replace_unknown(learned, words, nearby_table())
+        take = leave_unknown if exact else replace_unknown
+        learned, takings = take(session.learned, words, nearby_table())
         found = make_motion(learned, session.takes, words, np.random.default_rng(seed), method)
         made = found.made
         provenance = store.to_provenance(
@@ -166,6 +170,7 @@ def generate(
         suggested={word: taking for word, taking in takings.items() if not taking.is_taken},
         spans=found.spans,
         not_used=found.not_used,
+        sources=word_sources(learned, (word for action in found.plan.actions for word in action)),
         words=words,
         seed=seed,
         method=method,

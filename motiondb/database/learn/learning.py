@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
+from pathlib import Path
 
 import numpy as np
 
 from motiondb import store
+from motiondb.database.learn.starting import find_start
 from motiondb.database.session import load_features
 from motiondb.errors import MotionDBError
 from motiondb.learning.drift import Drift, count_word_use, measure_drift
@@ -20,6 +22,7 @@ from motiondb.learning.parameter_arrays import (
     to_stored,
 )
 from motiondb.learning.performer_groups import group_performers
+from motiondb.learning.start.knowledge import Knowledge, begin
 from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings, Progress
 from motiondb.learning.word_fitting import TaughtWords
 
@@ -28,7 +31,10 @@ _ATTEMPTS = 3
 
 
 def learn(
-    opened: store.Store, settings: LearnSettings, progress: Progress | None = None
+    opened: store.Store,
+    settings: LearnSettings,
+    progress: Progress | None = None,
+    start: str | Path | Knowledge | None = None,
 ) -> LearnedModel:
     """Derive everything from the captures that were captured (not generated), and save it.
 
@@ -40,21 +46,28 @@ def learn(
         What decides the result.
     progress : callable, optional
         Called with the step and the share of it that is done.
+    start : str, Path or Knowledge, optional
+        What to start from (:func:`motiondb.database.learn.starting.find_start`). None: what the
+        database started from when it learned before, if anything.
 
     Raises
     ------
     MotionDBError
         When the database holds no captures, or fewer segments than symbols asked for.
+    KnowledgeError
+        When there is no such knowledge.
     """
     tell = progress or (lambda _what, _share: None)
     store.check_writable(opened)
+    knowledge = find_start(opened, start, settings)
     for _ in range(_ATTEMPTS):
         with store.released(opened) as let_go:
             tell("features", 0.0)
             pool, taught = _load_taught(opened)
             let_go()
             rng = np.random.default_rng(settings.seed)
-            model = fit_model(pool, taught, settings, rng, tell)
+            started = None if knowledge is None else begin(knowledge, taught.synonyms)
+            model = fit_model(pool, taught, settings, rng, tell, started)
         with store.transaction(opened):
             if _same(_load_catalogue(opened), taught):
                 return _save(opened, settings, model, tell)
@@ -70,7 +83,11 @@ def _save(
     opened: store.Store, settings: LearnSettings, model: LearnedModel, tell: Progress
 ) -> LearnedModel:
     tell("saving", 0.0)
-    run_id = store.start_run(opened, "learn", asdict(settings), settings.seed)
+    parameters = asdict(settings)
+    if model.started is not None:
+        origin = model.started.knowledge.origin
+        parameters["start"] = {"name": origin.name, "sha256": origin.digest}
+    run_id = store.start_run(opened, "learn", parameters, settings.seed)
     model = replace(model, run_id=run_id)
     store.save_learning(opened, to_stored(model))
     store.finish_run(opened, run_id)

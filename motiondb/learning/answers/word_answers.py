@@ -11,14 +11,16 @@ import numpy as np
 from motiondb.errors import QueryError
 from motiondb.learning.answers import placing, question_search
 from motiondb.learning.answers.explained_answer import Explanation, explain
+from motiondb.learning.answers.word_sources import WordSource, word_sources
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode, recognise, understand
+from motiondb.learning.written_words import WrittenWord
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, MatchPart, Motion
 from motiondb.search.examples import alignment
 from motiondb.search.questions import by_words, reasons
 from motiondb.words.nearby.taking import Taking
-from motiondb.words.question.known import KnownQuestion
+from motiondb.words.question.known import KnownQuestion, reason_unknown
 from motiondb.words.question.manner import manner_of
 from motiondb.words.question.plain import plain_actions
 from motiondb.words.question.readings import Reading
@@ -58,8 +60,12 @@ class WordAnswer:
         Word that no caption holds -> what it was taken as.
     suggested : dict
         Word that no caption holds -> what is made of it where it was not taken.
+    sources : tuple of WordSource
+        Which captions taught the words, where the database learned with a start.
+    written : tuple of WrittenWord
+        Words that were not learned and were found where they are written.
     vocabulary : tuple of str
-        The words by number: those learned, then the taken ones.
+        The words by number: those learned, then the written and the taken ones.
     """
 
     matches: tuple[Match, ...]
@@ -72,6 +78,8 @@ class WordAnswer:
     threshold: float | None = None
     taken: Mapping[str, Taking] = field(default_factory=dict)
     suggested: Mapping[str, Taking] = field(default_factory=dict)
+    sources: tuple[WordSource, ...] = ()
+    written: tuple[WrittenWord, ...] = ()
     vocabulary: tuple[str, ...] = ()
 
     @cached_property
@@ -146,7 +154,12 @@ def search_words(
         strength=max((question_search.strength(learned, each.why, threshold) for each in found),
                      default=None),
         threshold=threshold, vocabulary=learned.association.words,
+        sources=word_sources(learned, _asked_words(question)),
     )  # fmt: skip
+
+
+def _asked_words(question: KnownQuestion) -> list[str]:
+    return [word for action in actions_of(question.tree) for word in action.all_words]
 
 
 def _match(
@@ -218,8 +231,15 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         else near
         for word, near in answer.unknown.items()
     }
+    not_used = tuple(
+        NotUsed(left.text, reason_unknown(unknown[left.text])) if left.text in suggested else left
+        for left in answer.not_used
+    )
     question = replace(answer.question, unknown=unknown)
-    return replace(answer, matches=matches, question=question, taken=taken, suggested=suggested)
+    return replace(
+        answer, matches=matches, question=question, not_used=not_used, taken=taken,
+        suggested=suggested,
+    )  # fmt: skip
 
 
 def _times(probability: float | None, share: float) -> float | None:
@@ -332,7 +352,7 @@ def _matched(
     take: by_words.TakeScores, question: KnownQuestion, number: Mapping[str, int]
 ) -> tuple[str, ...]:
     """Asked words that are likelier than not in the capture."""
-    asked = dict.fromkeys(word for action in actions_of(question.tree) for word in action.all_words)
+    asked = dict.fromkeys(_asked_words(question))
     top = np.maximum(take.windows.max(axis=0), take.whole)
     return tuple(word for word in asked if top[number[word]] > 0.0)
 

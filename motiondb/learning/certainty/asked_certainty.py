@@ -19,7 +19,7 @@ the best answer is where there is nothing to find.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -102,6 +102,9 @@ class Written:
         Frames that a window reaches beyond its segment.
     n_posture_and_travel : int
         Number of the last columns that are posture and travel.
+    fit_without : callable or None
+        Fits the word map without some rows (array (rows,), bool) where more than these rows teaches
+        it (``learning.start``).
     """
 
     vectors: FloatArray
@@ -117,6 +120,7 @@ class Written:
     calibration: FloatArray
     margin: int = by_words.WINDOW_MARGIN
     n_posture_and_travel: int = 0
+    fit_without: Callable[[NDArray[np.bool_]], WordMap] | None = None
 
     @cached_property
     def moments(self) -> WordMoments:
@@ -135,6 +139,8 @@ class Written:
 
     def without(self, rows: NDArray[np.bool_]) -> WordMap:
         """The word map fitted without some rows."""
+        if self.fit_without is not None:
+            return self.fit_without(rows)
         if np.count_nonzero(~rows) < self.vectors.shape[1]:  # the smaller system
             return map_words(
                 self.vectors[~rows], self.presence[~rows], self.ridge, self.calibration

@@ -84,7 +84,8 @@ def decode_actions(
 def typical_seconds(learned: Learned, actions: Sequence[Sequence[str]]) -> list[float]:
     """How long an action lasts: the median over captures described with its words, within bounds.
 
-    A capture of several actions gives each an equal share.
+    A capture of several actions gives each an equal share. Where no own caption holds a word of the
+    action, what the database started from says how long it lasts.
 
     Raises
     ------
@@ -92,7 +93,8 @@ def typical_seconds(learned: Learned, actions: Sequence[Sequence[str]]) -> list[
         when no capture has words.
     """
     described = learned.described
-    if not described:
+    start = {} if learned.started is None else learned.started.seconds
+    if not described and not start:
         raise QueryError(
             "generate: expected captures with words, found none. Write some down (motiondb words "
             "set) and learn again."
@@ -100,8 +102,14 @@ def typical_seconds(learned: Learned, actions: Sequence[Sequence[str]]) -> list[
     seconds = []
     for action in actions:
         said = [d for d in described if set(action) <= set(d.words)]
-        said = said or [d for d in described if set(action) & set(d.words)] or list(described)
-        typical = np.median([(d.end - d.start) / d.n_actions for d in said]) / MOTION_FPS
+        said = said or [d for d in described if set(action) & set(d.words)]
+        taught = [start[word] for word in action if word in start]
+        if not said and not taught:
+            said, taught = list(described), list(start.values())
+        if said:
+            typical = np.median([(d.end - d.start) / d.n_actions for d in said]) / MOTION_FPS
+        else:
+            typical = np.median(taught)
         seconds.append(float(np.clip(typical, SHORTEST, LONGEST)))
     return seconds
 

@@ -7,7 +7,7 @@ was learned stays; ``learning_is_current`` then returns False.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +16,7 @@ import numpy as np
 from motiondb.errors import QueryError, StoreError, suggestion
 from motiondb.records import Caption, CaptureInfo, Motion
 from motiondb.store.catalogue.annotations import load_captions, save_captions, save_tags
+from motiondb.store.catalogue.filters import Filter
 from motiondb.store.catalogue.poses import POSE_SIZE, flatten_motion, unflatten_motion
 from motiondb.store.catalogue.sources import Source
 from motiondb.store.catalogue.where import COLUMNS, asks_captions, check_names, matches, parse_where
@@ -139,15 +140,16 @@ def remove_capture(store: Store, capture_id: int) -> None:
         touch(store, motions=True)
 
 
-def load_captures(store: Store, where: str = "") -> list[CaptureInfo]:
+def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[CaptureInfo]:
     """Load the captures that satisfy a filter, in order of number.
 
     Parameters
     ----------
     store : Store
         The open database.
-    where : str
-        The filter (see :mod:`motiondb.store.catalogue.where`). If empty, all captures are loaded.
+    where : str or sequence of Filter
+        The filter (see :mod:`motiondb.store.catalogue.where`), as text or parsed. If empty, all
+        captures are loaded.
 
     Returns
     -------
@@ -159,7 +161,7 @@ def load_captures(store: Store, where: str = "") -> list[CaptureInfo]:
     QueryError
         The filter cannot be parsed, or names neither a column nor a tag in use.
     """
-    filters = parse_where(where)
+    filters = parse_where(where) if isinstance(where, str) else where
     tags: dict[int, dict[str, str]] = {}
     query = "SELECT capture_id, key, value FROM capture_tag ORDER BY capture_id, key"
     for number, key, value in store.connection.execute(query).fetchall():

@@ -116,7 +116,8 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
     known_group = _left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
     both = np.concatenate([held_out[ridge], known_group])[:, shared] - target.mean(axis=0)[shared]
     twice = np.concatenate([target, target])[:, shared]
-    calibration = _calibrate(both / spreads[shared], priors[shared], twice)
+    logits = np.broadcast_to(_logit(priors[shared]), both.shape)
+    calibration = calibrate(both / spreads[shared], logits, twice)
     return map_words(vectors, presence, ridge, calibration)
 
 
@@ -207,17 +208,43 @@ def _left_out(
     return predicted
 
 
-def _calibrate(z: FloatArray, priors: FloatArray, target: FloatArray) -> FloatArray:
-    """Logistic regression of presence on z and the prior's logit, by Newton's method."""
-    x = np.stack(
-        [z.ravel(), np.broadcast_to(_logit(priors), z.shape).ravel(), np.ones(z.size)], axis=1
-    )
+def calibrate(
+    z: FloatArray,
+    logits: FloatArray,
+    target: FloatArray,
+    centre: FloatArray | None = None,
+    information: FloatArray | None = None,
+) -> FloatArray:
+    """Logistic regression of presence on evidence and the prior's logit, by Newton's method.
+
+    Parameters
+    ----------
+    z : array (n, words)
+        Evidence over spread, of predictions without the interval's group.
+    logits : array (n, words)
+        Logits of the priors.
+    target : array (n, words)
+        1 where a word was written about the interval.
+    centre : array (3,), optional
+        Mean of the Gaussian prior of a, b and c; (1, 1, 0) if not given.
+    information : array (3, 3), optional
+        Its precision; 0.001 on the diagonal if not given.
+
+    Returns
+    -------
+    array (3,)
+        a, b and c of the logistic map; a is at least 0.05.
+    """
+    x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
     y = target.ravel()
-    beta = np.array([1.0, 1.0, 0.0])
+    start = np.array([1.0, 1.0, 0.0]) if centre is None else np.asarray(centre, dtype=np.float64)
     prior_precision = np.diag([1e-3, 1e-3, 1e-3])
+    if information is not None:
+        prior_precision = prior_precision + information
+    beta = start.copy()
     for _ in range(50):
         p = 1.0 / (1.0 + np.exp(-np.clip(x @ beta, -50.0, 50.0)))
-        gradient = x.T @ (y - p) - prior_precision @ (beta - np.array([1.0, 1.0, 0.0]))
+        gradient = x.T @ (y - p) - prior_precision @ (beta - start)
         hessian = (x * (p * (1 - p))[:, None]).T @ x + prior_precision
         step = np.linalg.solve(hessian, gradient)
         beta = beta + step / max(1.0, float(np.abs(step).max()) / 2.0)
@@ -225,6 +252,24 @@ def _calibrate(z: FloatArray, priors: FloatArray, target: FloatArray) -> FloatAr
             break
     beta[0] = max(beta[0], 0.05)
     return beta
+
+
+def calibration_information(fit: WordMap, vectors: FloatArray) -> FloatArray:
+    """Fisher information of the calibration over some intervals and all words: array (3, 3).
+
+    Parameters
+    ----------
+    fit : WordMap
+        The map.
+    vectors : array (n, symbols)
+        Score vectors of the intervals.
+    """
+    z = fit.evidence(vectors) / fit.spreads
+    logits = np.broadcast_to(_logit(fit.priors), z.shape)
+    x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
+    p = fit.probabilities(vectors).ravel()
+    information: FloatArray = (x * (p * (1.0 - p))[:, None]).T @ x
+    return information
 
 
 def _logit(p: FloatArray) -> FloatArray:

@@ -63,14 +63,21 @@ class Taking:
         total = sum(p for _, p in self.words)
         return tuple(p / total for _, p in self.words)
 
-    def sentence(self) -> str:
+    def sentence(self, where: str = "in the captions") -> str:
         """What a user is told.
 
-        >>> Taking("stroll", (("walk", 0.9),)).sentence()
+        Probabilities are rounded down, so that none is told as 1.
+
+        Parameters
+        ----------
+        where : str
+            Where the word was looked for.
+
+        >>> Taking("stroll", (("walk", 0.995),)).sentence()
         "'stroll' is not in the captions; taken as walk (0.9)"
         """
-        start = f"{self.word!r} is not in the captions"
-        said = " or ".join(f"{word} ({p:.1f})" for word, p in self.words)
+        start = f"{self.word!r} is not {where}"
+        said = " or ".join(f"{word} ({say_chance(p)})" for word, p in self.words)
         if self.is_taken:
             return f"{start}; taken as {said}"
         if self.words:
@@ -78,6 +85,20 @@ class Taking:
         if self.spelling:
             return f"{start}; did you mean {' or '.join(self.spelling)}?"
         return start
+
+
+def say_chance(probability: float) -> str:
+    """A probability with one decimal, rounded down.
+
+    Parameters
+    ----------
+    probability : float
+        From 0 to 1.
+
+    >>> say_chance(0.995), say_chance(0.3), say_chance(0.06)
+    ('0.9', '0.3', '0.0')
+    """
+    return f"{int(probability * 10.0 + 1e-6) / 10.0:.1f}"
 
 
 def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:

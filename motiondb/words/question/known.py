@@ -103,13 +103,20 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
         return Action(words, tuple(manners)) if words or manners else None
 
     tree = _hold(question.tree, known)
-    not_used += [NotUsed(word, _reason(near)) for word, near in unknown.items()]
+    not_used += [NotUsed(word, reason_unknown(near)) for word, near in unknown.items()]
     if tree is None or not any(isinstance(node, Action) for node in walk(tree)):
         raise QueryError(nothing_known(question.text, unknown))
     return KnownQuestion(question.text, tree, unknown, tuple(not_used))
 
 
-def _reason(near: tuple[str, ...]) -> str:
+def reason_unknown(near: tuple[str, ...]) -> str:
+    """Why an unknown word is not used, with the known words that may be meant.
+
+    Parameters
+    ----------
+    near : tuple of str
+        Known words.
+    """
     return "no caption says it" + (f"; the nearest known: {', '.join(near)}" if near else "")
 
 

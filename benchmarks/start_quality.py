@@ -1,0 +1,46 @@
+"""Measure what a start is worth, across studios and on performers never seen: docs/start.md.
+
+    python benchmarks/start_quality.py TASK [TASK ...] --data DIR
+    python benchmarks/start_quality.py page
+
+Tasks: ``cmu`` (knowledge of the CMU captures for the Bandai-Namco captures), ``bandai`` (back),
+``unseen`` (knowledge of CMU performers for other CMU performers, without captions). Every task
+writes its results to ``benchmarks/start_tasks/TASK.json``; ``page`` makes the page and the pictures
+of all of them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from start_tasks.page import write_page
+from start_tasks.studios import across_studios, unseen_performers
+
+RESULTS = Path(__file__).parent / "start_tasks"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("tasks", nargs="+", choices=["cmu", "bandai", "unseen", "page"])
+    parser.add_argument("--data", type=Path, help="Folder of the real captures.")
+    parser.add_argument("--seed", type=int, default=0)
+    told = parser.parse_args()
+    for task in told.tasks:
+        if task == "page":
+            write_page(RESULTS, Path(__file__).parents[1] / "docs")
+            continue
+        if told.data is None:
+            parser.error("expected --data DIR, found none")
+        if task == "unseen":
+            found = unseen_performers(told.data, told.seed)
+        else:
+            found = across_studios(told.data, task, told.seed)
+        text = json.dumps(found, indent=1) + "\n"
+        (RESULTS / f"{task}.json").write_text(text, encoding="utf-8")
+        print(text)
+
+
+if __name__ == "__main__":
+    main()

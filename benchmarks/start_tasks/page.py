@@ -1,0 +1,121 @@
+"""The page docs/start.md and its pictures, from the results of the tasks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+STUDIOS = {"cmu": "CMU", "bandai": "Bandai-Namco"}
+WITH, WITHOUT = "with start", "without start"
+MEASURES = (
+    "words to motion, mAP",
+    "motion to words, reciprocal rank",
+    "motion to words, F1",
+    "nothing matches, balanced accuracy",
+)
+CALIBRATION = "calibration error of the first five answers"
+NOTES = Path(__file__).with_name("notes.md")
+
+
+def write_page(results: Path, docs: Path) -> None:
+    """Write the page and a picture for each direction; tasks without results are left out."""
+    found = {
+        task: json.loads((results / f"{task}.json").read_text(encoding="utf-8"))
+        for task in ("cmu", "bandai", "unseen")
+        if (results / f"{task}.json").exists()
+    }
+    parts = [NOTES.read_text(encoding="utf-8").rstrip()]
+    if "unseen" in found:
+        parts.append(_unseen(found["unseen"]))
+    for task in ("cmu", "bandai"):
+        if task in found:
+            _draw(found[task], docs / "pictures" / f"start-{task}.png")
+            parts.append(_curves(found[task], f"start-{task}.png"))
+    (docs / "start.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
+def _unseen(found: dict[str, Any]) -> str:
+    lines = [
+        "## CMU performers never seen, without captions",
+        "",
+        "Five folds by performer: knowledge is learned from the captures of four, and the fifth is "
+        "a database of its own, which learns with that start and has no caption. Mean average "
+        "precision of words to motion; the target was at least .48.",
+        "",
+        "| words of the start | mAP | motion to words, reciprocal rank | F1 | nothing matches, "
+        "balanced accuracy | calibration error | questions |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, row in found["rows"].items():
+        values = [_cell(row[m]) for m in (*MEASURES, CALIBRATION)]
+        lines.append(f"| {name} | {' | '.join(values)} | {row['queries']} |")
+    return "\n".join(lines)
+
+
+def _curves(found: dict[str, Any], picture: str) -> str:
+    source, target = STUDIOS[found["source"]], STUDIOS[found["target"]]
+    lines = [
+        f"## {source} to {target}",
+        "",
+        f"{found['captures']} captures of {target}; {found['queries']} questions of one word over "
+        f"five folds. Symbols: {found['symbols'][WITH]} with the start, "
+        f"{found['symbols'][WITHOUT]} without. Motion that the symbols of the start explain worse "
+        f"than the background does: {found['strange']:.0%}.",
+        "",
+        f"![Four curves over own captions, with the start and without](pictures/{picture})",
+    ]
+    for measure in MEASURES:
+        lines += ["", f"**{measure}**", "", "| own captions | with start | without | difference |",
+                  "|---|---|---|---|"]  # fmt: skip
+        for row in found["rows"]:
+            cells = [_cell(row[kind][measure]) for kind in (WITH, WITHOUT, "difference")]
+            lines.append(f"| {row['captions']} | {' | '.join(cells)} |")
+    lines += [
+        "",
+        f"**{CALIBRATION}**",
+        "",
+        "| own captions | with start | without |",
+        "|---|---|---|",
+    ]
+    for row in found["rows"]:
+        cells = [_cell(row[kind][CALIBRATION], alone=True) for kind in (WITH, WITHOUT)]
+        lines.append(f"| {row['captions']} | {' | '.join(cells)} |")
+    worse = [
+        f"{m} with {row['captions']} captions ({_cell(row['difference'][m])})"
+        for row in found["rows"] for m in MEASURES
+        if row["difference"][m] is not None and row["difference"][m][2] < 0.0
+    ]  # fmt: skip
+    told = "; ".join(worse) if worse else "nowhere"
+    return "\n".join([*lines, "", f"Worse with the start, beyond the interval: {told}."])
+
+
+def _cell(value: list[float] | None, alone: bool = False) -> str:
+    if value is None:
+        return "-"
+    middle, low, high = value
+    return f"{middle:.3f}" if alone or low == high else f"{middle:.3f} ({low:.3f} to {high:.3f})"
+
+
+def _draw(found: dict[str, Any], path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    rows = found["rows"]
+    places = range(len(rows))
+    for axes, measure in zip(figure.subplots(2, 2).ravel(), MEASURES):
+        for kind, colour in ((WITH, "C0"), (WITHOUT, "C1")):
+            values = [row[kind][measure] for row in rows]
+            axes.plot(places, [v[0] for v in values], "o-", color=colour, label=kind)
+            axes.fill_between(
+                places, [v[1] for v in values], [v[2] for v in values], color=colour, alpha=0.2
+            )
+        alone = rows[0][WITH][measure][0]
+        axes.axhline(alone, color="C0", linestyle=":", label="start alone")
+        axes.set_xticks(list(places), [str(row["captions"]) for row in rows])
+        axes.set_xlabel("own captions")
+        axes.set_title(measure, fontsize=10)
+        axes.grid(alpha=0.3)
+    axes.legend(frameon=False, loc="lower right")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=100, metadata={"Software": None})

@@ -1,0 +1,386 @@
+"""Own captions from none to all, with a start, without, and with a start alone.
+
+The captures of one studio teach the knowledge; those of the other are a user's folder. Its captures
+are divided into five folds, by performer (CMU) or by style (Bandai-Namco names no performer). The
+captures of a fold have no captions and are asked; of the others, some have. All motion of the
+folder is in the database, as it would be.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.learning import fitting, knowledge_making
+from motiondb.learning.certainty import asked_certainty
+from motiondb.learning.learned import Learned, LearnedModel
+from motiondb.learning.start.joining import is_set_aside, strange_share
+from motiondb.learning.start.knowledge import Knowledge, Started, begin
+from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings, segment_table
+from motiondb.learning.word_fitting import (
+    FittedWords,
+    TaughtWords,
+    fit_words,
+    fit_words_with_start,
+)
+from motiondb.pose.features import FEATURE_STEP
+from motiondb.records import Caption, CaptureInfo, FloatArray, SegmentTable
+from motiondb.search import certainty
+from motiondb.search.questions import by_words
+from motiondb.search.vectors import score_vectors
+from motiondb.symbols.discovery import acquisition
+from motiondb.words.lexicon import vocabulary
+from quality_protocol.captures import (
+    Capture,
+    load_bandai,
+    load_cmu,
+    performer_folds,
+    without_copies,
+)
+from quality_protocol.confidence import weighted_draws, weighted_measure
+from start_knowledge import SENTENCE
+
+CAPTIONED = (0, 10, 25, 50, 100, 1_000)
+"""Numbers of own captions; the last stands for all."""
+LEAST_TRAINED, LEAST_SHOWN = 3, 2
+N_DRAWS = 500
+
+
+@dataclass(frozen=True, eq=False)
+class Folder:
+    """Captures of a studio: words of every one, groups, and captions of the index alone."""
+
+    captures: tuple[Capture, ...]
+    words: tuple[frozenset[str], ...]
+    captions: dict[int, tuple[Caption, ...]]
+    groups: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A folder's captures cut and scored by some symbols."""
+
+    table: SegmentTable
+    n_symbols: int
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """One state of knowledge, asked: word scores, described scores (captures, words), threshold."""
+
+    names: tuple[str, ...]
+    ranked: FloatArray
+    described: FloatArray
+    added: FloatArray
+    threshold: float | None
+    sure: FloatArray | None
+
+
+def folder_of(captures: Sequence[Capture], index_alone: bool = True) -> Folder:
+    """Words and captions of captures; sentences about a person are not of the CMU index."""
+    said, captions = [], {}
+    for number, capture in enumerate(captures):
+        texts = [t for t in capture.captions if not (index_alone and SENTENCE.match(t))]
+        actions = [a for t in texts for a in vocabulary.split_actions(t)]
+        said.append(frozenset(word for action in actions for word in action))
+        captions[number] = tuple(Caption(t) for t in texts)
+    groups = tuple(c.style if c.performer == "bandai" else c.performer for c in captures)
+    return Folder(tuple(captures), tuple(said), captions, groups)
+
+
+def pool_of(captures: Sequence[Capture]) -> FeaturePool:
+    bounds = np.cumsum([0, *(len(c.features) for c in captures)]).astype(np.int64)
+    lengths = np.array([min(c.motion.n_frames, len(c.features) * FEATURE_STEP) for c in captures])
+    features = np.concatenate([c.features for c in captures])
+    return FeaturePool(np.arange(len(captures)), bounds, features, lengths)
+
+
+def learn(folder: Folder, seed: int) -> LearnedModel:
+    """What ``learn`` derives of a folder with all its captions."""
+    taught = TaughtWords(folder.captions, {}, dict(enumerate(folder.groups)))
+    rng = np.random.default_rng(seed)
+    settings = LearnSettings(seed=seed)
+    return fitting.fit_model(pool_of(folder.captures), taught, settings, rng, lambda _w, _s: None)
+
+
+def hand_on(folder: Folder, model: LearnedModel) -> Knowledge:
+    infos = {
+        n: CaptureInfo(
+            n, c.name, "", "", "captured", 30.0, 0, c.motion.n_frames / 30.0, 0, 1.0, "", 0,
+            {"performer": group},
+        )
+        for n, (c, group) in enumerate(zip(folder.captures, folder.groups))
+    }  # fmt: skip
+    learned = Learned(**vars(model), captures=infos, captions=folder.captions, source="benchmark")
+    return knowledge_making.make_knowledge(learned, "other", [], "", "benchmark")
+
+
+def view_by(knowledge: Knowledge, captures: Sequence[Capture]) -> View:
+    pool = pool_of(captures)
+    frames = knowledge.feature_space.project(pool.features)
+    cutting = acquisition.recut(frames, pool.bounds, knowledge.symbols, knowledge.cutting)
+    table = segment_table(frames, pool, knowledge.symbols, cutting)
+    return View(table, knowledge.symbols.n_symbols)
+
+
+def across_studios(data: Path, source: str, seed: int) -> dict[str, Any]:
+    """Knowledge of one studio for the captures of the other."""
+    studios = {
+        "cmu": folder_of(without_copies(load_cmu(data))),
+        "bandai": folder_of(without_copies(load_bandai(data))),
+    }
+    theirs = studios.pop(source)
+    ((target, ours),) = studios.items()
+    knowledge = hand_on(theirs, learn(theirs, seed))
+    bare = Folder(ours.captures, ours.words, {}, ours.groups)
+    alone = learn(bare, seed)
+    views = {
+        "with start": view_by(knowledge, ours.captures),
+        "without start": View(alone.segments, alone.symbols.n_symbols),
+    }
+    found = _curves(ours, views, begin(knowledge, {}), seed)
+    return {
+        "source": source,
+        "target": target,
+        "seed": seed,
+        "captures": len(ours.captures),
+        "symbols": {name: v.n_symbols for name, v in views.items()},
+        "strange": round(strange_share(views["with start"].table), 4),
+        **found,
+    }
+
+
+def _curves(ours: Folder, views: dict[str, View], started: Started, seed: int) -> dict[str, Any]:
+    has = np.array([bool(w) for w in ours.words])
+    folds = performer_folds(ours.groups)
+    draws = weighted_draws(len(ours.captures), seed, N_DRAWS)
+    gathered: dict[tuple[str, int], list[dict[str, Any]]] = {}
+    queries: list[int] = []
+    for fold in np.unique(folds):
+        gallery = np.flatnonzero((folds == fold) & has)
+        others = np.flatnonzero((folds != fold) & has)
+        asked = queries_of(ours.words, others, gallery)
+        queries.append(len(asked))
+        order = np.random.default_rng(seed).permutation(others)
+        for n in CAPTIONED:
+            own = np.sort(order[:n])
+            for name, view in views.items():
+                start, seen = (started if name == "with start" else None), view
+                if start is not None and is_set_aside(view.table, len(own)):
+                    start, seen = None, views["without start"]
+                answers = answer(ours, seen, own, gallery, start)
+                judged = judge(ours.words, answers, gallery, asked, seed)
+                gathered.setdefault((name, n), []).append(judged)
+                print(fold, name, len(own), _brief(judged), flush=True)
+    rows = []
+    for n in CAPTIONED:
+        each = {name: _measures(gathered[name, n], draws) for name in views}
+        names = list(next(iter(each.values())))
+        rows.append(
+            {
+                "captions": int(
+                    min(n, np.mean([((folds != f) & has).sum() for f in np.unique(folds)]))
+                ),
+                **{name: {m: _told(each[name][m]) for m in names} for name in views},
+                "difference": {
+                    m: _told(each["with start"][m] - each["without start"][m]) for m in names
+                },
+            }
+        )
+    return {"queries": int(sum(queries)), "rows": rows}
+
+
+def queries_of(
+    words: Sequence[frozenset[str]], others: NDArray[np.int64], gallery: NDArray[np.int64]
+) -> list[str]:
+    """Words that captions of enough others hold, and that some of the gallery show, not all."""
+    every = sorted(set().union(*(words[i] for i in others)))
+    trained = {w: sum(w in words[i] for i in others) for w in every}
+    shown = {w: sum(w in words[i] for i in gallery) for w in every}
+    return [w for w in every
+            if trained[w] >= LEAST_TRAINED and LEAST_SHOWN <= shown[w] < len(gallery)]  # fmt: skip
+
+
+def _no_examples(written: asked_certainty.Written) -> certainty.Certainty | None:
+    """Nothing, in place of the certainty of examples, which takes most of the time."""
+    del written
+    return None
+
+
+def answer(
+    ours: Folder,
+    view: View,
+    own: NDArray[np.int64],
+    gallery: NDArray[np.int64],
+    started: Started | None,
+) -> Asked | None:
+    """Learn the words of some captions and ask the gallery; None where nothing was learned."""
+    captions = {int(i): ours.captions[int(i)] for i in own}
+    taught = TaughtWords(captions, {}, dict(enumerate(ours.groups)))
+    asked_certainty.example_certainty = _no_examples  # only words are asked here
+    fitted: FittedWords
+    if started is not None:
+        fitted = fit_words_with_start(view.table, taught, started)
+    elif len(own):
+        fitted = fit_words(view.table, taught, view.n_symbols)
+    else:
+        return None
+    fit = fitted.word_map
+    assert fit is not None
+    rows = fitted.score_space.standardise(view.table.scores, view.table.movement)
+    ranked, described = [], []
+    for capture in gallery:
+        first, last = np.searchsorted(view.table.capture_ids, [capture, capture + 1])
+        part = slice(int(first), int(last))
+        starts, ends = view.table.starts[part], view.table.ends[part]
+        odds = by_words.motion_log_odds(fit, rows[part], starts, ends, by_words.WINDOW_MARGIN)
+        ranked.append(0.5 * odds[:-1].max(axis=0) + 0.5 * odds[-1])
+        whole = score_vectors.interval_vectors(
+            rows[part], starts, ends, np.zeros(1), ends[-1:].astype(float)
+        )
+        described.append(fit.log_odds(whole)[0])
+    scores = np.array(ranked)
+    sure = fitted.certainties.words
+    return Asked(
+        fitted.association.words, scores, np.array(described), scores - certainty.usual(fit),
+        None if sure is None or np.isnan(sure.threshold) else sure.threshold,
+        None if sure is None else certainty.probability(sure.log_odds(scores[..., None])),
+    )  # fmt: skip
+
+
+def judge(
+    words: Sequence[frozenset[str]],
+    answers: Asked | None,
+    gallery: NDArray[np.int64],
+    asked: Sequence[str],
+    seed: int,
+) -> dict[str, Any]:
+    """Rankings of captures per word, ranks of true words per capture, and "nothing matches".
+
+    A word that is not known ranks all captures by chance; where nothing is known, a capture's words
+    come in an order by chance, and nothing can be said about what is missing.
+    """
+    rng = np.random.default_rng(seed)
+    number = {} if answers is None else {w: n for n, w in enumerate(answers.names)}
+    rankings, told, calibration = [], [], []
+    for word in asked:
+        right = np.array([word in words[g] for g in gallery])
+        known = answers is not None and word in number
+        noise = rng.random(len(gallery))
+        scores = answers.ranked[:, number[word]] if known and answers else noise
+        order = np.lexsort([noise, -scores])
+        rankings.append((gallery[order].tolist(), right[order].tolist()))
+        if known and answers is not None and answers.threshold is not None:
+            added = answers.added[:, number[word]]
+            there, gone = added.max(), added[~right].max()
+            told.append([bool(there >= answers.threshold), bool(gone < answers.threshold)])
+        else:
+            told.append([False, True])  # an unknown word is refused: never found, never wrong
+        if known and answers is not None and answers.sure is not None:
+            best = order[:5]
+            calibration += list(zip(answers.sure[best, number[word]].tolist(),
+                                    right[best].tolist()))  # fmt: skip
+    reciprocal, share = {}, {}
+    for place, capture in enumerate(gallery):
+        true = np.array([w in words[capture] for w in asked])
+        if not true.any():
+            continue
+        noise = rng.random(len(asked))
+        scores = np.array([
+            answers.described[place, number[w]] if answers is not None and w in number else -1e9
+            for w in asked
+        ])  # fmt: skip
+        found = true[np.lexsort([noise, -scores])]
+        reciprocal[int(capture)] = 1.0 / (1 + int(np.argmax(found)))
+        share[int(capture)] = float(found[: true.sum()].mean())
+    return {"rankings": rankings, "reciprocal": reciprocal, "f1": share, "told": told,
+            "calibration": calibration}  # fmt: skip
+
+
+def _measures(folds: list[dict[str, Any]], draws: FloatArray) -> dict[str, FloatArray]:
+    """Every measure of every draw of captures."""
+    total, count = np.zeros(len(draws)), np.zeros(len(draws))
+    for fold in folds:
+        for captures, right in fold["rankings"]:
+            weight = draws[:, captures]
+            hits = np.cumsum(weight * np.array(right), axis=1)
+            share = hits / np.maximum(np.cumsum(weight, axis=1), 1e-12)
+            total += (weight * np.array(right) * share).sum(axis=1) / np.maximum(hits[:, -1], 1e-12)
+            count += hits[:, -1] > 0
+    found = {"words to motion, mAP": total / np.maximum(count, 1)}
+    for name, key in (
+        ("reciprocal", "motion to words, reciprocal rank"),
+        ("f1", "motion to words, F1"),
+    ):
+        values = {c: v for fold in folds for c, v in fold[name].items()}
+        weight = draws[:, list(values)]
+        found[key] = (
+            weight @ np.array(list(values.values())) / np.maximum(weight.sum(axis=1), 1e-12)
+        )
+    told = np.array([pair for fold in folds for pair in fold["told"]], dtype=float)
+    some = weighted_draws(len(told), 0, len(draws) - 1)
+    found["nothing matches, balanced accuracy"] = some @ told.mean(axis=1) / some.sum(axis=1)
+    pairs = [pair for fold in folds for pair in fold["calibration"]]
+    if pairs:
+        said, right = np.array(pairs, dtype=float).T
+        bins = np.minimum((said * 10).astype(int), 9)
+        gaps = [abs(said[bins == b].sum() - right[bins == b].sum()) for b in range(10)]
+        error = float(np.sum(gaps) / len(said))
+    else:
+        error = float("nan")
+    found["calibration error of the first five answers"] = np.full(len(draws), error)
+    return found
+
+
+def _told(values: FloatArray) -> list[float] | None:
+    if np.isnan(values[0]):
+        return None
+    measure = weighted_measure(values)
+    low, high = (measure.value if b is None else b for b in (measure.low, measure.high))
+    return [round(v, 4) for v in (measure.value, low, high)]
+
+
+def _brief(judged: dict[str, Any]) -> str:
+    precision = []
+    for _, right in judged["rankings"]:
+        hits = np.array(right)
+        precision.append(float((np.cumsum(hits) / np.arange(1, len(hits) + 1))[hits].mean()))
+    return f"mAP {np.mean(precision):.3f}, {time.strftime('%H:%M:%S')}"
+
+
+def unseen_performers(data: Path, seed: int) -> dict[str, Any]:
+    """Knowledge of four folds of CMU performers for the captures of the fifth, without captions."""
+    found = {}
+    for name, index_alone in (("words of the CMU index", True), ("all captions", False)):
+        every = folder_of(without_copies(load_cmu(data)), index_alone)
+        has = np.array([bool(w) for w in every.words])
+        folds = performer_folds(every.groups)
+        draws = weighted_draws(len(every.captures), seed, N_DRAWS)
+        judged = []
+        for fold in np.unique(folds):
+            inside = np.flatnonzero(folds != fold)
+            gallery = np.flatnonzero((folds == fold) & has)
+            captures = [every.captures[i] for i in inside]
+            theirs = folder_of(captures, index_alone)
+            knowledge = hand_on(theirs, learn(theirs, seed))
+            held = np.flatnonzero(folds == fold)
+            ours = folder_of([every.captures[i] for i in held], index_alone)
+            places = np.searchsorted(held, gallery)
+            asked = queries_of(every.words, inside[has[inside]], gallery)
+            view = view_by(knowledge, ours.captures)
+            answers = answer(ours, view, np.zeros(0, dtype=np.int64), places, begin(knowledge, {}))
+            one = judge(every.words, answers, gallery, asked, seed)
+            judged.append(one)
+            print(name, fold, len(asked), _brief(one), flush=True)
+        measures = _measures(judged, draws)
+        found[name] = {
+            "queries": sum(len(j["rankings"]) for j in judged),
+            **{m: _told(v) for m, v in measures.items()},
+        }
+    return {"seed": seed, "rows": found}

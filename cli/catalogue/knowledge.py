@@ -1,0 +1,122 @@
+"""knowledge export, knowledge show: what was learned, for other databases to start from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from motiondb.cli.options import DEFAULT_DB, Commands, Db, Json, database
+from motiondb.cli.printing import print_json
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
+    group = Commands(
+        help="Hand on what was learned, without motion and captions.", no_args_is_help=True
+    )
+    group.command("export")(export_knowledge)
+    group.command("show")(show_knowledge)
+    app.add_typer(group, name="knowledge")
+
+
+def export_knowledge(
+    file: Annotated[Path, typer.Argument(help="The file to write.")],
+    name: Annotated[
+        str, typer.Option("--name", help="What to call it.  [default: name of the file]")
+    ] = "",
+    credit: Annotated[
+        str, typer.Option("--credit", help="What those who use it are asked to say.")
+    ] = "",
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Write what the database learned, without motion and captions (see learn --start)."""
+    with database(db) as base:
+        facts = base.export_knowledge(file, name, credit).facts()
+    facts["file"], facts["bytes"] = str(file), file.stat().st_size
+    if json:
+        print_json(facts)
+        return
+    typer.echo(f"{file}: {facts['bytes'] / 1e6:.2f} MB, {say_origin(facts)}")
+    typer.echo(f"Start from it: motiondb learn --start {file}")
+
+
+def show_knowledge(
+    what: Annotated[
+        str | None,
+        typer.Argument(
+            help="A file, or the name of what is shipped: cmu.  [default: what the database "
+            "started from]"
+        ),
+    ] = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Show what knowledge holds and where it comes from; a file is checked."""
+    from motiondb import load_knowledge
+
+    if what is None:
+        with database(db) as base:
+            knowledge = base.start_knowledge()
+    else:
+        knowledge = load_knowledge(what)
+    facts = knowledge.facts()
+    if json:
+        print_json(facts | {"vocabulary": list(knowledge.words)})
+        return
+    typer.echo(say_origin(facts))
+    typer.echo(f"sha256: {facts['sha256']}")
+    if facts["credit"]:
+        typer.echo(f"credit: {facts['credit']}")
+    typer.echo(f"words: {', '.join(knowledge.words)}")
+
+
+def say_origin(facts: Mapping[str, Any]) -> str:
+    """One line on where knowledge comes from.
+
+    Parameters
+    ----------
+    facts : mapping
+        As ``Knowledge.facts`` gives them.
+    """
+    licences = ", ".join(f"{name} ({n})" for name, n in facts["licences"].items())
+    return (
+        f"{facts['name']}: {facts['symbols']} symbols and {facts['words']} words of "
+        f"{facts['captures']} captures, {facts['captions']} of them described, "
+        f"{facts['performers']} performers; licences: {licences}; motiondb {facts['version']}"
+    )
+
+
+def print_start(first: Mapping[str, Any]) -> None:
+    """Print where the start of a database comes from and what part it has.
+
+    Parameters
+    ----------
+    first : mapping
+        As ``MotionDB.start_facts`` gives it.
+    """
+    typer.echo(f"Started from {say_origin(first)}.")
+    if first["own_captions"]:
+        typer.echo(
+            f"{first['words_of_start_alone']} words are of the start alone, "
+            f"{first['words_of_both']} of both, {first['words_of_own_captions_alone']} of own "
+            f"captions alone; a caption of the start counts {first['weight']:.2g} of an own one."
+        )
+    else:
+        typer.echo("No own captions: all words and probabilities are those of the start.")
+    if not first["fits"]:
+        typer.echo(
+            f"{first['strange_motion']:.0%} of the motion is unlike all that the symbols of the "
+            "start model: expect less of its words here."
+        )
+    if first["credit"]:
+        typer.echo(f"Credit: {first['credit']}")

@@ -1,0 +1,76 @@
+"""Which captions taught a word: own ones, and those of what the database started from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from motiondb.learning.learned import Learned
+from motiondb.learning.start.joining import start_weight
+
+
+@dataclass(frozen=True)
+class WordSource:
+    """Captions that taught a word, in a database that learned with a start.
+
+    Attributes
+    ----------
+    word : str
+        The word.
+    start : str
+        Name of the start.
+    start_captions : int
+        Captions of the start that hold the word.
+    own_captions : int
+        Own captions that hold it.
+    weight : float
+        How much a caption of the start counts beside an own one; 1 where no own caption holds the
+        word, because then those of the start alone teach it.
+    """
+
+    word: str
+    start: str
+    start_captions: int
+    own_captions: int
+    weight: float
+
+    def sentence(self) -> str:
+        """What a user is told.
+
+        >>> WordSource("walk", "cmu", 74, 0, 1.0).sentence()
+        'walk: known from the start cmu alone (74 captions there)'
+        >>> WordSource("walk", "cmu", 74, 1, 0.5).sentence()
+        'walk: known from 1 own caption and 74 of the start cmu, each of which counts 0.5'
+        >>> WordSource("dash", "cmu", 0, 3, 0.5).sentence()
+        'dash: known from 3 own captions alone'
+        """
+        own = f"{self.own_captions} own caption{'' if self.own_captions == 1 else 's'}"
+        if not self.own_captions:
+            there = "1 caption" if self.start_captions == 1 else f"{self.start_captions} captions"
+            return f"{self.word}: known from the start {self.start} alone ({there} there)"
+        if not self.start_captions:
+            return f"{self.word}: known from {own} alone"
+        return (
+            f"{self.word}: known from {own} and {self.start_captions} of the start {self.start}, "
+            f"each of which counts {self.weight:.2g}"
+        )
+
+
+def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ...]:
+    """Which captions taught some words, in their order; empty without a start.
+
+    Words that were not learned are left out.
+    """
+    started = learned.started
+    if started is None or learned.counted is None:
+        return ()
+    counts = learned.counted.counts
+    own = dict(zip(learned.counted.reference.association.words, counts.said.tolist()))
+    weight = start_weight(counts.moments.n)
+    sources = []
+    for word in dict.fromkeys(words):
+        there, here = started.said.get(word, 0), own.get(word, 0)
+        if there or here:
+            name = started.knowledge.origin.name
+            sources.append(WordSource(word, name, there, here, weight if here else 1.0))
+    return tuple(sources)

@@ -1,0 +1,200 @@
+"""Words that were not learned but are written: in captions that came later, and in tags.
+
+Such a word says nothing about motion. A capture whose caption or tag holds it gets the evidence of
+a written word, and one whose captions or tag say something else that of a word left out
+(``search.questions.by_words``). For the length of a question, the word is one more word of the
+vocabulary, whose slope on motion is 0; its prior is the share of captures that it is written about.
+So it may stand anywhere in a question, and reasons add up. Nothing of it is stored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+
+import numpy as np
+
+from motiondb.learning.caption_evidence import caption_evidence
+from motiondb.learning.learned import Learned
+from motiondb.records import CaptureInfo, FloatArray
+from motiondb.search.certainty import usual
+from motiondb.search.questions.by_words import UNWRITTEN, WRITTEN
+from motiondb.words.lexicon.vocabulary import words_of
+from motiondb.words.maps.word_map import WordMap, word_spreads
+
+PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
+"""Tags whose values are no words about the motion."""
+MOST_WORDS_OF_TAG = 4
+"""Words of a tag's value above which it is no label. Chosen by hand; not tuned."""
+
+
+@dataclass(frozen=True)
+class WrittenWord:
+    """Where a word is written that was not learned.
+
+    Attributes
+    ----------
+    word : str
+        Its lemma.
+    tags : tuple of str
+        Tags that hold it, such as "style=exhausted".
+    captures : frozenset of int
+        Numbers of the captures whose captions or tags hold it.
+    in_captions : int
+        Number of captures whose captions hold it.
+    """
+
+    word: str
+    tags: tuple[str, ...]
+    captures: frozenset[int]
+    in_captions: int
+
+    def sentence(self) -> str:
+        """What a user is told.
+
+        >>> WrittenWord("exhaust", ("style=exhausted",), frozenset({1, 2}), 0).sentence()
+        "'exhaust' was not learned; found where it is written: style=exhausted (2 captures)"
+        >>> WrittenWord("dash", (), frozenset({1}), 1).sentence()
+        "'dash' was not learned; found where it is written: captions (1 capture)"
+        """
+        places = ", ".join([*(["captions"] if self.in_captions else []), *self.tags])
+        n = len(self.captures)
+        count = "1 capture" if n == 1 else f"{n} captures"
+        return f"{self.word!r} was not learned; found where it is written: {places} ({count})"
+
+
+@dataclass(frozen=True, eq=False)
+class LearnedWithWritten(Learned):
+    """A :class:`Learned` whose last words are written ones that were not learned.
+
+    Attributes
+    ----------
+    base : Learned
+        What was learned, without them.
+    found : tuple of WrittenWord
+        Where each of them is written.
+    """
+
+    base: Learned = field(kw_only=True)
+    found: tuple[WrittenWord, ...] = field(kw_only=True)
+
+    @cached_property
+    def motion_log_odds(self) -> dict[int, FloatArray]:
+        """Log-odds of all words from the motion alone; the usual ones for written words."""
+        added = usual(self.word_map)[-len(self.found) :]
+        return {
+            capture: np.concatenate([odds, np.broadcast_to(added, (len(odds), len(added)))], axis=1)
+            for capture, odds in self.base.motion_log_odds.items()
+        }
+
+    @cached_property
+    def written(self) -> dict[int, FloatArray]:
+        """Log-odds that captions add, and tags for the words that they hold."""
+        said = caption_evidence(self.described, self.segments, self.rows, self.word_numbers)
+        evidence = {c: values.copy() for c, values in said.items()}
+        first = len(self.base.association.words)
+        for column, word in enumerate(self.found, start=first):
+            keys = {tag.partition("=")[0] for tag in word.tags}
+            if not keys:
+                continue
+            for capture, rows in self.rows.items():
+                tagged = not keys.isdisjoint(self.captures[capture].tags)
+                if capture not in word.captures and not tagged:
+                    continue
+                values = evidence.setdefault(
+                    capture, np.zeros((rows.stop - rows.start, len(self.word_numbers)))
+                )
+                in_caption = values[:, column] == WRITTEN
+                values[:, column] = WRITTEN if capture in word.captures else UNWRITTEN
+                values[in_caption, column] = WRITTEN
+        return evidence
+
+
+def written_words(learned: Learned) -> dict[str, WrittenWord]:
+    """Words that were not learned and are written in captions or tags: lemma -> where.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned, with the catalogue.
+    """
+    known = frozenset(learned.known_words)
+    captions: dict[str, set[int]] = {}
+    for capture, rows in learned.captions.items():
+        for caption in rows:
+            for word in words_of(caption.words, learned.synonyms, learned.lemmas):
+                if word not in known and capture in learned.rows:
+                    captions.setdefault(word, set()).add(capture)
+    tags: dict[str, dict[str, set[int]]] = {}
+    for capture in learned.rows:
+        for word, tag in _tag_words(learned.captures[capture], learned.synonyms, learned.lemmas):
+            if word not in known:
+                tags.setdefault(word, {}).setdefault(tag, set()).add(capture)
+    found = {}
+    for word in sorted({*captions, *tags}):
+        said, tagged = captions.get(word, set()), tags.get(word, {})
+        everywhere = frozenset(said.union(*tagged.values()))
+        found[word] = WrittenWord(word, tuple(sorted(tagged)), everywhere, len(said))
+    return found
+
+
+def _tag_words(
+    info: CaptureInfo, synonyms: Mapping[str, str], lemmas: Mapping[str, str]
+) -> Iterable[tuple[str, str]]:
+    """Words of the tags of a capture, each with its tag."""
+    for key, value in info.tags.items():
+        if key in PLAIN_TAGS or len(value.split()) > MOST_WORDS_OF_TAG:
+            continue
+        for word in words_of(value, synonyms, lemmas):
+            if word.isalpha():
+                yield word, f"{key}={value}"
+
+
+def with_written(
+    learned: Learned, found: Mapping[str, WrittenWord], wanted: Collection[str]
+) -> Learned:
+    """What was learned, with a word more for every wanted word that is written somewhere.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    found : mapping of str to WrittenWord
+        As :func:`written_words` finds them.
+    wanted : collection of str
+        Lemmas; those that are not written anywhere, or already in the vocabulary, are left out.
+    """
+    chosen = tuple(
+        found[word] for word in dict.fromkeys(wanted)
+        if word in found and word not in learned.word_numbers
+    )  # fmt: skip
+    if not chosen or learned.fitted_word_map is None:
+        return learned
+    n = max(len(learned.rows), 1)
+    share = np.array([len(word.captures) / n for word in chosen])
+    values = {f.name: getattr(learned, f.name) for f in fields(Learned)}
+    values["fitted_word_map"] = _with_silent_words(learned.fitted_word_map, share, n)
+    association = learned.association
+    none = np.zeros((len(association.translation), len(chosen)))
+    values["association"] = replace(
+        association,
+        words=(*association.words, *(word.word for word in chosen)),
+        counts=np.concatenate([association.counts, [len(word.captures) for word in chosen]]),
+        translation=np.concatenate([association.translation, none], axis=1),
+    )
+    return LearnedWithWritten(**values, base=learned, found=chosen)
+
+
+def _with_silent_words(word_map: WordMap, share: FloatArray, n: int) -> WordMap:
+    """A word map with further words of these priors that no motion speaks for or against."""
+    priors = np.clip(share, 0.5 / n, 1.0 - 0.5 / n)
+    silent = np.zeros((len(word_map.weights), len(share)))
+    return WordMap(
+        np.concatenate([word_map.weights, silent], axis=1),
+        np.concatenate([word_map.offsets, np.zeros(len(share))]),
+        np.concatenate([word_map.priors, priors]),
+        np.concatenate([word_map.spreads, word_spreads(priors)]),
+        word_map.calibration,
+        ridge=word_map.ridge,
+    )
