@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal, TypeVar, get_args
 
@@ -101,6 +101,7 @@ def induce(
     selection: str = AUTO,
     compacted: bool = True,
     effort: Effort | None = None,
+    loops: bool = True,
 ) -> Grammar:
     """Learn the grammar of the fewest bits that the search finds.
 
@@ -116,6 +117,9 @@ def induce(
         False stops at what alignment-based learning itself gives.
     effort : Effort, optional
         How much is searched; chosen by the number of symbols unless given.
+    loops : bool
+        Whether nonterminals may derive themselves where the sentences support it
+        (:mod:`.loop_evidence`).
 
     Raises
     ------
@@ -128,7 +132,12 @@ def induce(
     A -> x [0.6667] | y [0.3333]
     """
     return induce_with_bits(
-        sentences, family=family, selection=selection, compacted=compacted, effort=effort
+        sentences,
+        family=family,
+        selection=selection,
+        compacted=compacted,
+        effort=effort,
+        loops=loops,
     ).grammar
 
 
@@ -140,6 +149,7 @@ def induce_with_bits(
     compacted: bool = True,
     effort: Effort | None = None,
     known: Sequence[RuleSet] = (),
+    loops: bool = True,
 ) -> Induction:
     """Learn a grammar, and say how it was found and how many bits it takes.
 
@@ -163,9 +173,10 @@ def induce_with_bits(
     if compacted:
         flat = flat_rules(counted, len(names))
         donors = [one.rule_set for one in candidates if one.bits < _WORTH_PLANTING * flat.bits()]
-        searched = compact(flat, [*donors, *known], effort=effort)
+        searched = compact(flat, [*donors, *known], effort=effort, loops=loops)
         candidates += [Candidate(rules.bits(), FLAT, FLAT, rules) for rules in (searched, *known)]
     best = min(candidates, key=lambda candidate: round(candidate.bits, 6))
+    best = replace(best, rule_set=best.rule_set.without_idle_start())
     return _finished(best, names, sentences)
 
 

@@ -1,8 +1,8 @@
 """Random changes of rules in arrays: the moves of the annealed search (:mod:`.annealing`).
 
 A move reads the rows of a table and writes the changed rows into one of two spare tables,
-``goals``. It returns which of them, -1 if there was nothing to change. No nonterminal is ever put
-into its own rules or into those it leads to.
+``goals``. It returns which of them, -1 if there was nothing to change. Unless loops are allowed, no
+nonterminal is put into its own rules or into those it leads to.
 
 The shares of the moves, and of the variants within a move, were chosen by hand; they were not
 tuned. What ``benchmarks/grammar_effort.py`` chose with them is the number and the length of the
@@ -74,6 +74,10 @@ else the second, the second or else the first, a random one. Else it is a new on
 _CHUNK_JOINS = 0.2
 """Probability that a chunk which is no alternative yet joins a random nonterminal."""
 
+_CHUNK_LOOPS = 0.5
+"""Probability that a chunk that is no alternative yet and holds nonterminals joins one of these,
+where loops are allowed. Chosen by hand."""
+
 _FOLD_ONCE = 0.4
 """Probability that an alternative is replaced in one rule only."""
 
@@ -114,21 +118,33 @@ def draw(rng: np.random.Generator, n: int) -> int:
 
 
 @compiled
-def change(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
-    """Try one random move."""
+def change(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
+    """Try one random move.
+
+    Parameters
+    ----------
+    table : RuleTable
+        The rules.
+    work : Workspace
+        Filled with the changed rules.
+    loops : bool
+        Whether a nonterminal may be put into rules that it leads to.
+    rng : numpy.random.Generator
+        Draws the move.
+    """
     kind = rng.random()
     if kind < _EXCHANGES:
-        return _try_exchange(table, work, rng)
+        return _try_exchange(table, work, loops, rng)
     if kind < _CLASSES:
-        return _try_class(table, work, rng)
+        return _try_class(table, work, loops, rng)
     if kind < _CHUNKS:
-        return _try_chunk(table, work, rng)
+        return _try_chunk(table, work, loops, rng)
     r = draw(rng, table.used[ROWS])
     symbol = table.rows[r, LEFT]
     if symbol == table.n_terminals:
         return _NOTHING
     if kind < _FOLDS:
-        return _try_fold(table, r, work, rng)
+        return _try_fold(table, r, work, loops, rng)
     if kind < _MERGES:
         other = table.rows[draw(rng, table.used[ROWS]), LEFT]
         if other in (symbol, table.n_terminals):
@@ -152,6 +168,26 @@ def _try_substitute(table: RuleTable, work: Workspace, symbol: int) -> int:
     if uses != 1:
         return _NOTHING
     return 0 if substitute_once(table, work.goals[0], symbol) else _NOTHING
+
+
+@compiled
+def _spare(table: RuleTable, work: Workspace, symbol: int, loops: bool) -> None:
+    """Mark the nonterminals into whose rules a nonterminal is not put."""
+    if loops:
+        work.spared[:] = False
+    else:
+        mark_descendants(table, symbol, work.spared)
+
+
+@compiled
+def _held_nonterminal(table: RuleTable, part: Part, rng: np.random.Generator) -> int:
+    """Return a random nonterminal, not the start, that a part holds; -1 if it holds none."""
+    shift = draw(rng, part.length)
+    for d in range(part.length):
+        symbol = table.text[part.start + (d + shift) % part.length]
+        if symbol > table.n_terminals:
+            return int(symbol)
+    return -1
 
 
 @compiled
@@ -210,7 +246,7 @@ def _symbol_for(
 
 
 @compiled
-def _try_exchange(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
+def _try_exchange(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Make two right sides of a nonterminal one; what they do not share becomes alternatives."""
     rows = table.rows
     a = draw(rng, table.used[ROWS])
@@ -235,12 +271,19 @@ def _try_exchange(table: RuleTable, work: Workspace, rng: np.random.Generator) -
             return _NOTHING
     one = Place(a, p, rows[a, LENGTH] - p - q)
     other = Place(b, p, rows[b, LENGTH] - p - q)
-    return _join(table, work, one, other, rng)
+    return _join(table, work, (one, other), loops, rng)
 
 
 @compiled
-def _join(table: RuleTable, work: Workspace, a: Place, b: Place, rng: np.random.Generator) -> int:
+def _join(
+    table: RuleTable,
+    work: Workspace,
+    places: tuple[Place, Place],
+    loops: bool,
+    rng: np.random.Generator,
+) -> int:
     """Make the parts at two places alternatives of one nonterminal, in these places."""
+    a, b = places
     one = Part(table.rows[a.row, OFFSET] + a.first, a.length)
     other = Part(table.rows[b.row, OFFSET] + b.first, b.length)
     symbol = _symbol_for(table, work, one, other, rng)
@@ -249,7 +292,7 @@ def _join(table: RuleTable, work: Workspace, a: Place, b: Place, rng: np.random.
     first, second = table.text[one.start], table.text[other.start]
     if one.length == 1 and first == symbol and _is_nonterminal(table, other) and second != symbol:
         return 0 if merge(table, work.goals[0], symbol, second) else _NOTHING
-    mark_descendants(table, symbol, work.spared)
+    _spare(table, work, symbol, loops)
     for row in (a.row, b.row):
         if work.spared[table.rows[row, LEFT] - table.n_terminals]:
             return _NOTHING
@@ -257,7 +300,7 @@ def _join(table: RuleTable, work: Workspace, a: Place, b: Place, rng: np.random.
 
 
 @compiled
-def _try_class(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
+def _try_class(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Make two parts between the same neighbours alternatives of one nonterminal."""
     a = draw(rng, table.used[ROWS])
     n = table.rows[a, LENGTH]
@@ -272,12 +315,15 @@ def _try_class(table: RuleTable, work: Workspace, rng: np.random.Generator) -> i
     swapped = first.row == second.row and second.first < first.first
     one, other = (second, first) if swapped else (first, second)
     if one.length == 0 or other.length == 0 or rng.random() < _TWO_PLACES:
-        return _join(table, work, one, other, rng)
+        return _join(table, work, (one, other), loops, rng)
     return _join_everywhere(
         table,
         work,
-        Part(table.rows[one.row, OFFSET] + one.first, one.length),
-        Part(table.rows[other.row, OFFSET] + other.first, other.length),
+        (
+            Part(table.rows[one.row, OFFSET] + one.first, one.length),
+            Part(table.rows[other.row, OFFSET] + other.first, other.length),
+        ),
+        loops,
         rng,
     )
 
@@ -303,9 +349,14 @@ def _place_between(table: RuleTable, first: Place, rng: np.random.Generator) -> 
 
 @compiled
 def _join_everywhere(
-    table: RuleTable, work: Workspace, one: Part, other: Part, rng: np.random.Generator
+    table: RuleTable,
+    work: Workspace,
+    parts: tuple[Part, Part],
+    loops: bool,
+    rng: np.random.Generator,
 ) -> int:
     """Make two parts alternatives of one nonterminal wherever they stand."""
+    one, other = parts
     symbol = _symbol_for(table, work, one, other, rng)
     if symbol < 0:
         return _NOTHING
@@ -321,7 +372,7 @@ def _join_everywhere(
         part = one if (turn == 0) == longer_first else other
         if part.length == 1 and table.text[part.start] == symbol:
             continue
-        mark_descendants(source, symbol, work.spared)
+        _spare(source, work, symbol, loops)
         if not replace(source, work.goals[place], part, symbol, work.spared, -1):
             return _NOTHING
         source, place = work.goals[place], 1 - place
@@ -329,7 +380,7 @@ def _join_everywhere(
 
 
 @compiled
-def _try_chunk(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
+def _try_chunk(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Replace a part that stands in several places by a nonterminal."""
     a = draw(rng, table.used[ROWS])
     n = table.rows[a, LENGTH]
@@ -342,23 +393,27 @@ def _try_chunk(table: RuleTable, work: Workspace, rng: np.random.Generator) -> i
         number += occurrences(table, r, part)
     symbol = _home(table, part, rng)
     joins = rng.random() < _CHUNK_JOINS
+    if loops and symbol < 0 and rng.random() < _CHUNK_LOOPS:
+        symbol = _held_nonterminal(table, part, rng)
     if symbol < 0 and joins:
         symbol = table.rows[draw(rng, table.used[ROWS]), LEFT]
     elif symbol < 0 and number >= 2:
         symbol = _unused(table, work.alternatives)
     if symbol <= table.n_terminals:
         return _NOTHING
-    mark_descendants(table, symbol, work.spared)
+    _spare(table, work, symbol, loops)
     return 0 if replace(table, work.goals[0], part, symbol, work.spared, -1) else _NOTHING
 
 
 @compiled
-def _try_fold(table: RuleTable, r: int, work: Workspace, rng: np.random.Generator) -> int:
+def _try_fold(
+    table: RuleTable, r: int, work: Workspace, loops: bool, rng: np.random.Generator
+) -> int:
     """Replace the right side of row ``r`` by its nonterminal elsewhere, once or everywhere."""
     part, symbol = Part(table.rows[r, OFFSET], table.rows[r, LENGTH]), table.rows[r, LEFT]
     if part.length == 0:
         return _NOTHING
-    mark_descendants(table, symbol, work.spared)
+    _spare(table, work, symbol, loops)
     only = -1
     if rng.random() < _FOLD_ONCE:
         shift = draw(rng, table.used[ROWS])

@@ -16,15 +16,17 @@ more symbols the sentences have, the fewer searches there are.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.random import PCG64, Generator
 
 from motiondb.grammar.induction.annealing import WARMEST, anneal
+from motiondb.grammar.induction.loop_evidence import keep_supported, rounds_asked
 from motiondb.grammar.induction.perturbation import REWARMED, perturb, sample
 from motiondb.grammar.induction.planting import plant
-from motiondb.grammar.induction.refitting import refit
+from motiondb.grammar.induction.refitting import refit, refit_fully
+from motiondb.grammar.rules.rule_laws import recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, RuleSet
 
 Pool = dict[float, RuleSet]
@@ -60,6 +62,9 @@ _OF_SAMPLE = 10, 60
 
 _OF_ALL = 20, 100
 """Searches of all sentences after the samples."""
+
+_NEW_LOOPS = 0.5
+"""Share of the annealings of rules with loops that may make further loops. Chosen by hand."""
 
 _LARGE = 800
 """Symbols from which on there are fewer searches of all sentences, to bound the time."""
@@ -104,7 +109,11 @@ def effort_for(flat: RuleSet) -> Effort:
 
 
 def compact(
-    flat: RuleSet, donors: Sequence[RuleSet] = (), *, effort: Effort | None = None
+    flat: RuleSet,
+    donors: Sequence[RuleSet] = (),
+    *,
+    effort: Effort | None = None,
+    loops: bool = True,
 ) -> RuleSet:
     """Search the rule set of fewest bits.
 
@@ -116,51 +125,97 @@ def compact(
         Rule sets of the same terminals whose nonterminals may be put into the sentences.
     effort : Effort, optional
         How much is searched; :func:`effort_for` unless given.
+    loops : bool, optional
+        Whether nonterminals may derive themselves where the sentences support it. Then as much is
+        searched again, with loops allowed.
     """
     effort = effort or effort_for(flat)
     rng = Generator(PCG64(_SEED))  # a fixed stream: nothing outside changes the result
     pool: Pool = {}
     _keep(pool, flat)
-    for _ in range(effort.samples):
-        _search_sample(pool, flat, effort, rng)
-    for _ in range(effort.begun):
-        _keep(pool, anneal(flat, rng, tries=effort.tries, warmest=WARMEST))
-    for donor in donors:
-        planted = plant(flat, donor, rng)
-        if planted is not None:
-            _keep(pool, anneal(planted, rng, tries=effort.tries, warmest=WARMEST))
-    _search(pool, flat, effort.repeated, effort.tries, rng)
+    _search_all(pool, Search(flat, effort, rounds=0, rng=rng), donors)
+    if loops:
+        looping = replace(flat, loops=True)
+        _search_all(pool, Search(looping, effort, rounds=rounds_asked(flat), rng=rng), donors)
     return pool[min(pool)]
 
 
-def _search(pool: Pool, flat: RuleSet, times: int, tries: int, rng: np.random.Generator) -> None:
+@dataclass(frozen=True, eq=False)
+class Search:
+    """What a search needs to know.
+
+    Attributes
+    ----------
+    flat : RuleSet
+        One rule for each sentence, and the laws.
+    effort : Effort
+        How much is searched.
+    rounds : int
+        Rounds of a loop that some sentence must have.
+    rng : numpy.random.Generator
+        Draws everything.
+    """
+
+    flat: RuleSet
+    effort: Effort
+    rounds: int
+    rng: np.random.Generator
+
+    def anneal(self, begun: RuleSet, tries: int, warmest: float) -> RuleSet | None:
+        """Anneal rules; if loops are allowed, then refit them and keep the supported loops only."""
+        if not self.flat.loops:
+            return anneal(begun, self.rng, tries=tries, warmest=warmest)
+        new_loops = not recursive_lefts(begun.rules) or self.rng.random() < _NEW_LOOPS
+        found = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
+        return keep_supported(refit_fully(found, self.flat), self.flat, self.rounds)
+
+
+def _search_all(pool: Pool, search: Search, donors: Sequence[RuleSet]) -> None:
+    """Search by samples, from the plain sentences, from donors, and from perturbed rules."""
+    flat, effort = search.flat, search.effort
+    for _ in range(effort.samples):
+        _search_sample(pool, search)
+    for _ in range(effort.begun):
+        _keep(pool, search.anneal(flat, effort.tries, WARMEST))
+    for donor in donors:
+        planted = plant(flat, donor, search.rng)
+        if planted is not None:
+            _keep(pool, search.anneal(planted, effort.tries, WARMEST))
+    _search_perturbed(pool, search, effort.repeated)
+
+
+def _search_perturbed(pool: Pool, search: Search, times: int) -> None:
     """Perturb and anneal one of the best ``times`` times; the results go into the pool."""
     for _ in range(times):
         best = sorted(pool)[:_ELITE]
-        begun = perturb(pool[best[int(rng.integers(len(best)))]], flat, tries, rng)
+        chosen = pool[best[int(search.rng.integers(len(best)))]]
+        begun = perturb(chosen, search.flat, search.effort.tries, search.rng)
         if begun is not None:
-            _keep(pool, anneal(begun, rng, tries=tries, warmest=REWARMED))
+            _keep(pool, search.anneal(begun, search.effort.tries, REWARMED))
 
 
-def _search_sample(pool: Pool, flat: RuleSet, effort: Effort, rng: np.random.Generator) -> None:
+def _search_sample(pool: Pool, search: Search) -> None:
     """Search a sample and refit its best rules to all sentences; they go into the pool."""
-    some = sample(flat, effort.sampled, rng)
+    flat, effort = search.flat, search.effort
+    some = sample(flat, effort.sampled, search.rng)
     size = _size(some)
     tries = min(_TRIES_A_SYMBOL * size, effort.tries)
     begun, repeated = (max(2, min(n, n * _SAMPLE_SIZE // size)) for n in _OF_SAMPLE)
     of_sample: Pool = {}
     _keep(of_sample, some)
+    inner = replace(search, flat=some, effort=replace(effort, tries=tries))
     for _ in range(begun):
-        _keep(of_sample, anneal(some, rng, tries=tries, warmest=WARMEST))
-    _search(of_sample, some, repeated, tries, rng)
+        _keep(of_sample, inner.anneal(some, tries, WARMEST))
+    _search_perturbed(of_sample, inner, repeated)
     for bits in sorted(of_sample)[:_CARRIED]:
         refitted = refit(of_sample[bits], flat)
         if refitted is not None:
-            _keep(pool, anneal(refitted, rng, tries=effort.tries, warmest=REWARMED))
+            _keep(pool, search.anneal(refitted, effort.tries, REWARMED))
 
 
-def _keep(pool: Pool, rules: RuleSet) -> None:
-    pool.setdefault(round(rules.bits(), 6), rules)
+def _keep(pool: Pool, rules: RuleSet | None) -> None:
+    if rules is not None:
+        pool.setdefault(round(rules.bits(), 6), rules)
 
 
 def _size(rule_set: RuleSet) -> int:
