@@ -55,11 +55,10 @@ def page(out: Path) -> str:
 
 def _head() -> list[str]:
     return [
-        "Made by `benchmarks/scenes.py` on the sample data; see there how to do it again. What the"
-        " words mean is told in [scenes.md](scenes.md). Nothing was chosen or left out: every seed"
-        " that was run is in the tables. The machine had two processors and hardly anything else to"
-        " do; processor seconds of both threads together, which tell more where it had, stand"
-        " beside those of the wall clock."
+        "Made by `benchmarks/scenes.py` on the sample data; its docstring has the commands. Terms"
+        " are explained in [scenes.md](scenes.md). Every seed that was run is in the tables. Times"
+        " are of the clock, on two processors. Other work on the machine makes them longer; the"
+        " processor seconds of both threads beside them are hardly affected by it."
     ]
 
 
@@ -79,10 +78,10 @@ def _span(values: list[float], digits: int = 0) -> str:
 def table_part(rows: Rows) -> list[str]:
     """Table 2 beside ours, and what the rules say."""
     lines = [
-        "## Every diagram from nothing",
+        "## Every diagram from scratch",
         "",
-        "Beside Table 2 of the paper, where it has the diagram (its seconds are those of outer and"
-        " inner loop on 8 cores). Over our seeds: the least and the most.",
+        "Compared with Table 2 of the paper, where it has the diagram (its seconds are those of the"
+        " outer and the inner loop on 8 cores). Ranges are over our seeds.",
         "",
         "| diagram | characters | clips, paper | clips | frames, paper | frames | seconds, paper |"
         " seconds | processor s |",
@@ -99,9 +98,10 @@ def table_part(rows: Rows) -> list[str]:
         )
     lines += [
         "",
-        "Frames are 30 a second. What the rules say, over all seeds; a rule is broken where it is"
-        " off by more than its weight (direction 20 degrees, position and line 0.3 m; points on the"
-        " way 1 m), a synchronisation by more than two frames, a distance at all.",
+        "There are 30 frames a second. The next table counts broken rules over all seeds. A rule"
+        " is broken if it is off by more than its weight (direction 20 degrees, position and line"
+        " 0.3 m; points on the path 1 m), a synchronisation if it is off by more than two frames, a"
+        " distance if it is outside its bounds in any frame.",
         "",
         "| diagram | seeds | rules a scene | broken before polish | broken | worst synchronisation,"
         " frames | collisions before | collisions | fastest, m/s | error | begun again |",
@@ -127,7 +127,7 @@ def table_part(rows: Rows) -> list[str]:
     there = mean(row["feet of captures"] for row in rows)
     gap = max(row["ball gap"] for row in rows)
     lines.append(
-        f"Feet on the ground slide by {slips:.3f} m/s on average, in the captures they come from by"
+        f"Feet on the ground slide by {slips:.3f} m/s on average, in their captures by"
         f" {there:.3f} m/s. The middle of a held ball is at most {gap:.2f} m from a palm."
     )
     return lines
@@ -136,10 +136,11 @@ def table_part(rows: Rows) -> list[str]:
 def baseline_part(rows: Rows, ours: Rows) -> list[str]:
     """The paper's own procedure at ten times our time."""
     lines = [
-        "## Beside the paper's own procedure",
+        "## Compared with the paper's procedure",
         "",
-        "One chain at T = 1, clips by their errors, subtrees drawn again until P(X') > 0, all is"
-        " evaluated from nothing at every step (`benchmarks/scene_tasks/paper_baseline.py`). The"
+        "The paper's procedure is one chain at T = 1: clips are drawn by their errors, subtrees are"
+        " drawn again until P(X') > 0, and everything is evaluated from scratch at every step"
+        " (`benchmarks/scene_tasks/paper_baseline.py`). The"
         " error is the lowest -log P(Z) reached before polish; ours is that of the same seed.",
         "",
         "| diagram | seed | processor s, paper's way | its error | our processor s | our error |",
@@ -188,10 +189,10 @@ def update_part(rows: Rows) -> list[str]:
     lines = [
         "## A small change",
         "",
-        "The first attacker's circle is moved by half a metre, and the scene goes on from the one"
-        " there was. Seconds of sampling and polishing together.",
+        "The circle of the first attacker is moved by half a metre, and sampling continues from the"
+        " earlier scene. Times are seconds of sampling and polishing together.",
         "",
-        "| diagram | seeds | from nothing, s | changed, s | sampling, s | polishing, s | times"
+        "| diagram | seeds | from scratch, s | changed, s | sampling, s | polishing, s | times"
         " faster | broken | collisions |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
