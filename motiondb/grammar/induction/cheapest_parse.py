@@ -122,12 +122,12 @@ def read_all(
     None is returned if a sentence is too long.
 
     >>> donor = RuleSet(2, {2: {(3,): 1}, 3: {(0, 3): 1, (1,): 1}}, loops=True)
-    >>> rows, readings = read_all(donor, [(0, 0, 1), (1, 0)])
+    >>> rows, readings = read_all(donor, [(0, 0, 1), (0, 1, 0)])
     >>> rows
     [(3, (0, 3)), (3, (1,)), (2, (3,))]
     >>> readings[0, 0, 1].nodes.tolist()
     [[2, -1, 0, 3], [0, 0, 0, 3], [0, 1, 1, 2], [1, 2, 1, 1]]
-    >>> readings[1, 0].cover
+    >>> readings[0, 1, 0].cover
     (3, 0)
     """
     told = list(sentences)
@@ -204,6 +204,10 @@ def _lower(costs: _Costs, r: int, i: int, sentence: IntArray, chart: _Chart) -> 
     """Lower the costs of the spans that a rule derives from symbol ``i`` on; whether any fell."""
     table = costs.table
     left, length = table.rows[r, LEFT] - table.n_terminals, table.rows[r, LENGTH]
+    if length > 0:  # most rules do not begin here, and this is seen at once
+        first = table.text[table.rows[r, OFFSET]]
+        if first < table.n_terminals and (i == sentence.size or sentence[i] != first):
+            return False
     low, high = _reach_ends(table, r, chart, sentence, i)
     lowered = False
     for j in range(low, high + 1):

@@ -63,6 +63,10 @@ _OF_SAMPLE = 10, 60
 _OF_ALL = 20, 100
 """Searches of all sentences after the samples."""
 
+_WORTH_REFITTING = 1.05
+"""Rules with loops of more than this many times the bits of those that are perturbed further are
+dropped at once: refitting rarely saves so much. Chosen by hand."""
+
 _NEW_LOOPS = 0.5
 """Share of the annealings of rules with loops that may make further loops. Chosen by hand."""
 
@@ -137,7 +141,7 @@ def compact(
     if loops:
         looping = replace(flat, loops=True)
         _search_all(pool, Search(looping, effort, rounds=rounds_asked(flat), rng=rng), donors)
-    return pool[min(pool)]
+    return min(pool.values(), key=lambda rules: round(rules.without_idle_start().bits(), 6))
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,13 +165,21 @@ class Search:
     rounds: int
     rng: np.random.Generator
 
-    def anneal(self, begun: RuleSet, tries: int, warmest: float) -> RuleSet | None:
-        """Anneal rules; if loops are allowed, then refit them and keep the supported loops only."""
+    def anneal(self, pool: Pool, begun: RuleSet, tries: int, warmest: float) -> None:
+        """Anneal rules; what is found goes into the pool.
+
+        If loops are allowed, rules as good as the best of the pool are refitted first, and loops
+        that the sentences do not support are written out.
+        """
         if not self.flat.loops:
-            return anneal(begun, self.rng, tries=tries, warmest=warmest)
+            _keep(pool, anneal(begun, self.rng, tries=tries, warmest=warmest))
+            return
         new_loops = not recursive_lefts(begun.rules) or self.rng.random() < _NEW_LOOPS
         found = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
-        return keep_supported(refit_fully(found, self.flat), self.flat, self.rounds)
+        if found.bits() < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
+            kept = keep_supported(refit_fully(found, self.flat), self.flat, self.rounds)
+            if kept is not None:
+                _keep(pool, kept)
 
 
 def _search_all(pool: Pool, search: Search, donors: Sequence[RuleSet]) -> None:
@@ -176,11 +188,11 @@ def _search_all(pool: Pool, search: Search, donors: Sequence[RuleSet]) -> None:
     for _ in range(effort.samples):
         _search_sample(pool, search)
     for _ in range(effort.begun):
-        _keep(pool, search.anneal(flat, effort.tries, WARMEST))
+        search.anneal(pool, flat, effort.tries, WARMEST)
     for donor in donors:
         planted = plant(flat, donor, search.rng)
         if planted is not None:
-            _keep(pool, search.anneal(planted, effort.tries, WARMEST))
+            search.anneal(pool, planted, effort.tries, WARMEST)
     _search_perturbed(pool, search, effort.repeated)
 
 
@@ -191,7 +203,7 @@ def _search_perturbed(pool: Pool, search: Search, times: int) -> None:
         chosen = pool[best[int(search.rng.integers(len(best)))]]
         begun = perturb(chosen, search.flat, search.effort.tries, search.rng)
         if begun is not None:
-            _keep(pool, search.anneal(begun, search.effort.tries, REWARMED))
+            search.anneal(pool, begun, search.effort.tries, REWARMED)
 
 
 def _search_sample(pool: Pool, search: Search) -> None:
@@ -205,17 +217,16 @@ def _search_sample(pool: Pool, search: Search) -> None:
     _keep(of_sample, some)
     inner = replace(search, flat=some, effort=replace(effort, tries=tries))
     for _ in range(begun):
-        _keep(of_sample, inner.anneal(some, tries, WARMEST))
+        inner.anneal(of_sample, some, tries, WARMEST)
     _search_perturbed(of_sample, inner, repeated)
     for bits in sorted(of_sample)[:_CARRIED]:
         refitted = refit(of_sample[bits], flat)
         if refitted is not None:
-            _keep(pool, search.anneal(refitted, effort.tries, REWARMED))
+            search.anneal(pool, refitted, effort.tries, REWARMED)
 
 
-def _keep(pool: Pool, rules: RuleSet | None) -> None:
-    if rules is not None:
-        pool.setdefault(round(rules.bits(), 6), rules)
+def _keep(pool: Pool, rules: RuleSet) -> None:
+    pool.setdefault(round(rules.bits(), 6), rules)
 
 
 def _size(rule_set: RuleSet) -> int:

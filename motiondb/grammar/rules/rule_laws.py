@@ -138,9 +138,16 @@ def derives_itself_alone(rules: Rules) -> bool:
     return bool(recursive_lefts(alone))
 
 
-def empty_beside_itself(rules: Rules) -> bool:
-    """Whether a nonterminal that derives the empty string stands beside itself."""
-    nullable = nullable_lefts(rules)
+def empty_beside_itself(rules: Rules, nullable: frozenset[int]) -> bool:
+    """Whether a nonterminal that derives the empty string stands beside itself.
+
+    Parameters
+    ----------
+    rules : Rules
+        The rules.
+    nullable : frozenset of int
+        The nonterminals that derive the empty string.
+    """
     return bool(nullable) and any(
         one == other and one in nullable
         for right in _rights(rules)
@@ -198,6 +205,8 @@ def keeps_singles(rules: Rules, n_terminals: int, singles: frozenset[int]) -> bo
     singles : frozenset of int
         Terminals that no string may hold twice.
     """
+    if not singles:
+        return True
     held = {symbol: frozenset({symbol} & singles) for symbol in range(n_terminals)}
     held.update(dict.fromkeys(rules, frozenset()))
     grown = True

@@ -199,20 +199,25 @@ class RuleSet:
     def lawful(self) -> bool:
         """Whether the rules keep all laws."""
         rules, terminals = self.rules, self.n_terminals
-        if not self.loops and self.order() is None:
+        order = self.order()
+        if order is None and not self._loops_lawfully():
             return False
         if not self.empties and any(not right for _, right in self.uses()):
             return False
-        if self.loops and not (
-            rule_laws.all_end(rules, terminals) and rule_laws.all_reached(rules, self.start)
-        ):
-            return False
+        nullable = rule_laws.nullable_lefts(rules)
         return (
-            self.start not in rule_laws.nullable_lefts(rules)
-            and not rule_laws.derives_itself_alone(rules)
-            and not rule_laws.empty_beside_itself(rules)
+            self.start not in nullable
+            and not rule_laws.empty_beside_itself(rules, nullable)
             and rule_laws.keeps_constants(rules, terminals, self.start, self.constants)
             and rule_laws.keeps_singles(rules, terminals, self.singles)
+        )
+
+    def _loops_lawfully(self) -> bool:
+        return (
+            self.loops
+            and rule_laws.all_end(self.rules, self.n_terminals)
+            and rule_laws.all_reached(self.rules, self.start)
+            and not rule_laws.derives_itself_alone(self.rules)
         )
 
 
