@@ -27,7 +27,7 @@ from typing import Literal, TypeVar, get_args
 
 from motiondb.errors import suggestion
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, choices_of
-from motiondb.grammar.induction.rule_compaction import Effort, compact, trim
+from motiondb.grammar.induction.rule_compaction import Effort, compact, effort_for, trim
 from motiondb.grammar.rules.description_length import (
     DescriptionLength,
     Sentence,
@@ -136,9 +136,24 @@ def induce(
         family=family,
         selection=selection,
         compacted=compacted,
-        effort=effort,
-        loops=loops,
+        effort=effort if loops else without_loops(sentences, effort),
     ).grammar
+
+
+def without_loops(sentences: Sequence[Sentence], effort: Effort | None = None) -> Effort:
+    """Return an effort that searches rules without loops only.
+
+    Parameters
+    ----------
+    sentences : sequence of Sentence
+        The examples.
+    effort : Effort, optional
+        How much is searched; chosen by the number of symbols unless given.
+    """
+    if effort is None:
+        names, counted = _numbered(sentences)
+        effort = effort_for(flat_rules(counted, len(names)))
+    return replace(effort, loops=False)
 
 
 def induce_with_bits(
@@ -149,7 +164,6 @@ def induce_with_bits(
     compacted: bool = True,
     effort: Effort | None = None,
     known: Sequence[RuleSet] = (),
-    loops: bool = True,
 ) -> Induction:
     """Learn a grammar, and say how it was found and how many bits it takes.
 
@@ -173,7 +187,7 @@ def induce_with_bits(
     if compacted:
         flat = flat_rules(counted, len(names))
         donors = [one.rule_set for one in candidates if one.bits < _WORTH_PLANTING * flat.bits()]
-        searched = compact(flat, [*donors, *known], effort=effort, loops=loops)
+        searched = compact(flat, [*donors, *known], effort=effort)
         candidates += [Candidate(rules.bits(), FLAT, FLAT, rules) for rules in (searched, *known)]
     best = min(candidates, key=lambda candidate: round(candidate.bits, 6))
     best = replace(best, rule_set=best.rule_set.without_idle_start())

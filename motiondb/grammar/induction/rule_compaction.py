@@ -90,6 +90,9 @@ class Effort:
         Samples that are searched first, 0 for none.
     sampled : int
         Sentences of each sample.
+    loops : bool
+        Whether nonterminals may derive themselves where the sentences support it
+        (:mod:`.loop_evidence`). Then as much is searched again, with loops allowed.
     """
 
     begun: int
@@ -97,6 +100,7 @@ class Effort:
     tries: int
     samples: int = 0
     sampled: int = 0
+    loops: bool = True
 
 
 def effort_for(flat: RuleSet) -> Effort:
@@ -117,7 +121,6 @@ def compact(
     donors: Sequence[RuleSet] = (),
     *,
     effort: Effort | None = None,
-    loops: bool = True,
 ) -> RuleSet:
     """Search the rule set of fewest bits.
 
@@ -129,16 +132,13 @@ def compact(
         Rule sets of the same terminals whose nonterminals may be put into the sentences.
     effort : Effort, optional
         How much is searched; :func:`effort_for` unless given.
-    loops : bool, optional
-        Whether nonterminals may derive themselves where the sentences support it. Then as much is
-        searched again, with loops allowed.
     """
     effort = effort or effort_for(flat)
     rng = Generator(PCG64(_SEED))  # a fixed stream: nothing outside changes the result
     pool: Pool = {}
     _keep(pool, flat)
     _search_all(pool, Search(flat, effort, rounds=0, rng=rng), donors)
-    if loops:
+    if effort.loops:
         looping = replace(flat, loops=True)
         _search_all(pool, Search(looping, effort, rounds=rounds_asked(flat), rng=rng), donors)
     return min(pool.values(), key=lambda rules: round(rules.without_idle_start().bits(), 6))
