@@ -207,25 +207,25 @@ def _evaluate(
         return False
     new[:] = 0.0
     if left >= 0:
-        for s in range(n):
-            for u in range(n):
-                one = weights[left, s, u]
-                if one > 0.0:
-                    for t in range(n):
-                        value = one * weights[right, u, t]
-                        new[s, t] = max(new[s, t], value) if best else new[s, t] + value
+        for u in range(n):
+            for s in range(n):
+                if weights[left, s, u] > 0.0:
+                    _add(new[s], weights[left, s, u], weights[right, u], best)
         return True
+    empty = np.eye(n)
     for r in range(first, last):
-        below, p = rule_right[r], probabilities[r]
         for s in range(n):
-            for t in range(n):
-                if below >= 0:
-                    inner = weights[below, s, t]
-                else:
-                    inner = 1.0 if s == t else 0.0
-                value = p * inner
-                new[s, t] = max(new[s, t], value) if best else new[s, t] + value
+            inner = empty[s] if rule_right[r] < 0 else weights[rule_right[r], s]
+            _add(new[s], probabilities[r], inner, best)
     return True
+
+
+@njit(cache=True)
+def _add(new: FloatArray, factor: float, values: FloatArray, best: bool) -> None:
+    """Add the product of a factor and values to ``new``, or take the greater of both."""
+    for t in range(new.size):
+        value = factor * values[t]
+        new[t] = max(new[t], value) if best else new[t] + value
 
 
 def complete(

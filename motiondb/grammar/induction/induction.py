@@ -188,9 +188,9 @@ def induce_with_bits(
         flat = flat_rules(counted, len(names))
         donors = [one.rule_set for one in candidates if one.bits < _WORTH_PLANTING * flat.bits()]
         searched = compact(flat, [*donors, *known], effort=effort)
-        candidates += [Candidate(rules.bits(), FLAT, FLAT, rules) for rules in (searched, *known)]
+        found = [rules.without_idle_start() for rules in (searched, *known)]
+        candidates += [Candidate(rules.bits(), FLAT, FLAT, rules) for rules in found]
     best = min(candidates, key=lambda candidate: round(candidate.bits, 6))
-    best = replace(best, rule_set=best.rule_set.without_idle_start())
     return _finished(best, names, sentences)
 
 

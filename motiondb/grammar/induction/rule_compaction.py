@@ -30,7 +30,7 @@ from motiondb.grammar.rules.rule_laws import recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, RuleSet
 
 Pool = dict[float, RuleSet]
-"""Rule sets by their bits, rounded."""
+"""Rule sets by their bits without an idle start symbol, rounded."""
 
 _ELITE = 16
 """Rule sets of fewest bits from which one is drawn to be perturbed. Chosen by hand."""
@@ -141,7 +141,7 @@ def compact(
     if effort.loops:
         looping = replace(flat, loops=True)
         _search_all(pool, Search(looping, effort, rounds=rounds_asked(flat), rng=rng), donors)
-    return min(pool.values(), key=lambda rules: round(rules.without_idle_start().bits(), 6))
+    return pool[min(pool)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +226,7 @@ def _search_sample(pool: Pool, search: Search) -> None:
 
 
 def _keep(pool: Pool, rules: RuleSet) -> None:
-    pool.setdefault(round(rules.bits(), 6), rules)
+    pool.setdefault(round(rules.without_idle_start().bits(), 6), rules)
 
 
 def _size(rule_set: RuleSet) -> int:

@@ -154,10 +154,11 @@ class RuleSet:
         >>> RuleSet(2, {2: {(3,): 1}, 3: {(0, 3, 1): 1, (0, 1): 1}}).without_idle_start().rules
         {2: {(0, 2, 1): 1, (0, 1): 1}}
         """
-        changed = self.copy()
         only = next(iter(self.rules[self.start]))
-        if len(self.rules[self.start]) == 1 and len(only) == 1 and only[0] in self.rules:
-            changed.rename({only[0]: self.start})
+        if len(self.rules[self.start]) > 1 or len(only) != 1 or only[0] not in self.rules:
+            return self
+        changed = self.copy()
+        changed.rename({only[0]: self.start})
         return changed
 
     def drop_unused(self) -> None:
