@@ -200,8 +200,7 @@ class RuleSet:
     def lawful(self) -> bool:
         """Whether the rules keep all laws."""
         rules, terminals = self.rules, self.n_terminals
-        order = self.order()
-        if order is None and not self._loops_lawfully():
+        if not (self._loops_lawfully() if self.loops else self.order() is not None):
             return False
         if not self.empties and any(not right for _, right in self.uses()):
             return False
@@ -215,8 +214,7 @@ class RuleSet:
 
     def _loops_lawfully(self) -> bool:
         return (
-            self.loops
-            and rule_laws.all_end(self.rules, self.n_terminals)
+            rule_laws.all_end(self.rules, self.n_terminals)
             and rule_laws.all_reached(self.rules, self.start)
             and not rule_laws.derives_itself_alone(self.rules)
         )

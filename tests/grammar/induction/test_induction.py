@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg.context_free import GrammarError, check_grammar, format_grammar
 from motiondb.grammar.induction.induction import FAMILIES, induce, induce_with_bits, read_rules
-from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, Laws, keeps_laws, table_of
+from motiondb.grammar.induction.law_checks import Laws, keeps_laws
+from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, table_of
 from motiondb.grammar.induction.rule_compaction import Effort, compact
 from motiondb.grammar.rules.description_length import (
     decode,
@@ -293,4 +294,6 @@ def _compiled_check(rules):
     alternatives = np.bincount(lefts - rules.n_terminals, minlength=2)
     marks = np.array([int(t in rules.singles) << t for t in range(rules.n_terminals)])
     weights = np.zeros(rules.n_terminals, dtype=np.int64)
-    return bool(keeps_laws(table, alternatives, Laws(weights, marks, 0, True)))
+    return bool(
+        keeps_laws(table, alternatives, Laws(weights, marks, 0, True, np.zeros(2, bool), False))
+    )
