@@ -7,8 +7,8 @@ string does not count. A rule is supported if
 
 * some sentence has at least two rounds, three if there are fewer than twenty sentences: of
   something that is merely done twice in a row there is one round. Where another rule of the same
-  loop has as many, it is enough that the rule is used below some rule of the loop, and above one,
-  in one sentence or in two: so one of several things that may repeat can be rare;
+  loop has as many, one round less is enough if the rule is used below some rule of the loop, and
+  above one, in one sentence or in two: so one of several things that may repeat can be rare;
 * the sentences do not stop at a bound. Let C be the most rounds, m the number of sentences with C
   rounds, and q the share of those that went on among all times that a sentence could go on or stop
   before C. If nothing but chance ends a loop, m sentences all stop at C with probability
@@ -122,7 +122,7 @@ def judge_loops(rule_set: RuleSet, flat: RuleSet, asked: int) -> list[Judged] | 
             most, bounded = int(rounds.max()), stops_at_bound(rounds, counts[entered])
             enough = most >= asked
             strict = strict or (enough and not bounded)
-            within = bool(above.any() and below.any())
+            within = bool(above.any() and below.any()) and most >= asked - 1
             of_group.append((row, most, enough, within, bounded))
         found += [
             Judged(*rows[row], most, (enough or (within and strict)) and not bounded)

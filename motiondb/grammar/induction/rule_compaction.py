@@ -23,7 +23,7 @@ from numpy.random import PCG64, Generator
 
 from motiondb.grammar.induction.annealing import WARMEST, anneal
 from motiondb.grammar.induction.loop_evidence import keep_supported, rounds_asked
-from motiondb.grammar.induction.perturbation import REWARMED, perturb, sample
+from motiondb.grammar.induction.perturbation import REWARMED, perturb, sample, shortest
 from motiondb.grammar.induction.planting import plant
 from motiondb.grammar.induction.refitting import refit, refit_fully
 from motiondb.grammar.rules.rule_laws import recursive_lefts
@@ -56,6 +56,9 @@ Chosen by ``benchmarks/grammar_effort.py``."""
 _SAMPLES, _SAMPLE_SIZE = 6, 160
 """Samples, and symbols of each. Chosen by ``benchmarks/grammar_effort.py``: about as many symbols
 as are searched well without samples."""
+
+_SHORTEST_SIZE = 80, 240
+"""Symbols of a sample of the shortest sentences, between these. Chosen by hand."""
 
 _OF_SAMPLE = 10, 60
 """Searches from plain sentences and from perturbed rules of each sample."""
@@ -185,10 +188,16 @@ class Search:
 def _search_all(pool: Pool, search: Search, donors: Sequence[RuleSet]) -> None:
     """Search by samples, from the plain sentences, from donors, and from perturbed rules."""
     flat, effort = search.flat, search.effort
-    for _ in range(effort.samples):
-        _search_sample(pool, search)
-    for _ in range(effort.begun):
-        search.anneal(pool, flat, effort.tries, WARMEST)
+    n = len(flat.rules[flat.start])
+    for number in range(effort.samples):
+        by_length = flat.loops and number % 2 == 0
+        some = shortest(flat, _fitting(flat, search.rng)) if by_length else None
+        _search_sample(pool, search, some or sample(flat, effort.sampled, search.rng))
+    for number in range(effort.begun):
+        if flat.loops and number % 2 == 0 and n > 2:
+            _search_shortest(pool, search, int(search.rng.integers(2, n)))
+        else:
+            search.anneal(pool, flat, effort.tries, WARMEST)
     for donor in donors:
         planted = plant(flat, donor, search.rng)
         if planted is not None:
@@ -206,10 +215,32 @@ def _search_perturbed(pool: Pool, search: Search, times: int) -> None:
             search.anneal(pool, begun, search.effort.tries, REWARMED)
 
 
-def _search_sample(pool: Pool, search: Search) -> None:
+def _fitting(flat: RuleSet, rng: np.random.Generator) -> int:
+    """Return how many of the shortest sentences have a random number of symbols together."""
+    sizes = np.cumsum(sorted(len(right) + 2 for right in flat.rules[flat.start]))
+    most = rng.uniform(*_SHORTEST_SIZE)
+    return max(2, int(np.searchsorted(sizes, most, side="right")))
+
+
+def _search_shortest(pool: Pool, search: Search, number: int) -> None:
+    """Anneal the rules of the shortest sentences, then these rules for more and more sentences."""
+    flat, n = search.flat, len(search.flat.rules[search.flat.start])
+    found = shortest(flat, number)
+    warmest = WARMEST
+    while number < n:
+        tries = min(search.effort.tries, _TRIES_A_SYMBOL * _size(found))
+        found = anneal(found, search.rng, tries=tries, warmest=warmest)
+        number, warmest = min(n, 1 + number * 3 // 2), REWARMED
+        refitted = refit(found, shortest(flat, number))
+        if refitted is None:
+            return
+        found = refitted
+    search.anneal(pool, found, search.effort.tries, REWARMED)
+
+
+def _search_sample(pool: Pool, search: Search, some: RuleSet) -> None:
     """Search a sample and refit its best rules to all sentences; they go into the pool."""
     flat, effort = search.flat, search.effort
-    some = sample(flat, effort.sampled, search.rng)
     size = _size(some)
     tries = min(_TRIES_A_SYMBOL * size, effort.tries)
     begun, repeated = (max(2, min(n, n * _SAMPLE_SIZE // size)) for n in _OF_SAMPLE)
