@@ -17,6 +17,8 @@ import numpy as np
 from motiondb.database.grammars.grammar_sequences import LONGEST_STRING, Material
 from motiondb.database.grammars.grammar_words import Shares, terminal_shares, terminals_for
 from motiondb.errors import QueryError, suggestion
+from motiondb.grammar.cfg.context_free import Tree
+from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, Place, read_pattern
 from motiondb.learning.learned import Learned
 from motiondb.words.lexicon.vocabulary import motion_word, nearest_words, parse_query
@@ -33,6 +35,61 @@ def playable(material: Material) -> frozenset[str]:
     terminals = material.learned.terminals
     there = np.isin(terminals.takes, list(material.numbers))
     return frozenset(terminals.names[k] for k in set(terminals.labels[there].tolist()))
+
+
+def best(material: Material, pattern: Pattern, n: int) -> Completions:
+    """Return the most probable sentences that match a pattern.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    pattern : Pattern
+        The pattern.
+    n : int
+        How many sentences.
+
+    Raises
+    ------
+    QueryError
+        When the number is below 1.
+    GrammarError
+        When no sentence matches.
+    """
+    if n < 1:
+        raise QueryError(f"number: expected 1 sentence or more, found {n}. Ask for more.")
+    return complete(material.learned.grammar, pattern, n, allowed=playable(material))
+
+
+def draw(
+    material: Material, pattern: Pattern, length: int | None, rng: np.random.Generator
+) -> Tree:
+    """Draw a sentence that matches a pattern, as probable as it is among all that match.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    pattern : Pattern
+        The pattern.
+    length : int or None
+        Must be None: the pattern says how many terminals there are.
+    rng : numpy.random.Generator
+        Draws the sentence.
+
+    Raises
+    ------
+    QueryError
+        When a length is given.
+    GrammarError
+        When no sentence matches.
+    """
+    if length is not None:
+        raise QueryError(
+            f"length: expected none beside a pattern, found {length}. Write the wanted number of"
+            " terminals as places: '? ? ?'."
+        )
+    return sample_completion(material.learned.grammar, pattern, rng, allowed=playable(material))
 
 
 def pattern_of(material: Material, learned: Learned | None, text: str) -> Pattern:

@@ -33,7 +33,7 @@ from motiondb.errors import QueryError
 from motiondb.file_names import is_file
 from motiondb.grammar.cfg import prefix
 from motiondb.grammar.cfg.context_free import Tree
-from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
+from motiondb.grammar.derivation.complete import Completions
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.derivation.pattern import Pattern
 from motiondb.grammar.terminals.labelling import Reader, Reading, make_reader, read_string
@@ -242,8 +242,7 @@ class Grammars:
             When no sentence matches; with the first place of the pattern that none reaches.
         """
         material, pattern = self._pattern(name, like)
-        allowed = grammar_completing.playable(material)
-        return complete(material.learned.grammar, pattern, n, allowed=allowed)
+        return grammar_completing.best(material, pattern, n)
 
     def _pattern(self, name: str, like: str) -> tuple[Material, Pattern]:
         material = self.material(name)
@@ -278,15 +277,9 @@ class Grammars:
             When no sentence matches the pattern.
         """
         if like is not None:
-            if length is not None:
-                raise QueryError(
-                    "length: expected none beside a pattern, found both. Write the wanted number"
-                    " of terminals as places: '? ? ?'."
-                )
             material, pattern = self._pattern(name, like)
             rng = np.random.default_rng(seed)
-            allowed = grammar_completing.playable(material)
-            tree = sample_completion(material.learned.grammar, pattern, rng, allowed=allowed)
+            tree = grammar_completing.draw(material, pattern, length, rng)
             return grammar_sequences.play(material, tree, rng)
         if length is not None and length < 1:
             raise QueryError(f"length: expected at least 1 terminal, found {length}. Ask for more.")

@@ -1,22 +1,15 @@
 """Complete a pattern by the sentences of a grammar that match it.
 
-The grammar is intersected with the deterministic automaton of the pattern. An item (X, s, t) stands
-for what a symbol X derives that leads the automaton from state s to state t. Its weight W is the
-sum of the probabilities of these derivations, and V the greatest of them:
-
-    W(A, s, t) = sum p(A -> Y) W(Y, s, t),    W(Y Z, s, t) = sum over u of W(Y, s, u) W(Z, u, t),
-
-and V with the maximum for the sum. Both are least solutions, found by iteration component by
-component. The probability of the pattern is the sum of W(S, 0, t) over accepting states t.
+The grammar is intersected with the deterministic automaton of the pattern (:mod:`.intersection`,
+whose W and V are used here). The probability of the pattern is the sum of W(S, 0, t) over accepting
+states t.
 
 Trees that match are drawn from the root down by W: this is the distribution of the grammar, given
 that the sentence matches. The most probable trees are found by A* search, in which V is the exact
 cost of what is still to derive, so each step of the search serves a tree that is wanted.
 
-Sources: Y. Bar-Hillel, M. Perles and E. Shamir, "On Formal Properties of Simple Phrase Structure
-Grammars" (1961), for the intersection; M.-J. Nederhof and G. Satta, "Probabilistic Parsing as
-Intersection", IWPT 2003, for its weights; P. E. Hart, N. J. Nilsson and B. Raphael, "A Formal Basis
-for the Heuristic Determination of Minimum Cost Paths" (1968), for A*.
+Source: P. E. Hart, N. J. Nilsson and B. Raphael, "A Formal Basis for the Heuristic Determination of
+Minimum Cost Paths" (1968), for A*.
 """
 
 from __future__ import annotations
@@ -28,20 +21,13 @@ from itertools import count
 from math import exp, inf
 
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.cfg.compiled import CompiledGrammar
 from motiondb.grammar.cfg.context_free import GrammarError, Tree, derive_by
-from motiondb.grammar.cfg.least_solution import part_groups
-from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form, log_probability
-from motiondb.grammar.derivation.pattern import Automaton, Pattern, Place, automaton_of
-from motiondb.records import FloatArray, IntArray
-
-_CLOSE = 1e-13
-"""Relative change of a weight below which an iteration has converged."""
-
-_MOST_ROUNDS = 100_000
-"""Iterations at most. Chosen by hand: a loop that goes on with probability 0.999 needs 30,000."""
+from motiondb.grammar.cfg.parse import AnyGrammar, log_probability
+from motiondb.grammar.derivation.intersection import Intersection, intersect, weights_of
+from motiondb.grammar.derivation.pattern import Pattern, Place
+from motiondb.records import FloatArray
 
 _TREES_A_STRING = 20
 """Trees that are looked at for each wanted string, at most. Chosen by hand, to bound the time."""
@@ -93,139 +79,6 @@ class Completions:
     found: tuple[Completion, ...]
     probability: float
     proven: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Intersection:
-    """A grammar and an automaton.
-
-    Attributes
-    ----------
-    compiled : CompiledGrammar
-        The grammar.
-    automaton : Automaton
-        The automaton over its terminals.
-    sums : array (symbols, states, states)
-        W.
-    """
-
-    compiled: CompiledGrammar
-    automaton: Automaton
-    sums: FloatArray
-
-    @property
-    def ends(self) -> FloatArray:
-        """The probability (states,) of sentences that lead to each accepting state, else 0."""
-        return np.where(self.automaton.accepting, self.sums[self.compiled.start, 0], 0.0)
-
-
-def intersect(
-    grammar: AnyGrammar, pattern: Pattern, allowed: frozenset[str] | None = None
-) -> Intersection:
-    """Intersect a grammar with the automaton of a pattern.
-
-    Parameters
-    ----------
-    grammar : Grammar or CompiledGrammar
-        The grammar.
-    pattern : Pattern
-        The pattern.
-    allowed : frozenset of str, optional
-        Terminals that a sentence may hold; all unless given.
-
-    Raises
-    ------
-    GrammarError
-        The grammar derives nothing, or the pattern has too many states.
-    """
-    compiled = compiled_form(grammar)
-    automaton = automaton_of(pattern, compiled.names[compiled.terminals], allowed)
-    return Intersection(compiled, automaton, _weights(compiled, automaton, best=False))
-
-
-def _weights(compiled: CompiledGrammar, automaton: Automaton, *, best: bool) -> FloatArray:
-    """Return W, or V if ``best``, as an array (symbols, states, states)."""
-    n = len(automaton.steps)
-    weights = np.zeros((compiled.n_symbols, n, n))
-    states = np.arange(n)
-    for place, symbol in enumerate(range(compiled.terminals.start, compiled.terminals.stop)):
-        after = automaton.steps[:, place]
-        weights[symbol, states[after >= 0], after[after >= 0]] = 1.0
-    groups = part_groups(compiled, np.ones(compiled.n_symbols, bool))
-    members = np.concatenate([group for group, _ in groups])
-    bounds = np.cumsum([0, *(len(group) for group, _ in groups)])
-    cyclic = np.array([c for _, c in groups])
-    rules = compiled.rule_of, compiled.rule_right, compiled.probabilities
-    children = compiled.left, compiled.right
-    _solve((members, bounds, cyclic), rules, children, weights, best)
-    return weights
-
-
-@njit(cache=True)
-def _solve(
-    groups: tuple[IntArray, IntArray, IntArray],
-    rules: tuple[IntArray, IntArray, FloatArray],
-    children: tuple[IntArray, IntArray],
-    weights: FloatArray,
-    best: bool,
-) -> None:
-    """Fill the weights component by component, parts first."""
-    members, bounds, cyclic = groups
-    n = weights.shape[1]
-    new = np.empty((n, n))
-    for g in range(cyclic.size):
-        for _ in range(_MOST_ROUNDS):
-            changed = False
-            for symbol in members[bounds[g] : bounds[g + 1]]:
-                if not _evaluate(symbol, rules, children, weights, new, best):
-                    continue
-                for s in range(n):
-                    for t in range(n):
-                        old = weights[symbol, s, t]
-                        if new[s, t] > old:
-                            changed = changed or new[s, t] - old > _CLOSE * new[s, t]
-                            weights[symbol, s, t] = new[s, t]
-            if not changed or not cyclic[g]:
-                break
-
-
-@njit(cache=True)
-def _evaluate(
-    symbol: int,
-    rules: tuple[IntArray, IntArray, FloatArray],
-    children: tuple[IntArray, IntArray],
-    weights: FloatArray,
-    new: FloatArray,
-    best: bool,
-) -> bool:
-    """Fill ``new`` with the right side of the equation of a symbol; False for a terminal."""
-    rule_of, rule_right, probabilities = rules
-    n = weights.shape[1]
-    left, right = children[0][symbol], children[1][symbol]
-    first, last = rule_of[symbol], rule_of[symbol + 1]
-    if left < 0 and first == last:
-        return False
-    new[:] = 0.0
-    if left >= 0:
-        for u in range(n):
-            for s in range(n):
-                if weights[left, s, u] > 0.0:
-                    _add(new[s], weights[left, s, u], weights[right, u], best)
-        return True
-    empty = np.eye(n)
-    for r in range(first, last):
-        for s in range(n):
-            inner = empty[s] if rule_right[r] < 0 else weights[rule_right[r], s]
-            _add(new[s], probabilities[r], inner, best)
-    return True
-
-
-@njit(cache=True)
-def _add(new: FloatArray, factor: float, values: FloatArray, best: bool) -> None:
-    """Add the product of a factor and values to ``new``, or take the greater of both."""
-    for t in range(new.size):
-        value = factor * values[t]
-        new[t] = max(new[t], value) if best else new[t] + value
 
 
 def complete(
@@ -286,7 +139,7 @@ def _best_trees(meeting: Intersection) -> Iterator[tuple[Tree, float]]:
     """Yield the trees that match, the most probable first, with their probabilities."""
     compiled, automaton = meeting.compiled, meeting.automaton
     with np.errstate(divide="ignore"):
-        costs = -np.log(_weights(compiled, automaton, best=True))
+        costs = -np.log(weights_of(compiled, automaton, best=True))
         of_rules = -np.log(compiled.probabilities)
     order = count()
     agenda: list[tuple[float, int, float, _Stack, _Rules]] = []

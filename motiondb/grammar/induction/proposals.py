@@ -11,8 +11,6 @@ annealings (:mod:`.rule_compaction`).
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from motiondb.grammar.induction.rewriting import (
@@ -29,7 +27,6 @@ from motiondb.grammar.induction.rule_arrays import (
     ROWS,
     RuleTable,
     compiled,
-    mark_descendants,
 )
 from motiondb.grammar.induction.rule_places import (
     LONGEST_MEMBER,
@@ -38,10 +35,18 @@ from motiondb.grammar.induction.rule_places import (
     fitting_length,
     neighbours,
     occurrences,
-    same_symbols,
     shared_ends,
 )
-from motiondb.records import BoolArray, IntArray
+from motiondb.grammar.induction.symbol_choice import (
+    Workspace,
+    draw,
+    held_nonterminal,
+    home,
+    is_nonterminal,
+    spare,
+    symbol_for,
+    unused,
+)
 
 LONGEST_CHUNK = 10
 """Symbols of a chunk at most. Chosen by hand: longer repeats are built from chunks of chunks."""
@@ -64,13 +69,6 @@ _SHORTENED = 0.1
 _TWO_PLACES = 0.4
 """Probability that a class is made in two places only, and not wherever its members stand."""
 
-_IS_NONTERMINAL = 0.5
-"""Probability that a part which is one nonterminal is taken as the nonterminal of a class."""
-
-_FIRST_HOME, _ANY_HOME, _ANY_NONTERMINAL = 0.4, 0.65, 0.75
-"""Shares, summed up, of the nonterminals that a class joins: one that derives the first part or
-else the second, the second or else the first, a random one. Else it is a new one."""
-
 _CHUNK_JOINS = 0.2
 """Probability that a chunk which is no alternative yet joins a random nonterminal."""
 
@@ -82,39 +80,8 @@ _FOLD_ONCE = 0.4
 """Probability that an alternative is replaced in one rule only."""
 
 
-class Workspace(NamedTuple):
-    """Arrays that the moves use.
-
-    Attributes
-    ----------
-    alternatives : array (nonterminals,)
-        The number of rules of each nonterminal.
-    spared : array (nonterminals,)
-        Room for marks.
-    goals : tuple of RuleTable
-        The tables for changed rules.
-    spare : RuleTable
-        Room for the work of :func:`.rewriting.tidy`.
-    """
-
-    alternatives: IntArray
-    spared: BoolArray
-    goals: tuple[RuleTable, RuleTable]
-    spare: RuleTable
-
-
 _NOTHING = -1
 """What a move returns that changed nothing."""
-
-
-@compiled
-def draw(rng: np.random.Generator, n: int) -> int:
-    """Draw an integer from 0 to n - 1.
-
-    ``Generator.integers`` takes fifteen times as long in compiled code. The bias, less than
-    n / 2^53, does not matter here.
-    """
-    return int(rng.random() * n)
 
 
 @compiled
@@ -171,81 +138,6 @@ def _try_substitute(table: RuleTable, work: Workspace, symbol: int) -> int:
 
 
 @compiled
-def _spare(table: RuleTable, work: Workspace, symbol: int, loops: bool) -> None:
-    """Mark the nonterminals into whose rules a nonterminal is not put."""
-    if loops:
-        work.spared[:] = False
-    else:
-        mark_descendants(table, symbol, work.spared)
-
-
-@compiled
-def _held_nonterminal(table: RuleTable, part: Part, rng: np.random.Generator) -> int:
-    """Return a random nonterminal, not the start, that a part holds; -1 if it holds none."""
-    shift = draw(rng, part.length)
-    for d in range(part.length):
-        symbol = table.text[part.start + (d + shift) % part.length]
-        if symbol > table.n_terminals:
-            return int(symbol)
-    return -1
-
-
-@compiled
-def _unused(table: RuleTable, alternatives: IntArray) -> int:
-    """Return a nonterminal without rules, -1 if there is none."""
-    for k in range(1, alternatives.size):
-        if alternatives[k] == 0:
-            return k + table.n_terminals
-    return -1
-
-
-@compiled
-def _home(table: RuleTable, part: Part, rng: np.random.Generator) -> int:
-    """Return a nonterminal, not the start, that has the part as an alternative; -1 if none has."""
-    shift = draw(rng, table.used[ROWS])
-    for d in range(table.used[ROWS]):
-        r = (d + shift) % table.used[ROWS]
-        if (
-            table.rows[r, LENGTH] == part.length
-            and table.rows[r, LEFT] > table.n_terminals
-            and same_symbols(table.text, table.rows[r, OFFSET], part.start, part.length)
-        ):
-            return int(table.rows[r, LEFT])
-    return -1
-
-
-@compiled
-def _is_nonterminal(table: RuleTable, part: Part) -> bool:
-    """Whether a part is one nonterminal, not the start."""
-    return part.length == 1 and bool(table.text[part.start] > table.n_terminals)
-
-
-@compiled
-def _symbol_for(
-    table: RuleTable, work: Workspace, one: Part, other: Part, rng: np.random.Generator
-) -> int:
-    """Return the nonterminal for two parts: a part itself, a home, a random or a new one."""
-    if rng.random() < _IS_NONTERMINAL:
-        if _is_nonterminal(table, one):
-            return int(table.text[one.start])
-        if _is_nonterminal(table, other):
-            return int(table.text[other.start])
-    way = rng.random()
-    if way < _ANY_HOME:
-        first, second = (one, other) if way < _FIRST_HOME else (other, one)
-        home = _home(table, first, rng)
-        if home < 0:
-            home = _home(table, second, rng)
-        if home >= 0:
-            return home
-    elif way < _ANY_NONTERMINAL:
-        left = table.rows[draw(rng, table.used[ROWS]), LEFT]
-        if left != table.n_terminals:
-            return int(left)
-    return _unused(table, work.alternatives)
-
-
-@compiled
 def _try_exchange(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Make two right sides of a nonterminal one; what they do not share becomes alternatives."""
     rows = table.rows
@@ -286,13 +178,13 @@ def _join(
     a, b = places
     one = Part(table.rows[a.row, OFFSET] + a.first, a.length)
     other = Part(table.rows[b.row, OFFSET] + b.first, b.length)
-    symbol = _symbol_for(table, work, one, other, rng)
+    symbol = symbol_for(table, work, one, other, rng)
     if symbol < 0:
         return _NOTHING
     first, second = table.text[one.start], table.text[other.start]
-    if one.length == 1 and first == symbol and _is_nonterminal(table, other) and second != symbol:
+    if one.length == 1 and first == symbol and is_nonterminal(table, other) and second != symbol:
         return 0 if merge(table, work.goals[0], symbol, second) else _NOTHING
-    _spare(table, work, symbol, loops)
+    spare(table, work, symbol, loops)
     for row in (a.row, b.row):
         if work.spared[table.rows[row, LEFT] - table.n_terminals]:
             return _NOTHING
@@ -357,10 +249,10 @@ def _join_everywhere(
 ) -> int:
     """Make two parts alternatives of one nonterminal wherever they stand."""
     one, other = parts
-    symbol = _symbol_for(table, work, one, other, rng)
+    symbol = symbol_for(table, work, one, other, rng)
     if symbol < 0:
         return _NOTHING
-    if _is_nonterminal(table, one) and _is_nonterminal(table, other):
+    if is_nonterminal(table, one) and is_nonterminal(table, other):
         return (
             0
             if merge(table, work.goals[0], table.text[one.start], table.text[other.start])
@@ -372,7 +264,7 @@ def _join_everywhere(
         part = one if (turn == 0) == longer_first else other
         if part.length == 1 and table.text[part.start] == symbol:
             continue
-        _spare(source, work, symbol, loops)
+        spare(source, work, symbol, loops)
         if not replace(source, work.goals[place], part, symbol, work.spared, -1):
             return _NOTHING
         source, place = work.goals[place], 1 - place
@@ -391,17 +283,17 @@ def _try_chunk(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Ge
     number = 0
     for r in range(table.used[ROWS]):
         number += occurrences(table, r, part)
-    symbol = _home(table, part, rng)
+    symbol = home(table, part, rng)
     joins = rng.random() < _CHUNK_JOINS
     if loops and symbol < 0 and rng.random() < _CHUNK_LOOPS:
-        symbol = _held_nonterminal(table, part, rng)
+        symbol = held_nonterminal(table, part, rng)
     if symbol < 0 and joins:
         symbol = table.rows[draw(rng, table.used[ROWS]), LEFT]
     elif symbol < 0 and number >= 2:
-        symbol = _unused(table, work.alternatives)
+        symbol = unused(table, work.alternatives)
     if symbol <= table.n_terminals:
         return _NOTHING
-    _spare(table, work, symbol, loops)
+    spare(table, work, symbol, loops)
     return 0 if replace(table, work.goals[0], part, symbol, work.spared, -1) else _NOTHING
 
 
@@ -413,7 +305,7 @@ def _try_fold(
     part, symbol = Part(table.rows[r, OFFSET], table.rows[r, LENGTH]), table.rows[r, LEFT]
     if part.length == 0:
         return _NOTHING
-    _spare(table, work, symbol, loops)
+    spare(table, work, symbol, loops)
     only = -1
     if rng.random() < _FOLD_ONCE:
         shift = draw(rng, table.used[ROWS])

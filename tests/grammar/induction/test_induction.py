@@ -45,19 +45,19 @@ SENTENCES = st.lists(
 )
 
 
-def language(grammar, symbol=None):
-    """All strings of an acyclic grammar."""
-    symbol = symbol or grammar.start
-    if not grammar.is_nonterminal(symbol):
-        return {(symbol,)}
-    found = set()
-    for number in grammar.rules_of[symbol]:
-        strings = {()}
-        for part in grammar.rules[number].right:
-            ends = language(grammar, part)
-            strings = {a + b for a in strings for b in ends}
-        found |= strings
-    return found
+def language(grammar, longest=10):
+    """All strings of a grammar, or those of at most ``longest`` symbols."""
+    known = {left: set() for left in grammar.nonterminals}
+    while True:
+        size = sum(map(len, known.values()))
+        for rule in grammar.rules:
+            strings = {()}
+            for part in rule.right:
+                ends = known.get(part, {(part,)})
+                strings = {a + b for a in strings for b in ends if len(a + b) <= longest}
+            known[rule.left] |= strings
+        if sum(map(len, known.values())) == size:
+            return known[grammar.start]
 
 
 def naive_links(one, other):
