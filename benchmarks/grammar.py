@@ -1,9 +1,10 @@
 """What grammars of movement reach: times, known truth, real takes, pictures; docs/grammar.md.
 
-    python benchmarks/grammar.py --data DIR [--task speed truth number real pictures]
+    python benchmarks/grammar.py --data DIR [--task speed truth recursive number real pictures]
                                  [--style salsa ...]
 
-DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` and ``number`` need the sample data only.
+DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` and ``number`` need the sample data only,
+``recursive`` needs none.
 Sections of tasks that are not run stay as they are on the page. What people saw in the pictures,
 and what falls short, is written in ``grammar_tasks/notes.md`` and goes under the section of its
 heading.
@@ -19,12 +20,14 @@ from pathlib import Path
 from grammar_tasks.number import number_rows
 from grammar_tasks.pictures import pictures
 from grammar_tasks.real_takes import STYLES, real
+from grammar_tasks.recursive import recursive_rows
 from grammar_tasks.speed_table import speed
 from grammar_tasks.tables import sections, write_sections
 from grammar_tasks.truth import PARTS, truth
 
 NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
-TASKS = ("speed", "truth", "number", "real", "pictures")
+TASKS = ("speed", "truth", "recursive", "number", "real", "pictures")
+RECURSIVE = "Known truth: languages that repeat and nest"
 NUMBER = "Known truth: the number of terminals"
 COMMAND = "python benchmarks/grammar.py --data DIR"
 
@@ -37,9 +40,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--style", nargs="+", choices=tuple(STYLES), default=tuple(STYLES))
     parser.add_argument("--output", type=Path, default=Path("docs"))
     chosen = parser.parse_args(arguments)
-    if chosen.data is None and set(chosen.task) - {"truth", "number"}:
+    if chosen.data is None and set(chosen.task) - {"truth", "recursive", "number"}:
         parser.error(
-            "--data: expected the folder of the captures. Only truth and number need none."
+            "--data: expected the folder of the captures. Truth, recursive and number need none."
         )
     jobs: dict[str, tuple[str, Callable[[], str]]] = {}
     if "speed" in chosen.task:
@@ -47,6 +50,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for part in PARTS if "truth" in chosen.task else ():
         command = "python benchmarks/grammar.py --task truth"
         jobs[f"Known truth: {part}"] = command, partial(truth, part)
+    if "recursive" in chosen.task:
+        jobs[RECURSIVE] = "python benchmarks/grammar.py --task recursive", recursive_rows
     if "number" in chosen.task:
         jobs[NUMBER] = "python benchmarks/grammar.py --task number", number_rows
     for style in chosen.style if "real" in chosen.task else ():
@@ -69,7 +74,7 @@ def _write(page: Path, title: str, body: str) -> None:
     """Write a section at once, so that a run that is stopped keeps what it has."""
     notes = sections(NOTES.read_text(encoding="utf-8"))
     known = [f"Known truth: {part}" for part in PARTS]
-    order = ["Speed", *known, NUMBER, *(_title(style) for style in STYLES), "Pictures"]
+    order = ["Speed", *known, RECURSIVE, NUMBER, *(_title(style) for style in STYLES), "Pictures"]
     parts = [body, notes.get(title, "")]
     write_sections(page, notes[""], order, {title: "\n\n".join(part for part in parts if part)})
 

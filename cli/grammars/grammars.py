@@ -230,7 +230,7 @@ def show(
         print_json(facts)
         return
     typer.echo(summary(size))
-    typer.echo(facts["text"])
+    typer.echo(facts["text_with_loops"])
     rows = [
         [t["terminal"], str(t["count"]), f"{t['seconds']:.2f}",
          "  ".join(f"{w['word']} {w['probability']:.2f}" for w in t["words"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -136,10 +137,24 @@ def suggest(
     goal: Annotated[
         str, typer.Option("--goal", help="Show the most probable way to this terminal instead.")
     ] = "",
+    like: Annotated[
+        str | None,
+        typer.Option(
+            "--like",
+            help='Complete this pattern: terminals and words, such as "a ... ? b" (? is any one,'
+            " ... any number), or a sentence in words.",
+        ),
+    ] = None,
+    number: Annotated[
+        int, typer.Option("--number", min=1, max=1000, help="Sentences with --like.")
+    ] = 5,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """List the terminals that the grammar allows next, with their probabilities."""
+    """List the terminals that the grammar allows next, or sentences that complete a pattern."""
+    if like is not None:
+        _suggest_like(name, beginning, like, number, db, json)
+        return
     with database(db) as base:
         if goal:
             _say_way(base.grammars, name, beginning, goal, json)
@@ -173,3 +188,30 @@ def _say_way(grammars: Grammars, name: str, beginning: str, goal: str, json: boo
     typer.echo(f"to {goal}: {' '.join(way.to_goal)}")
     typer.echo(f"then:  {' '.join(way.then) or 'the end'}")
     typer.echo(f"tree:  {way.tree}")
+
+
+def _suggest_like(name: str, beginning: str, like: str, number: int, db: Path, json: bool) -> None:
+    """Print the most probable sentences that match a pattern."""
+    from motiondb import QueryError
+
+    if beginning:
+        raise QueryError(
+            f"STRING: expected none beside --like, found {beginning!r}."
+            " Write it at the beginning of the pattern."
+        )
+    with database(db) as base:
+        found = base.grammars.complete(name, like, number)
+    if json:
+        sentences = [
+            {"string": list(one.string), "probability": one.probability} for one in found.found
+        ]
+        print_json(
+            {"probability": found.probability, "proven": found.proven, "sentences": sentences}
+        )
+        return
+    print_table(
+        "",
+        ["sentence", "probability"],
+        [[" ".join(one.string), f"{one.probability:.3f}"] for one in found.found],
+    )
+    typer.echo(f"{found.probability:.2%} of the sentences of {name} match")

@@ -56,6 +56,14 @@ def generate(
             help="Number of terminals; the nearest possible one is taken.",
         ),
     ] = None,
+    like: Annotated[
+        str | None,
+        typer.Option(
+            "--like",
+            help='Pattern of terminals and words, such as "a ... ? b" (? is any one,'
+            " ... any number), or a sentence in words.",
+        ),
+    ] = None,
     save: Save = None,
     png: Png = None,
     html: Html = None,
@@ -67,8 +75,9 @@ def generate(
         tell("generating", 0.0, 1.0)
         if save is not None:
             base.check_name_free(save)
-        made = base.grammars.generate(name, seed, length)
-        facts = _hand_out(base, made, seed, (output, png), save, {"length": length})
+        made = base.grammars.generate(name, seed, length, like)
+        how: dict[str, object] = {"length": length} if like is None else {"like": like}
+        facts = _hand_out(base, made, seed, (output, png), save, how)
         if html:
             from motiondb import StandalonePage
 

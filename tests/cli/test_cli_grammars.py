@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from inspect import signature
 from pathlib import Path
@@ -361,3 +362,47 @@ def test_a_region_outside_the_string_is_told(command: Any, taught: Path) -> None
     for extra, says in ((("--at", 99), "position 99"), (("--at", 0, "--wider", 50), "levels up")):
         ended = command("grammar", "edit", "fight", string, *extra, "--db", taught)
         assert (ended.code, says in ended.err) == (2, True), ended.err
+
+
+def test_suggest_completes_a_pattern_and_generate_obeys_it(
+    command: Any, copy: Path, tmp_path: Path
+) -> None:
+    first, *_, last = string_of(command, copy)
+    like = f"{first} ... {last}"
+    found = answer(command("grammar", "suggest", "fight", "--like", like, "--json", "--db", copy))
+    strings = [one["string"] for one in found["sentences"]]
+    assert all((s[0], s[-1]) == (first, last) for s in strings)
+    chances = [one["probability"] for one in found["sentences"]]
+    assert chances == sorted(chances, reverse=True)
+    assert 0.0 < sum(chances) <= 1.0 + 1e-9
+    said = command("grammar", "suggest", "fight", "--like", like, "--db", copy)
+    assert " ".join(strings[0]) in said.out
+    assert "of the sentences of fight match" in said.out
+    output = tmp_path / "made.bvh"
+    made = answer(
+        command(
+            "grammar", "generate", "fight", "-o", output, "--like", like, "--seed", "2", "--json",
+            "--db", copy,
+        )
+    )  # fmt: skip
+    assert (made["string"][0], made["string"][-1]) == (first, last)
+    assert output.exists()
+
+
+@pytest.mark.parametrize(
+    ("like", "options", "code", "message"),
+    [
+        ("... walk", (), 2, "'walk': expected a terminal .* has learned no words"),
+        ("", (), 2, "pattern: expected 1 to 1000 terminals or words, found 0"),
+        ("...", ("--length", "3"), 2, "length: expected none beside a pattern, found 3"),
+    ],
+)
+def test_a_pattern_that_is_no_pattern_is_refused(
+    command: Any, copy: Path, tmp_path: Path, like: str, options: Any, code: int, message: str
+) -> None:
+    ended = command(
+        "grammar", "generate", "fight", "-o", tmp_path / "made.bvh", "--like", like, *options,
+        "--db", copy,
+    )  # fmt: skip
+    assert ended.code == code
+    assert re.search(message, ended.err.replace("\n", " "))

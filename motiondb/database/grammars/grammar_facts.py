@@ -14,6 +14,7 @@ from motiondb.database.grammars.grammar_sequences import GrammarSequence, Materi
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg import context_free
+from motiondb.grammar.cfg.loops import format_loops
 from motiondb.records import MOTION_FPS
 
 
@@ -63,6 +64,7 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> dict[str, 
         "derives_new": derives_new(grammar, learned.strings),
         "bits": {**learned.bits, "sum": sum(learned.bits.values())},
         "text": context_free.format_grammar(grammar),
+        "text_with_loops": format_loops(grammar),
     }
 
 

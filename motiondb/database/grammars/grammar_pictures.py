@@ -18,6 +18,7 @@ from motiondb.database.grammars.grammar_editing import Edit
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.grammar.cfg import context_free
+from motiondb.grammar.cfg.loops import with_loops
 from motiondb.records import MOTION_FPS
 
 SHOWN_TREES = 12
@@ -37,7 +38,9 @@ def draw_sentences(material: Material, path: str | Path) -> Path:
         counts.setdefault(rules, []).append(number)
     order = sorted(counts.items(), key=lambda pair: (-len(pair[1]), pair[1][0]))
     trees = [
-        pictures.TreePicture(_caption(numbers), context_free.derive_by(learned.grammar, rules))
+        pictures.TreePicture(
+            _caption(numbers), with_loops(context_free.derive_by(learned.grammar, rules))
+        )
         for rules, numbers in order[:SHOWN_TREES]
     ]
     n, kinds = len(learned.sentences), len(order)

@@ -16,6 +16,7 @@ from motiondb import store
 from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
 from motiondb.database.grammars import (
     grammar_comparing,
+    grammar_completing,
     grammar_editing,
     grammar_facts,
     grammar_learning,
@@ -32,13 +33,12 @@ from motiondb.database.grammars.sequence_verbs import SequenceVerbs
 from motiondb.errors import QueryError
 from motiondb.file_names import is_file
 from motiondb.grammar.cfg import prefix
+from motiondb.grammar.derivation.complete import Completions
 from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.derivation.pattern import Pattern
 from motiondb.grammar.derivation.plan import Plan, plan
 from motiondb.grammar.terminals.labelling import Reader, Reading, make_reader, read_string
 from motiondb.records import CaptureInfo, Motion
-
-if TYPE_CHECKING:
-    pass
 
 
 class Grammars(SequenceVerbs):
@@ -239,7 +239,38 @@ class Grammars(SequenceVerbs):
         before, (wanted,) = terminals_of(grammar, beginning), terminals_of(grammar, [goal])
         return plan(grammar, before, wanted, shortest=shortest)
 
-    def generate(self, name: str, seed: int = 0, length: int | None = None) -> GrammarSequence:
+    def complete(self, name: str, like: str, n: int = 5) -> Completions:
+        """Return the most probable sentences that match a pattern and that captures can show.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        like : str
+            Terminals and words, ``?`` for any one terminal, ``...`` for any number of them; or a
+            sentence in words, which may follow each other with anything between.
+        n : int
+            How many sentences.
+
+        Raises
+        ------
+        QueryError
+            When there is no such grammar, or the pattern is not valid.
+        GrammarError
+            When no sentence matches; with the first place of the pattern that none reaches.
+        """
+        material, pattern = self._pattern(name, like)
+        return grammar_completing.best(material, pattern, n)
+
+    def _pattern(self, name: str, like: str) -> tuple[Material, Pattern]:
+        material = self.material(name)
+        with self._session.reading():
+            learned = self._session.learned if store.is_learned(self._session.store) else None
+        return material, grammar_completing.pattern_of(material, learned, like)
+
+    def generate(
+        self, name: str, seed: int = 0, length: int | None = None, like: str | None = None
+    ) -> GrammarSequence:
         """Return a new sentence as motion; the same seed gives the same motion.
 
         Parameters
@@ -251,13 +282,23 @@ class Grammars(SequenceVerbs):
         length : int, optional
             Wanted number of terminals. If no sentence has this length, the nearest possible one is
             used.
+        like : str, optional
+            A pattern that the sentence must match, see :meth:`complete`. The sentence is drawn from
+            those that match, as probable as they are in the grammar.
 
         Raises
         ------
         QueryError
-            When there is no such grammar, the length is below 1, or all captures that show one of
-            the terminals were removed.
+            When there is no such grammar, the length is below 1 or given beside a pattern, the
+            pattern is not valid, or all captures that show one of the terminals were removed.
+        GrammarError
+            When no sentence matches the pattern.
         """
+        if like is not None:
+            material, pattern = self._pattern(name, like)
+            rng = np.random.default_rng(seed)
+            tree = grammar_completing.draw(material, pattern, length, rng)
+            return grammar_sequences.play(material, tree, rng)
         if length is not None and length < 1:
             raise QueryError(f"length: expected at least 1 terminal, found {length}. Ask for more.")
         material, rng = self.material(name), np.random.default_rng(seed)

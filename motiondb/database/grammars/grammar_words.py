@@ -74,10 +74,51 @@ def terminal_meanings(
     tuple of Meaning
         One for each terminal; empty meanings if ``learned`` is None.
     """
+    if learned is None:
+        return (Meaning(),) * len(grammar.terminals.names)
+    shares = terminal_shares(learned, grammar, numbers)
+    known = learned.association.words if shares.words.size else ()
+    return tuple(
+        Meaning(_words(row, shares.usual, known), _symbols(symbols))
+        for row, symbols in zip(shares.words, shares.symbols)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Shares:
+    """What the segments of each terminal show.
+
+    Attributes
+    ----------
+    words : array (terminals, words)
+        Probability of each word in the segments of each terminal; no columns without a word map.
+    usual : array (words,)
+        Probability of each word in all segments.
+    symbols : array (terminals, symbols)
+        Share of the time that each motion symbol covers.
+    """
+
+    words: FloatArray
+    usual: FloatArray
+    symbols: FloatArray
+
+
+def terminal_shares(
+    learned: Learned, grammar: store.LearnedGrammar, numbers: Mapping[int, int]
+) -> Shares:
+    """Return the words and motion symbols that the segments of each terminal show.
+
+    Parameters
+    ----------
+    learned : Learned
+        What the database has learned.
+    grammar : LearnedGrammar
+        The grammar.
+    numbers : mapping of int to int
+        Take -> number of its capture, for the takes whose captures are in the database.
+    """
     terminals = grammar.terminals
     n = len(terminals.names)
-    if learned is None:
-        return (Meaning(),) * n
     takes = {take: capture for take, capture in numbers.items() if capture in learned.rows}
     symbols = np.zeros((n, learned.symbols.n_symbols))
     has_words = learned.fitted_word_map is not None
@@ -101,11 +142,33 @@ def terminal_meanings(
             np.add.at(words, labels, shared @ (1.0 / (1.0 + np.exp(-odds))))
     usual = words.sum(axis=0) / max(frames.sum(), 1.0)
     frames = np.maximum(frames, 1.0)[:, None]
-    known = learned.association.words if has_words else ()
-    return tuple(
-        Meaning(_words(row, usual, known), _symbols(shares))
-        for row, shares in zip(words / frames, symbols / frames)
-    )
+    return Shares(words / frames, usual, symbols / frames)
+
+
+def terminals_for(learned: Learned, shares: Shares, word: str) -> tuple[int, ...]:
+    """Return the numbers of the terminals that show a word; () if none does.
+
+    A terminal shows a word that is more probable in its segments than in all segments of the takes.
+    Without a word map, the probability of a word is that of the association, given the motion
+    symbols of the terminal.
+
+    Parameters
+    ----------
+    learned : Learned
+        What the database has learned.
+    shares : Shares
+        What the segments of each terminal show.
+    word : str
+        A word of the vocabulary.
+    """
+    number = learned.association.words.index(word)
+    if shares.words.size:
+        row, usual = shares.words[:, number], float(shares.usual[number])
+    else:
+        row = shares.symbols @ learned.association.translation[1:, number]
+        usual = float(row.mean())
+    shown = (row >= LEAST_PROBABILITY) & (row - usual >= LEAST_GAIN)
+    return tuple(np.flatnonzero(shown).tolist())
 
 
 def _words(

@@ -6,7 +6,8 @@ From a rule set, changes are tried at random:
   alternatives of a nonterminal;
 * *class*: two parts that stand between the same neighbours become alternatives, in these two
   places or wherever they stand; one may be empty;
-* *chunk*: a part that occurs repeatedly becomes a nonterminal, or joins one;
+* *chunk*: a part that occurs repeatedly becomes a nonterminal, or joins one; where loops are
+  allowed, it may join a nonterminal that it holds;
 * *fold*: an alternative is replaced by its nonterminal elsewhere;
 * *merge*: two nonterminals become one;
 * *substitute*: a nonterminal that is not needed is replaced by what it stands for.
@@ -30,21 +31,22 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from motiondb.grammar.induction.proposals import Workspace, change
+from motiondb.grammar.induction.law_checks import Laws, keeps_laws
+from motiondb.grammar.induction.proposals import change
 from motiondb.grammar.induction.rewriting import tidy
 from motiondb.grammar.induction.rule_arrays import (
     LENGTH,
     OFFSET,
     ROWS,
     SYMBOLS,
-    Laws,
     RuleTable,
     bits_of,
     copy_rows,
-    keeps_laws,
     rules_of,
     table_of,
 )
+from motiondb.grammar.induction.symbol_choice import Workspace
+from motiondb.grammar.rules.rule_laws import recursive_lefts
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.records import FloatArray, IntArray
 
@@ -72,6 +74,7 @@ def anneal(
     tries: int = 50_000,
     warmest: float = WARMEST,
     coldest: float = COLDEST,
+    new_loops: bool = True,
 ) -> RuleSet:
     """Return the rule set of fewest bits that the search visits; the given one if none is better.
 
@@ -87,18 +90,21 @@ def anneal(
         First temperature, bits.
     coldest : float
         Last temperature, bits.
+    new_loops : bool
+        Whether nonterminals that do not derive themselves yet may come to do so, if the laws allow
+        loops at all.
     """
     size = sum(len(right) + 2 for _, right in rule_set.uses())
     n_rows = 2 * len(list(rule_set.uses())) + size // 4 + 32
     table = table_of(rule_set, n_rows, 8 * size + 512)
     n_lefts = min(len(rule_set.rules) + size // 4 + 8, n_rows)
     logs = np.log2(np.maximum(np.arange(n_rows + n_lefts + rule_set.n_terminals + 4), 1))
-    laws = _laws_of(rule_set, rng)
+    laws = _laws_of(rule_set, n_lefts, new_loops, rng)
     bits = _anneal(table, n_lefts, laws, logs, Schedule(tries, warmest, coldest), rng)
     return rule_set if bits >= rule_set.bits() - 1e-9 else rules_of(table, rule_set)
 
 
-def _laws_of(rule_set: RuleSet, rng: np.random.Generator) -> Laws:
+def _laws_of(rule_set: RuleSet, n_lefts: int, new_loops: bool, rng: np.random.Generator) -> Laws:
     weights = np.zeros(rule_set.n_terminals, dtype=np.int64)
     for terminal in rule_set.constants:
         weights[terminal] = rng.integers(1 << _WEIGHT_BITS)
@@ -106,7 +112,12 @@ def _laws_of(rule_set: RuleSet, rng: np.random.Generator) -> Laws:
     for place, terminal in enumerate(sorted(rule_set.singles)):
         marks[terminal] = 1 << place
     total = int(sum(int(weights[c]) * number for c, number in rule_set.constants.items()))
-    return Laws(weights, marks, total, rule_set.empties)
+    may_loop = np.full(n_lefts, rule_set.loops and new_loops)
+    if rule_set.loops and not new_loops:
+        recursive = recursive_lefts(rule_set.rules)
+        for k, left in enumerate(sorted(rule_set.rules)):
+            may_loop[k] = left in recursive
+    return Laws(weights, marks, total, rule_set.empties, may_loop, bool(may_loop.any()))
 
 
 @njit(cache=True)
@@ -134,7 +145,7 @@ def _anneal(
             _pack(current)
         cooled = (schedule.coldest / schedule.warmest) ** (number / schedule.tries)
         bits_of(current, nodes, work.alternatives, logs)  # for the alternatives
-        place = change(current, work, rng)
+        place = change(current, work, laws.loops, rng)
         if place < 0:
             continue
         tried = work.goals[place]

@@ -40,6 +40,11 @@ _LEAST_SHARE, _LARGEST_SHARE = 0.4, 0.9
 """Share of the sentences in a sample. Chosen by hand."""
 
 
+_BY_LENGTH = 0.5
+"""Share of the samples that are the shortest sentences, where loops are allowed: these show what
+repeats or nests with the fewest rounds. Chosen by hand."""
+
+
 def perturb(
     rule_set: RuleSet, flat: RuleSet, tries: int, rng: np.random.Generator
 ) -> RuleSet | None:
@@ -153,13 +158,26 @@ def sample(flat: RuleSet, number: int, rng: np.random.Generator) -> RuleSet:
     return some
 
 
+def shortest(flat: RuleSet, number: int) -> RuleSet:
+    """Return the flat rules of the ``number`` shortest sentences; the laws are those of all.
+
+    >>> shortest(RuleSet(2, {2: {(0, 0): 1, (0, 0, 1): 2, (1,): 4}}), 2).rules
+    {2: {(1,): 4, (0, 0): 1}}
+    """
+    rights = flat.rules[flat.start]
+    chosen = sorted(rights, key=lambda right: (len(right), right))[:number]
+    return flat.with_rules({flat.start: {sentence: rights[sentence] for sentence in chosen}})
+
+
 def _by_sample(
     rule_set: RuleSet, flat: RuleSet, tries: int, rng: np.random.Generator
 ) -> RuleSet | None:
     """Anneal the rules on a sample, then refit them to all sentences."""
     n = len(flat.rules[flat.start])
     share = rng.uniform(_LEAST_SHARE, _LARGEST_SHARE)
-    begun = refit(rule_set, sample(flat, min(n, max(2, int(n * share))), rng))
+    number = min(n, max(2, int(n * share)))
+    by_length = flat.loops and rng.random() < _BY_LENGTH
+    begun = refit(rule_set, shortest(flat, number) if by_length else sample(flat, number, rng))
     if begun is None:
         return None
     return refit(anneal(begun, rng, tries=tries, warmest=REWARMED), flat)

@@ -3,7 +3,8 @@
 A search that has merged too much rarely splits it again, for rules do not record which sentence
 uses which. So it begins again from the sentences, with some of the nonterminals of good rules. Each
 is put into the sentences, those it needs first, wherever one of its alternatives stands, so that
-as few symbols as possible are left. Among equally short results one is drawn at random.
+as few symbols as possible are left. Among equally short results one is drawn at random. Rules with
+loops are planted by parsing the sentences instead.
 
 Source: to begin again from parts of the best result so far is iterated local search; H. R.
 Lourenço, O. C. Martin and T. Stützle, "Iterated Local Search", Handbook of Metaheuristics (2003).
@@ -16,7 +17,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from motiondb.grammar.rules.rule_set import Right, RuleSet
+from motiondb.grammar.induction.refitting import refit
+from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 
 _SHARE = 0.5
 """Probability that a nonterminal is planted: any subset is equally likely."""
@@ -43,13 +45,16 @@ def plant(flat: RuleSet, donor: RuleSet, rng: np.random.Generator) -> RuleSet | 
         None if the donor has no nonterminals, or the result breaks the laws of the rule set.
     """
     lefts = sorted(left for left in donor.rules if left != donor.start)
-    order = donor.order()
-    if not lefts or order is None:
+    if not lefts:
         return None
     chosen: set[int] = set()
     for left in lefts:
         if rng.random() < _SHARE:
             chosen.update(_descendants(donor, left))
+    order = donor.order()
+    if order is None:  # sentences are covered by the chosen nonterminals
+        rules: Rules = {left: donor.rules[left] for left in sorted(chosen - {donor.start})}
+        return refit(donor.with_rules({donor.start: {}, **rules}), flat)
     rights = flat.rules[flat.start]
     planted = flat.copy()
     for left in reversed(order):

@@ -1,8 +1,8 @@
 """Random changes of rules in arrays: the moves of the annealed search (:mod:`.annealing`).
 
 A move reads the rows of a table and writes the changed rows into one of two spare tables,
-``goals``. It returns which of them, -1 if there was nothing to change. No nonterminal is ever put
-into its own rules or into those it leads to.
+``goals``. It returns which of them, -1 if there was nothing to change. Unless loops are allowed, no
+nonterminal is put into its own rules or into those it leads to.
 
 The shares of the moves, and of the variants within a move, were chosen by hand; they were not
 tuned. What ``benchmarks/grammar_effort.py`` chose with them is the number and the length of the
@@ -10,8 +10,6 @@ annealings (:mod:`.rule_compaction`).
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,7 +27,6 @@ from motiondb.grammar.induction.rule_arrays import (
     ROWS,
     RuleTable,
     compiled,
-    mark_descendants,
 )
 from motiondb.grammar.induction.rule_places import (
     LONGEST_MEMBER,
@@ -38,10 +35,18 @@ from motiondb.grammar.induction.rule_places import (
     fitting_length,
     neighbours,
     occurrences,
-    same_symbols,
     shared_ends,
 )
-from motiondb.records import BoolArray, IntArray
+from motiondb.grammar.induction.symbol_choice import (
+    Workspace,
+    draw,
+    held_nonterminal,
+    home,
+    is_nonterminal,
+    spare,
+    symbol_for,
+    unused,
+)
 
 LONGEST_CHUNK = 10
 """Symbols of a chunk at most. Chosen by hand: longer repeats are built from chunks of chunks."""
@@ -64,39 +69,15 @@ _SHORTENED = 0.1
 _TWO_PLACES = 0.4
 """Probability that a class is made in two places only, and not wherever its members stand."""
 
-_IS_NONTERMINAL = 0.5
-"""Probability that a part which is one nonterminal is taken as the nonterminal of a class."""
-
-_FIRST_HOME, _ANY_HOME, _ANY_NONTERMINAL = 0.4, 0.65, 0.75
-"""Shares, summed up, of the nonterminals that a class joins: one that derives the first part or
-else the second, the second or else the first, a random one. Else it is a new one."""
-
 _CHUNK_JOINS = 0.2
 """Probability that a chunk which is no alternative yet joins a random nonterminal."""
 
+_CHUNK_LOOPS = 0.5
+"""Probability that a chunk that is no alternative yet and holds nonterminals joins one of these,
+where loops are allowed. Chosen by hand."""
+
 _FOLD_ONCE = 0.4
 """Probability that an alternative is replaced in one rule only."""
-
-
-class Workspace(NamedTuple):
-    """Arrays that the moves use.
-
-    Attributes
-    ----------
-    alternatives : array (nonterminals,)
-        The number of rules of each nonterminal.
-    spared : array (nonterminals,)
-        Room for marks.
-    goals : tuple of RuleTable
-        The tables for changed rules.
-    spare : RuleTable
-        Room for the work of :func:`.rewriting.tidy`.
-    """
-
-    alternatives: IntArray
-    spared: BoolArray
-    goals: tuple[RuleTable, RuleTable]
-    spare: RuleTable
 
 
 _NOTHING = -1
@@ -104,31 +85,33 @@ _NOTHING = -1
 
 
 @compiled
-def draw(rng: np.random.Generator, n: int) -> int:
-    """Draw an integer from 0 to n - 1.
+def change(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
+    """Try one random move.
 
-    ``Generator.integers`` takes fifteen times as long in compiled code. The bias, less than
-    n / 2^53, does not matter here.
+    Parameters
+    ----------
+    table : RuleTable
+        The rules.
+    work : Workspace
+        Filled with the changed rules.
+    loops : bool
+        Whether a nonterminal may be put into rules that it leads to.
+    rng : numpy.random.Generator
+        Draws the move.
     """
-    return int(rng.random() * n)
-
-
-@compiled
-def change(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
-    """Try one random move."""
     kind = rng.random()
     if kind < _EXCHANGES:
-        return _try_exchange(table, work, rng)
+        return _try_exchange(table, work, loops, rng)
     if kind < _CLASSES:
-        return _try_class(table, work, rng)
+        return _try_class(table, work, loops, rng)
     if kind < _CHUNKS:
-        return _try_chunk(table, work, rng)
+        return _try_chunk(table, work, loops, rng)
     r = draw(rng, table.used[ROWS])
     symbol = table.rows[r, LEFT]
     if symbol == table.n_terminals:
         return _NOTHING
     if kind < _FOLDS:
-        return _try_fold(table, r, work, rng)
+        return _try_fold(table, r, work, loops, rng)
     if kind < _MERGES:
         other = table.rows[draw(rng, table.used[ROWS]), LEFT]
         if other in (symbol, table.n_terminals):
@@ -155,62 +138,7 @@ def _try_substitute(table: RuleTable, work: Workspace, symbol: int) -> int:
 
 
 @compiled
-def _unused(table: RuleTable, alternatives: IntArray) -> int:
-    """Return a nonterminal without rules, -1 if there is none."""
-    for k in range(1, alternatives.size):
-        if alternatives[k] == 0:
-            return k + table.n_terminals
-    return -1
-
-
-@compiled
-def _home(table: RuleTable, part: Part, rng: np.random.Generator) -> int:
-    """Return a nonterminal, not the start, that has the part as an alternative; -1 if none has."""
-    shift = draw(rng, table.used[ROWS])
-    for d in range(table.used[ROWS]):
-        r = (d + shift) % table.used[ROWS]
-        if (
-            table.rows[r, LENGTH] == part.length
-            and table.rows[r, LEFT] > table.n_terminals
-            and same_symbols(table.text, table.rows[r, OFFSET], part.start, part.length)
-        ):
-            return int(table.rows[r, LEFT])
-    return -1
-
-
-@compiled
-def _is_nonterminal(table: RuleTable, part: Part) -> bool:
-    """Whether a part is one nonterminal, not the start."""
-    return part.length == 1 and bool(table.text[part.start] > table.n_terminals)
-
-
-@compiled
-def _symbol_for(
-    table: RuleTable, work: Workspace, one: Part, other: Part, rng: np.random.Generator
-) -> int:
-    """Return the nonterminal for two parts: a part itself, a home, a random or a new one."""
-    if rng.random() < _IS_NONTERMINAL:
-        if _is_nonterminal(table, one):
-            return int(table.text[one.start])
-        if _is_nonterminal(table, other):
-            return int(table.text[other.start])
-    way = rng.random()
-    if way < _ANY_HOME:
-        first, second = (one, other) if way < _FIRST_HOME else (other, one)
-        home = _home(table, first, rng)
-        if home < 0:
-            home = _home(table, second, rng)
-        if home >= 0:
-            return home
-    elif way < _ANY_NONTERMINAL:
-        left = table.rows[draw(rng, table.used[ROWS]), LEFT]
-        if left != table.n_terminals:
-            return int(left)
-    return _unused(table, work.alternatives)
-
-
-@compiled
-def _try_exchange(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
+def _try_exchange(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Make two right sides of a nonterminal one; what they do not share becomes alternatives."""
     rows = table.rows
     a = draw(rng, table.used[ROWS])
@@ -235,21 +163,28 @@ def _try_exchange(table: RuleTable, work: Workspace, rng: np.random.Generator) -
             return _NOTHING
     one = Place(a, p, rows[a, LENGTH] - p - q)
     other = Place(b, p, rows[b, LENGTH] - p - q)
-    return _join(table, work, one, other, rng)
+    return _join(table, work, (one, other), loops, rng)
 
 
 @compiled
-def _join(table: RuleTable, work: Workspace, a: Place, b: Place, rng: np.random.Generator) -> int:
+def _join(
+    table: RuleTable,
+    work: Workspace,
+    places: tuple[Place, Place],
+    loops: bool,
+    rng: np.random.Generator,
+) -> int:
     """Make the parts at two places alternatives of one nonterminal, in these places."""
+    a, b = places
     one = Part(table.rows[a.row, OFFSET] + a.first, a.length)
     other = Part(table.rows[b.row, OFFSET] + b.first, b.length)
-    symbol = _symbol_for(table, work, one, other, rng)
+    symbol = symbol_for(table, work, one, other, rng)
     if symbol < 0:
         return _NOTHING
     first, second = table.text[one.start], table.text[other.start]
-    if one.length == 1 and first == symbol and _is_nonterminal(table, other) and second != symbol:
+    if one.length == 1 and first == symbol and is_nonterminal(table, other) and second != symbol:
         return 0 if merge(table, work.goals[0], symbol, second) else _NOTHING
-    mark_descendants(table, symbol, work.spared)
+    spare(table, work, symbol, loops)
     for row in (a.row, b.row):
         if work.spared[table.rows[row, LEFT] - table.n_terminals]:
             return _NOTHING
@@ -257,7 +192,7 @@ def _join(table: RuleTable, work: Workspace, a: Place, b: Place, rng: np.random.
 
 
 @compiled
-def _try_class(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
+def _try_class(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Make two parts between the same neighbours alternatives of one nonterminal."""
     a = draw(rng, table.used[ROWS])
     n = table.rows[a, LENGTH]
@@ -272,12 +207,15 @@ def _try_class(table: RuleTable, work: Workspace, rng: np.random.Generator) -> i
     swapped = first.row == second.row and second.first < first.first
     one, other = (second, first) if swapped else (first, second)
     if one.length == 0 or other.length == 0 or rng.random() < _TWO_PLACES:
-        return _join(table, work, one, other, rng)
+        return _join(table, work, (one, other), loops, rng)
     return _join_everywhere(
         table,
         work,
-        Part(table.rows[one.row, OFFSET] + one.first, one.length),
-        Part(table.rows[other.row, OFFSET] + other.first, other.length),
+        (
+            Part(table.rows[one.row, OFFSET] + one.first, one.length),
+            Part(table.rows[other.row, OFFSET] + other.first, other.length),
+        ),
+        loops,
         rng,
     )
 
@@ -303,13 +241,18 @@ def _place_between(table: RuleTable, first: Place, rng: np.random.Generator) -> 
 
 @compiled
 def _join_everywhere(
-    table: RuleTable, work: Workspace, one: Part, other: Part, rng: np.random.Generator
+    table: RuleTable,
+    work: Workspace,
+    parts: tuple[Part, Part],
+    loops: bool,
+    rng: np.random.Generator,
 ) -> int:
     """Make two parts alternatives of one nonterminal wherever they stand."""
-    symbol = _symbol_for(table, work, one, other, rng)
+    one, other = parts
+    symbol = symbol_for(table, work, one, other, rng)
     if symbol < 0:
         return _NOTHING
-    if _is_nonterminal(table, one) and _is_nonterminal(table, other):
+    if is_nonterminal(table, one) and is_nonterminal(table, other):
         return (
             0
             if merge(table, work.goals[0], table.text[one.start], table.text[other.start])
@@ -321,7 +264,7 @@ def _join_everywhere(
         part = one if (turn == 0) == longer_first else other
         if part.length == 1 and table.text[part.start] == symbol:
             continue
-        mark_descendants(source, symbol, work.spared)
+        spare(source, work, symbol, loops)
         if not replace(source, work.goals[place], part, symbol, work.spared, -1):
             return _NOTHING
         source, place = work.goals[place], 1 - place
@@ -329,7 +272,7 @@ def _join_everywhere(
 
 
 @compiled
-def _try_chunk(table: RuleTable, work: Workspace, rng: np.random.Generator) -> int:
+def _try_chunk(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Replace a part that stands in several places by a nonterminal."""
     a = draw(rng, table.used[ROWS])
     n = table.rows[a, LENGTH]
@@ -340,25 +283,29 @@ def _try_chunk(table: RuleTable, work: Workspace, rng: np.random.Generator) -> i
     number = 0
     for r in range(table.used[ROWS]):
         number += occurrences(table, r, part)
-    symbol = _home(table, part, rng)
+    symbol = home(table, part, rng)
     joins = rng.random() < _CHUNK_JOINS
+    if loops and symbol < 0 and rng.random() < _CHUNK_LOOPS:
+        symbol = held_nonterminal(table, part, rng)
     if symbol < 0 and joins:
         symbol = table.rows[draw(rng, table.used[ROWS]), LEFT]
     elif symbol < 0 and number >= 2:
-        symbol = _unused(table, work.alternatives)
+        symbol = unused(table, work.alternatives)
     if symbol <= table.n_terminals:
         return _NOTHING
-    mark_descendants(table, symbol, work.spared)
+    spare(table, work, symbol, loops)
     return 0 if replace(table, work.goals[0], part, symbol, work.spared, -1) else _NOTHING
 
 
 @compiled
-def _try_fold(table: RuleTable, r: int, work: Workspace, rng: np.random.Generator) -> int:
+def _try_fold(
+    table: RuleTable, r: int, work: Workspace, loops: bool, rng: np.random.Generator
+) -> int:
     """Replace the right side of row ``r`` by its nonterminal elsewhere, once or everywhere."""
     part, symbol = Part(table.rows[r, OFFSET], table.rows[r, LENGTH]), table.rows[r, LEFT]
     if part.length == 0:
         return _NOTHING
-    mark_descendants(table, symbol, work.spared)
+    spare(table, work, symbol, loops)
     only = -1
     if rng.random() < _FOLD_ONCE:
         shift = draw(rng, table.used[ROWS])

@@ -33,9 +33,6 @@ ROWS, SYMBOLS = 0, 1
 _HASH_FACTOR, _HASH_BITS = 1_000_003, (1 << 40) - 1
 """Multiplier and mask of the polynomial hash. 40 bits times the multiplier fit into 64 bits."""
 
-_WAITS, _FITS, _BREAKS = range(3)
-"""What is known of a rule while the laws are checked bottom-up."""
-
 
 class RuleTable(NamedTuple):
     """A rule set as arrays.
@@ -56,37 +53,6 @@ class RuleTable(NamedTuple):
     text: IntArray
     used: IntArray
     n_terminals: int
-
-
-class Laws(NamedTuple):
-    """The laws of a rule set, in a form that is checked by sums and bits.
-
-    Attributes
-    ----------
-    weights : array (T,)
-        A random number for each constant terminal and 0 for the others, so that sums of weights
-        are equal only where the numbers of these terminals are.
-    marks : array (T,)
-        A bit of its own for each single terminal, 0 for the others.
-    total : int
-        The sum of weights of a sentence.
-    empties : bool
-        Whether right sides may be empty.
-    """
-
-    weights: IntArray
-    marks: IntArray
-    total: int
-    empties: bool
-
-
-class _Derived(NamedTuple):
-    """What the nonterminals derive; arrays (nonterminals,), valid where ``known``."""
-
-    known: BoolArray
-    nullable: BoolArray
-    sums: IntArray
-    held: IntArray
 
 
 def compiled(function: F) -> F:
@@ -136,7 +102,7 @@ def rules_of(table: RuleTable, like: RuleSet) -> RuleSet:
     for left, offset, length, count, _ in table.rows[: table.used[ROWS]].tolist():
         right = tuple(table.text[offset : offset + length].tolist())
         rules.setdefault(left, {})[right] = count
-    return RuleSet(table.n_terminals, rules, like.constants, like.empties, like.singles)
+    return like.with_rules(rules)
 
 
 @compiled
@@ -223,94 +189,6 @@ def bits_of(table: RuleTable, nodes: IntArray, alternatives: IntArray, logs: Flo
             n_lefts += 1
             data += nodes[k] * logs[alternatives[k]]
     return length * logs[n_lefts + table.n_terminals + 1] + data
-
-
-@njit(cache=True)
-def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
-    """Check the laws of :mod:`motiondb.grammar.rules.rule_set` on arrays.
-
-    The rules are acyclic, constant and single terminals are kept, and no nonterminal that may be
-    empty stands beside itself.
-
-    Parameters
-    ----------
-    table : RuleTable
-        The rules.
-    alternatives : array (nonterminals,)
-        The number of rules of each nonterminal.
-    laws : Laws
-        What must hold.
-    """
-    n = alternatives.size
-    derived = _Derived(
-        np.zeros(n, np.bool_), np.zeros(n, np.bool_), np.zeros(n, np.int64), np.zeros(n, np.int64)
-    )
-    resolved = np.zeros(table.used[ROWS], np.bool_)
-    missing = alternatives.copy()
-    seen = np.zeros(n, np.bool_)
-    n_resolved = 0
-    while n_resolved < table.used[ROWS]:
-        before = n_resolved
-        for r in range(table.used[ROWS]):
-            if resolved[r]:
-                continue
-            state, total, bits, empty = _read_right(table, r, laws, derived)
-            if state == _WAITS:
-                continue
-            left = table.rows[r, LEFT] - table.n_terminals
-            if state == _BREAKS or (seen[left] and derived.sums[left] != total):
-                return False
-            seen[left] = True
-            derived.sums[left] = total
-            derived.held[left] |= bits
-            derived.nullable[left] = derived.nullable[left] or empty
-            missing[left] -= 1
-            derived.known[left] = missing[left] == 0
-            resolved[r] = True
-            n_resolved += 1
-        if n_resolved == before:  # a cycle
-            return False
-    return bool(derived.sums[0] == laws.total) and not _repeats_nullable(table, derived.nullable)
-
-
-@compiled
-def _read_right(
-    table: RuleTable, r: int, laws: Laws, derived: _Derived
-) -> tuple[int, int, int, bool]:
-    """Return the state of a rule, its sum of weights, its single terminals, and if it is empty."""
-    total, bits, twice, empty = 0, 0, 0, True
-    offset = table.rows[r, OFFSET]
-    for k in range(offset, offset + table.rows[r, LENGTH]):
-        symbol = table.text[k]
-        if symbol < table.n_terminals:
-            total += laws.weights[symbol]
-            twice |= bits & laws.marks[symbol]
-            bits |= laws.marks[symbol]
-            empty = False
-            continue
-        symbol -= table.n_terminals
-        if not derived.known[symbol]:
-            return _WAITS, 0, 0, False
-        total += derived.sums[symbol]
-        twice |= bits & derived.held[symbol]
-        bits |= derived.held[symbol]
-        empty = empty and derived.nullable[symbol]
-    if twice or (empty and not laws.empties):
-        return _BREAKS, total, bits, empty
-    return _FITS, total, bits, empty
-
-
-@compiled
-def _repeats_nullable(table: RuleTable, nullable: BoolArray) -> bool:
-    """Whether a nonterminal that may be empty stands beside itself."""
-    text = table.text
-    for r in range(table.used[ROWS]):
-        offset = table.rows[r, OFFSET]
-        for k in range(offset + 1, offset + table.rows[r, LENGTH]):
-            symbol = text[k] - table.n_terminals
-            if symbol >= 0 and text[k] == text[k - 1] and nullable[symbol]:
-                return True
-    return False
 
 
 @compiled

@@ -9,26 +9,34 @@ in its first steps, it rarely splits again, and the more sentences there are, th
 save bits. The rules of each sample are then refitted to all sentences (:mod:`.refitting`), and the
 search goes on from the best of them.
 
+Rules without loops are searched first. Then the search is repeated with loops allowed, into the
+same pool. Half of its annealings begin with the shortest sentences and go on with more and more of
+them: what nests is seen most clearly where it nests least. Rules that are found are refitted, and
+loops that the sentences do not support are written out (:mod:`.loop_evidence`).
+
 The random numbers are the same each time, so that the result depends on the sentences alone. The
 more symbols the sentences have, the fewer searches there are.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.random import PCG64, Generator
 
 from motiondb.grammar.induction.annealing import WARMEST, anneal
-from motiondb.grammar.induction.perturbation import REWARMED, perturb, sample
+from motiondb.grammar.induction.loop_evidence import keep_supported, rounds_asked
+from motiondb.grammar.induction.perturbation import REWARMED, perturb, sample, shortest
 from motiondb.grammar.induction.planting import plant
-from motiondb.grammar.induction.refitting import refit
+from motiondb.grammar.induction.refitting import refit, refit_fully
+from motiondb.grammar.rules.rule_laws import recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, RuleSet
 
 Pool = dict[float, RuleSet]
-"""Rule sets by their bits, rounded."""
+"""Rule sets by their bits without an idle start symbol, rounded."""
 
 _ELITE = 16
 """Rule sets of fewest bits from which one is drawn to be perturbed. Chosen by hand."""
@@ -55,11 +63,25 @@ _SAMPLES, _SAMPLE_SIZE = 6, 160
 """Samples, and symbols of each. Chosen by ``benchmarks/grammar_effort.py``: about as many symbols
 as are searched well without samples."""
 
+_SHORTEST_SIZE = 80, 240
+"""Symbols of a sample of the shortest sentences, between these. Chosen by hand."""
+
 _OF_SAMPLE = 10, 60
 """Searches from plain sentences and from perturbed rules of each sample."""
 
 _OF_ALL = 20, 100
 """Searches of all sentences after the samples."""
+
+_FIRST_LOOPS = 1 / 3
+"""Share of the searches from perturbed rules with loops after which the search ends if no loop is
+among the best rules: languages without loops then take less time. Chosen by hand."""
+
+_WORTH_REFITTING = 1.05
+"""Rules with loops of more than this many times the bits of those that are perturbed further are
+dropped at once: refitting rarely saves so much. Chosen by hand."""
+
+_NEW_LOOPS = 0.5
+"""Share of the annealings of rules with loops that may make further loops. Chosen by hand."""
 
 _LARGE = 800
 """Symbols from which on there are fewer searches of all sentences, to bound the time."""
@@ -81,6 +103,9 @@ class Effort:
         Samples that are searched first, 0 for none.
     sampled : int
         Sentences of each sample.
+    loops : bool
+        Whether nonterminals may derive themselves where the sentences support it
+        (:mod:`.loop_evidence`). Then as much is searched again, with loops allowed.
     """
 
     begun: int
@@ -88,6 +113,7 @@ class Effort:
     tries: int
     samples: int = 0
     sampled: int = 0
+    loops: bool = True
 
 
 def effort_for(flat: RuleSet) -> Effort:
@@ -104,7 +130,10 @@ def effort_for(flat: RuleSet) -> Effort:
 
 
 def compact(
-    flat: RuleSet, donors: Sequence[RuleSet] = (), *, effort: Effort | None = None
+    flat: RuleSet,
+    donors: Sequence[RuleSet] = (),
+    *,
+    effort: Effort | None = None,
 ) -> RuleSet:
     """Search the rule set of fewest bits.
 
@@ -121,46 +150,130 @@ def compact(
     rng = Generator(PCG64(_SEED))  # a fixed stream: nothing outside changes the result
     pool: Pool = {}
     _keep(pool, flat)
-    for _ in range(effort.samples):
-        _search_sample(pool, flat, effort, rng)
-    for _ in range(effort.begun):
-        _keep(pool, anneal(flat, rng, tries=effort.tries, warmest=WARMEST))
-    for donor in donors:
-        planted = plant(flat, donor, rng)
-        if planted is not None:
-            _keep(pool, anneal(planted, rng, tries=effort.tries, warmest=WARMEST))
-    _search(pool, flat, effort.repeated, effort.tries, rng)
+    _search_all(pool, Search(flat, effort, rounds=0, rng=rng), donors)
+    if effort.loops:
+        looping = replace(flat, loops=True)
+        _search_all(pool, Search(looping, effort, rounds=rounds_asked(flat), rng=rng), donors)
     return pool[min(pool)]
 
 
-def _search(pool: Pool, flat: RuleSet, times: int, tries: int, rng: np.random.Generator) -> None:
+@dataclass(frozen=True, eq=False)
+class Search:
+    """What a search needs to know.
+
+    Attributes
+    ----------
+    flat : RuleSet
+        One rule for each sentence, and the laws.
+    effort : Effort
+        How much is searched.
+    rounds : int
+        Rounds of a loop that some sentence must have.
+    rng : numpy.random.Generator
+        Draws everything.
+    """
+
+    flat: RuleSet
+    effort: Effort
+    rounds: int
+    rng: np.random.Generator
+
+    def anneal(self, pool: Pool, begun: RuleSet, tries: int, warmest: float) -> None:
+        """Anneal rules; what is found goes into the pool.
+
+        If loops are allowed, rules as good as the best of the pool are refitted first, and loops
+        that the sentences do not support are written out.
+        """
+        if not self.flat.loops:
+            _keep(pool, anneal(begun, self.rng, tries=tries, warmest=warmest))
+            return
+        new_loops = not recursive_lefts(begun.rules) or self.rng.random() < _NEW_LOOPS
+        found = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
+        if found.bits() < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
+            kept = keep_supported(refit_fully(found, self.flat), self.flat, self.rounds)
+            if kept is not None:
+                _keep(pool, kept)
+
+
+def _search_all(pool: Pool, search: Search, donors: Sequence[RuleSet]) -> None:
+    """Search by samples, from the plain sentences, from donors, and from perturbed rules."""
+    flat, effort = search.flat, search.effort
+    n = len(flat.rules[flat.start])
+    for number in range(effort.samples):
+        by_length = flat.loops and number % 2 == 0
+        some = shortest(flat, _fitting(flat, search.rng)) if by_length else None
+        _search_sample(pool, search, some or sample(flat, effort.sampled, search.rng))
+    for number in range(effort.begun):
+        if flat.loops and number % 2 == 0 and n > 2:
+            _search_shortest(pool, search, int(search.rng.integers(2, n)))
+        else:
+            search.anneal(pool, flat, effort.tries, WARMEST)
+    for donor in donors:
+        planted = plant(flat, donor, search.rng)
+        if planted is not None:
+            search.anneal(pool, planted, effort.tries, WARMEST)
+    if not flat.loops:
+        _search_perturbed(pool, search, effort.repeated)
+        return
+    first = math.ceil(effort.repeated * _FIRST_LOOPS)
+    _search_perturbed(pool, search, first)
+    if any(recursive_lefts(pool[bits].rules) for bits in sorted(pool)[:_ELITE]):
+        _search_perturbed(pool, search, effort.repeated - first)
+
+
+def _search_perturbed(pool: Pool, search: Search, times: int) -> None:
     """Perturb and anneal one of the best ``times`` times; the results go into the pool."""
     for _ in range(times):
         best = sorted(pool)[:_ELITE]
-        begun = perturb(pool[best[int(rng.integers(len(best)))]], flat, tries, rng)
+        chosen = pool[best[int(search.rng.integers(len(best)))]]
+        begun = perturb(chosen, search.flat, search.effort.tries, search.rng)
         if begun is not None:
-            _keep(pool, anneal(begun, rng, tries=tries, warmest=REWARMED))
+            search.anneal(pool, begun, search.effort.tries, REWARMED)
 
 
-def _search_sample(pool: Pool, flat: RuleSet, effort: Effort, rng: np.random.Generator) -> None:
+def _fitting(flat: RuleSet, rng: np.random.Generator) -> int:
+    """Return how many of the shortest sentences have a random number of symbols together."""
+    sizes = np.cumsum(sorted(len(right) + 2 for right in flat.rules[flat.start]))
+    most = rng.uniform(*_SHORTEST_SIZE)
+    return max(2, int(np.searchsorted(sizes, most, side="right")))
+
+
+def _search_shortest(pool: Pool, search: Search, number: int) -> None:
+    """Anneal the rules of the shortest sentences, then these rules for more and more sentences."""
+    flat, n = search.flat, len(search.flat.rules[search.flat.start])
+    found = shortest(flat, number)
+    warmest = WARMEST
+    while number < n:
+        tries = min(search.effort.tries, _TRIES_A_SYMBOL * _size(found))
+        found = anneal(found, search.rng, tries=tries, warmest=warmest)
+        number, warmest = min(n, 1 + number * 3 // 2), REWARMED
+        refitted = refit(found, shortest(flat, number))
+        if refitted is None:
+            return
+        found = refitted
+    search.anneal(pool, found, search.effort.tries, REWARMED)
+
+
+def _search_sample(pool: Pool, search: Search, some: RuleSet) -> None:
     """Search a sample and refit its best rules to all sentences; they go into the pool."""
-    some = sample(flat, effort.sampled, rng)
+    flat, effort = search.flat, search.effort
     size = _size(some)
     tries = min(_TRIES_A_SYMBOL * size, effort.tries)
     begun, repeated = (max(2, min(n, n * _SAMPLE_SIZE // size)) for n in _OF_SAMPLE)
     of_sample: Pool = {}
     _keep(of_sample, some)
+    inner = replace(search, flat=some, effort=replace(effort, tries=tries))
     for _ in range(begun):
-        _keep(of_sample, anneal(some, rng, tries=tries, warmest=WARMEST))
-    _search(of_sample, some, repeated, tries, rng)
+        inner.anneal(of_sample, some, tries, WARMEST)
+    _search_perturbed(of_sample, inner, repeated)
     for bits in sorted(of_sample)[:_CARRIED]:
         refitted = refit(of_sample[bits], flat)
         if refitted is not None:
-            _keep(pool, anneal(refitted, rng, tries=effort.tries, warmest=REWARMED))
+            search.anneal(pool, refitted, effort.tries, REWARMED)
 
 
 def _keep(pool: Pool, rules: RuleSet) -> None:
-    pool.setdefault(round(rules.bits(), 6), rules)
+    pool.setdefault(round(rules.without_idle_start().bits(), 6), rules)
 
 
 def _size(rule_set: RuleSet) -> int:

@@ -5,12 +5,17 @@ nodes that use it in the trees of the sentences. This is enough for the descript
 of a nonterminal with h rules costs log2 h bits, so the sentences cost the sum over nonterminals of
 nodes times log2 h. The trees themselves are not kept.
 
-Four laws limit generalization where there are few examples:
+Laws limit generalization where there are few examples:
 
-* *acyclic*: no nonterminal derives itself, so nothing repeats without end;
+* *loops*: unless loops are allowed, no nonterminal derives a string that holds itself, so nothing
+  repeats without end. If they are allowed, every nonterminal derives a string of terminals and is
+  reached from the start symbol, and none derives itself alone, so that every string has finitely
+  many trees. Whether the sentences support a loop is not a law of the rules
+  (:mod:`motiondb.grammar.induction.loop_evidence`);
 * *constant*: a terminal that occurs equally often in every sentence keeps this number. One shot
   in each basketball sentence means one shot in each derived sentence;
 * *single*: a terminal that at least ten sentences hold, and none twice, occurs at most once;
+* *start*: no string is empty, because no sentence is;
 * a nonterminal that may be empty does not stand beside itself. Otherwise one sentence has several
   derivations, and bits are spent on the choice between them. A search may also forbid all empty
   right sides.
@@ -24,22 +29,20 @@ motiondb; they prevent the cyclic references that section 7 reports.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from motiondb.grammar.cfg.context_free import Grammar, Rule
+from motiondb.grammar.rules import rule_laws
+from motiondb.grammar.rules.rule_laws import Right, Rules
 
 ENOUGH = 10
 """Sentences that must hold a terminal, none of them twice, before it counts as single.
 
 At 10 the bound of :func:`single_terminals` is 3 / 10. Chosen by hand; not tuned.
 """
-
-Right = tuple[int, ...]
-Rules = dict[int, dict[Right, int]]
 
 
 @dataclass
@@ -58,6 +61,8 @@ class RuleSet:
         Whether right sides may be empty.
     singles : frozenset of int
         Terminals that no string may hold twice.
+    loops : bool
+        Whether a nonterminal may derive a string that holds itself.
     """
 
     n_terminals: int
@@ -65,6 +70,7 @@ class RuleSet:
     constants: Mapping[int, int] = field(default_factory=dict)
     empties: bool = True
     singles: frozenset[int] = frozenset()
+    loops: bool = False
 
     @property
     def start(self) -> int:
@@ -73,8 +79,17 @@ class RuleSet:
 
     def copy(self) -> RuleSet:
         """Return a copy with rules of its own; the laws are shared."""
-        rules = {left: dict(rights) for left, rights in self.rules.items()}
-        return RuleSet(self.n_terminals, rules, self.constants, self.empties, self.singles)
+        return self.with_rules({left: dict(rights) for left, rights in self.rules.items()})
+
+    def with_rules(self, rules: Rules) -> RuleSet:
+        """Return a rule set of other rules with the same laws.
+
+        Parameters
+        ----------
+        rules : Rules
+            The other rules; they are not copied.
+        """
+        return replace(self, rules=rules)
 
     def bits(self) -> float:
         """Return the description length of rules and sentences, in bits."""
@@ -133,6 +148,19 @@ class RuleSet:
                 if renamed != (new_left,):
                     self.add(new_left, renamed, count)
 
+    def without_idle_start(self) -> RuleSet:
+        """Return the rules with S for A if the only rule of the start symbol S is S -> A.
+
+        >>> RuleSet(2, {2: {(3,): 1}, 3: {(0, 3, 1): 1, (0, 1): 1}}).without_idle_start().rules
+        {2: {(0, 2, 1): 1, (0, 1): 1}}
+        """
+        only = next(iter(self.rules[self.start]))
+        if len(self.rules[self.start]) > 1 or len(only) != 1 or only[0] not in self.rules:
+            return self
+        changed = self.copy()
+        changed.rename({only[0]: self.start})
+        return changed
+
     def drop_unused(self) -> None:
         """Remove the nonterminals that no right side holds, until none is left."""
         while True:
@@ -149,7 +177,7 @@ class RuleSet:
         Returns
         -------
         list of int or None
-            None if a nonterminal derives itself.
+            None if a nonterminal derives a string that holds itself.
         """
         waiting = dict.fromkeys(self.rules, 0)
         for _, right in self.uses():
@@ -171,56 +199,25 @@ class RuleSet:
 
     def lawful(self) -> bool:
         """Whether the rules keep all laws."""
-        order = self.order()
-        if order is None or (not self.empties and any(not right for _, right in self.uses())):
+        rules, terminals = self.rules, self.n_terminals
+        if not (self._loops_lawfully() if self.loops else self.order() is not None):
             return False
-        order.reverse()
-        if self._empty_beside_itself(order) or not self._keeps_constants(order):
+        if not self.empties and any(not right for _, right in self.uses()):
             return False
-        return self._keeps_singles(order)
-
-    def _empty_beside_itself(self, order: list[int]) -> bool:
-        """Whether a symbol that may be empty stands beside itself; `order` is bottom-up."""
-        nullable: set[int] = set()
-        for left in order:
-            if any(nullable.issuperset(right) for right in self.rules[left]):
-                nullable.add(left)
-        return bool(nullable) and any(
-            one == other and one in nullable
-            for _, right in self.uses()
-            for one, other in itertools.pairwise(right)
+        nullable = rule_laws.nullable_lefts(rules)
+        return (
+            self.start not in nullable
+            and not rule_laws.empty_beside_itself(rules, nullable)
+            and rule_laws.keeps_constants(rules, terminals, self.start, self.constants)
+            and rule_laws.keeps_singles(rules, terminals, self.singles)
         )
 
-    def _keeps_constants(self, order: list[int]) -> bool:
-        """Whether every string has each constant terminal the required number of times."""
-        if not self.constants:
-            return True
-        numbers: dict[int, Right] = {
-            symbol: tuple(int(symbol == terminal) for terminal in self.constants)
-            for symbol in range(self.n_terminals)
-        }
-        none = (0,) * len(self.constants)
-        for left in order:
-            found = {
-                tuple(map(sum, zip(none, *(numbers[symbol] for symbol in right))))
-                for right in self.rules[left]
-            }
-            if len(found) != 1:
-                return False
-            numbers[left] = found.pop()
-        return numbers[self.start] == tuple(self.constants.values())
-
-    def _keeps_singles(self, order: list[int]) -> bool:
-        """Whether no string can hold a single terminal twice."""
-        held = {symbol: {symbol} & self.singles for symbol in range(self.n_terminals)}
-        for left in order:
-            held[left] = set()
-            for right in self.rules[left]:
-                found = [terminal for symbol in right for terminal in held[symbol]]
-                if len(found) != len(set(found)):
-                    return False
-                held[left] |= set(found)
-        return True
+    def _loops_lawfully(self) -> bool:
+        return (
+            rule_laws.all_end(self.rules, self.n_terminals)
+            and rule_laws.all_reached(self.rules, self.start)
+            and not rule_laws.derives_itself_alone(self.rules)
+        )
 
 
 def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:

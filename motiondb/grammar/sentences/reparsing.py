@@ -8,9 +8,11 @@ price are found exactly, by dynamic programming. These are the cuts that a learn
 would make. Rules learned from the new sentences take no more bits, and so on (learning by hard
 assignment, as in segmental k-means).
 
-Rules are acyclic, so nonterminals are processed from the bottom up. With N symbols, parts of at
-most L symbols and M symbols in all right sides the time is at most M N L^2, and far less where few
-parts are derived.
+Nonterminals are processed component by component, bottom-up. The prices of nonterminals that derive
+themselves are a fixed point: they are computed for the last first symbol of a part to the first
+one, and for each first symbol again until no price falls. With N symbols, parts of at most L
+symbols and M symbols in all right sides the time is at most M N L^2 for rules without loops, and
+far less where few parts are derived.
 
 Sources: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 5.1, for the bits; R. Bellman, "Dynamic Programming"
@@ -25,8 +27,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from motiondb.grammar.rules.rule_laws import components, recursive_lefts
 from motiondb.grammar.rules.rule_set import RuleSet
-from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.records import BoolArray, Float32Array, FloatArray, IntArray
+
+_LOWER = 1e-3
+"""Bits by which a price must fall to be passed on: more than the rounding of single precision."""
 
 
 class _Rows(NamedTuple):
@@ -55,7 +61,7 @@ def cut_by_rules(
     bounds : array (strings + 1,)
         Where each string begins, and N; the last symbol of each string is a separator.
     rule_set : RuleSet
-        Acyclic rules over the same terminals.
+        Rules over the same terminals, of which no nonterminal derives itself alone.
     lengths : tuple of int
         Shortest and longest sentence, in symbols. A string that cannot be cut into such sentences
         stays whole.
@@ -96,7 +102,7 @@ def sentence_prices(
     symbols : array (N,)
         Joined strings, see :func:`motiondb.grammar.rules.repeats.join_strings`.
     rule_set : RuleSet
-        Acyclic rules over the same terminals.
+        Rules over the same terminals, of which no nonterminal derives itself alone.
     longest : int
         Length of the longest part, in symbols.
     novelty : float, optional
@@ -107,9 +113,8 @@ def sentence_prices(
     array (N, longest + 1)
         Bits by first symbol and length; infinite where the part contains a separator.
     """
-    order = rule_set.order()
-    assert order is not None  # by the invariants of a rule set, no nonterminal derives itself
-    order.reverse()
+    groups = components(rule_set.rules)
+    order = [left for group in groups for left in group]
     number = {left: place for place, left in enumerate(order)}
     n_terminals = rule_set.n_terminals
     text: list[int] = []
@@ -121,7 +126,15 @@ def sentence_prices(
             text.extend(coded)
     table = np.array(rows, dtype=np.int64).reshape(-1, 4)
     letter = float(np.log2(len(order) + n_terminals + 1))
-    bits = _derivation_bits(symbols, _Rows(table, np.array(text, np.int64), n_terminals), longest)
+    sizes = [sum(len(rule_set.rules[left]) for left in group) for group in groups]
+    looping = recursive_lefts(rule_set.rules)
+    bits = _derivation_bits(
+        symbols,
+        _Rows(table, np.array(text, np.int64), n_terminals),
+        np.cumsum([0, *sizes]),
+        np.array([group[0] in looping for group in groups]),
+        longest,
+    )
     new = _new_rule_bits(symbols, bits, n_terminals, letter)
     known = bits[number[rule_set.start]].astype(np.float64)
     more = np.log2(len(rule_set.rules[rule_set.start]) + 1.0)
@@ -129,29 +142,56 @@ def sentence_prices(
 
 
 @njit(cache=True)
-def _derivation_bits(symbols: IntArray, rows: _Rows, longest: int) -> Float32Array:
-    """Return the bits of deriving each part from each of V nonterminals (V, N, longest + 1)."""
+def _derivation_bits(
+    symbols: IntArray, rows: _Rows, groups: IntArray, recursive: BoolArray, longest: int
+) -> Float32Array:
+    """Return the bits of deriving each part from each of V nonterminals (V, N, longest + 1).
+
+    ``groups`` (components + 1,) says where the rules of each component begin, ``recursive``
+    (components,) whether its nonterminals derive themselves.
+    """
     n, table = symbols.size, rows.table
     n_lefts = table[:, 0].max() + 1
     bits = np.full((n_lefts, n, longest + 1), np.inf, dtype=np.float32)
-    for r in range(table.shape[0]):
-        left, offset, length, alternatives = table[r]
-        chosen = np.float32(np.log2(alternatives))
-        for i in range(n):
-            now = np.full(longest + 1, np.inf, dtype=np.float32)
-            now[0] = chosen
-            reach = 0
-            for k in range(offset, offset + length):
-                symbol = rows.text[k]
-                if symbol < rows.n_terminals:
-                    now, reach = _read_terminal(now, reach, i, symbols, symbol)
-                else:
-                    now, reach = _read_nonterminal(now, reach, i, bits[symbol - rows.n_terminals])
-                if reach < 0:
-                    break
-            for m in range(reach + 1):
-                bits[left, i, m] = min(bits[left, i, m], now[m])
+    for g in range(recursive.size):
+        first, last = groups[g], groups[g + 1]
+        if not recursive[g]:
+            for r in range(first, last):
+                for i in range(n):
+                    _lower(symbols, rows, r, i, bits)
+            continue
+        for i in range(n - 1, -1, -1):
+            lowered = True
+            while lowered:
+                lowered = False
+                for r in range(first, last):
+                    if _lower(symbols, rows, r, i, bits):
+                        lowered = True
     return bits
+
+
+@njit(cache=True)
+def _lower(symbols: IntArray, rows: _Rows, r: int, i: int, bits: Float32Array) -> bool:
+    """Lower the bits of the parts that a rule derives from symbol ``i`` on; whether any fell."""
+    left, offset, length, alternatives = rows.table[r]
+    longest = bits.shape[2] - 1
+    now = np.full(longest + 1, np.inf, dtype=np.float32)
+    now[0] = np.float32(np.log2(alternatives))
+    reach = 0
+    for k in range(offset, offset + length):
+        symbol = rows.text[k]
+        if symbol < rows.n_terminals:
+            now, reach = _read_terminal(now, reach, i, symbols, symbol)
+        else:
+            now, reach = _read_nonterminal(now, reach, i, bits[symbol - rows.n_terminals])
+        if reach < 0:
+            break
+    lowered = False
+    for m in range(reach + 1):
+        if now[m] < bits[left, i, m]:
+            lowered = lowered or now[m] < bits[left, i, m] - np.float32(_LOWER)
+            bits[left, i, m] = now[m]
+    return lowered
 
 
 @njit(cache=True)

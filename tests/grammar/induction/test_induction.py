@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg.context_free import GrammarError, check_grammar, format_grammar
 from motiondb.grammar.induction.induction import FAMILIES, induce, induce_with_bits, read_rules
-from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, Laws, keeps_laws, table_of
+from motiondb.grammar.induction.law_checks import Laws, keeps_laws
+from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, table_of
 from motiondb.grammar.induction.rule_compaction import Effort, compact
 from motiondb.grammar.rules.description_length import (
     decode,
@@ -44,19 +45,19 @@ SENTENCES = st.lists(
 )
 
 
-def language(grammar, symbol=None):
-    """All strings of an acyclic grammar."""
-    symbol = symbol or grammar.start
-    if not grammar.is_nonterminal(symbol):
-        return {(symbol,)}
-    found = set()
-    for number in grammar.rules_of[symbol]:
-        strings = {()}
-        for part in grammar.rules[number].right:
-            ends = language(grammar, part)
-            strings = {a + b for a in strings for b in ends}
-        found |= strings
-    return found
+def language(grammar, longest=10):
+    """All strings of a grammar, or those of at most ``longest`` symbols."""
+    known = {left: set() for left in grammar.nonterminals}
+    while True:
+        size = sum(map(len, known.values()))
+        for rule in grammar.rules:
+            strings = {()}
+            for part in rule.right:
+                ends = known.get(part, {(part,)})
+                strings = {a + b for a in strings for b in ends if len(a + b) <= longest}
+            known[rule.left] |= strings
+        if sum(map(len, known.values())) == size:
+            return known[grammar.start]
 
 
 def naive_links(one, other):
@@ -293,4 +294,6 @@ def _compiled_check(rules):
     alternatives = np.bincount(lefts - rules.n_terminals, minlength=2)
     marks = np.array([int(t in rules.singles) << t for t in range(rules.n_terminals)])
     weights = np.zeros(rules.n_terminals, dtype=np.int64)
-    return bool(keeps_laws(table, alternatives, Laws(weights, marks, 0, True)))
+    return bool(
+        keeps_laws(table, alternatives, Laws(weights, marks, 0, True, np.zeros(2, bool), False))
+    )

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motiondb.grammar.induction.law_checks import Laws, keeps_laws
 from motiondb.grammar.induction.rewriting import (
     edit_places,
     merge,
@@ -17,10 +18,8 @@ from motiondb.grammar.induction.rewriting import (
 from motiondb.grammar.induction.rule_arrays import (
     ROWS,
     SYMBOLS,
-    Laws,
     bits_of,
     empty_table,
-    keeps_laws,
     rules_of,
     table_of,
 )
@@ -197,5 +196,5 @@ def test_bits_and_laws_are_those_of_the_rule_set(rule_set, constants, singles, e
     for place, terminal in enumerate(sorted(singles)):
         marks[terminal] = 1 << place
     total = sum(int(weights[c]) * number for c, number in constants.items())
-    laws = Laws(weights, marks, total, rule_set.empties)
+    laws = Laws(weights, marks, total, rule_set.empties, np.zeros(8, bool), False)
     assert keeps_laws(arrays.table, alternatives, laws) == rule_set.lawful()

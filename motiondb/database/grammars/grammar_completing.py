@@ -1,0 +1,181 @@
+"""Complete a pattern of words and terminals by sentences of a grammar that its captures can show.
+
+A pattern is a text of terminals, words, ``?`` for any one terminal and ``...`` for any number of
+them. A word stands for one segment: for one of the terminals in whose segments the word is probable
+(:mod:`.grammar_words`). A text without ``?`` and ``...`` that does not consist of terminals is a
+sentence in words: its words follow each other in this order, with anything between, before and
+after. The way is from words to motion symbols (the association), to terminals, to a sentence that
+obeys the grammar, to motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from motiondb.database.grammars.grammar_sequences import LONGEST_STRING, Material
+from motiondb.database.grammars.grammar_words import Shares, terminal_shares, terminals_for
+from motiondb.errors import QueryError, suggestion
+from motiondb.grammar.cfg.context_free import Tree
+from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
+from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, Place, read_pattern
+from motiondb.learning.learned import Learned
+from motiondb.words.lexicon.vocabulary import motion_word, nearest_words, parse_query
+
+
+def playable(material: Material) -> frozenset[str]:
+    """Return the terminals of which some capture is in the database.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    """
+    terminals = material.learned.terminals
+    there = np.isin(terminals.takes, list(material.numbers))
+    return frozenset(terminals.names[k] for k in set(terminals.labels[there].tolist()))
+
+
+def best(material: Material, pattern: Pattern, n: int) -> Completions:
+    """Return the most probable sentences that match a pattern.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    pattern : Pattern
+        The pattern.
+    n : int
+        How many sentences.
+
+    Raises
+    ------
+    QueryError
+        When the number is below 1.
+    GrammarError
+        When no sentence matches.
+    """
+    if n < 1:
+        raise QueryError(f"number: expected 1 sentence or more, found {n}. Ask for more.")
+    return complete(material.learned.grammar, pattern, n, allowed=playable(material))
+
+
+def draw(
+    material: Material, pattern: Pattern, length: int | None, rng: np.random.Generator
+) -> Tree:
+    """Draw a sentence that matches a pattern, as probable as it is among all that match.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    pattern : Pattern
+        The pattern.
+    length : int or None
+        Must be None: the pattern says how many terminals there are.
+    rng : numpy.random.Generator
+        Draws the sentence.
+
+    Raises
+    ------
+    QueryError
+        When a length is given.
+    GrammarError
+        When no sentence matches.
+    """
+    if length is not None:
+        raise QueryError(
+            f"length: expected none beside a pattern, found {length}. Write the wanted number of"
+            " terminals as places: '? ? ?'."
+        )
+    return sample_completion(material.learned.grammar, pattern, rng, allowed=playable(material))
+
+
+def pattern_of(material: Material, learned: Learned | None, text: str) -> Pattern:
+    """Read a pattern, or a sentence in words.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    learned : Learned or None
+        What the database has learned; None if nothing, then only terminals are known.
+    text : str
+        The text.
+
+    Raises
+    ------
+    QueryError
+        When the text is empty or too long, or a word is no terminal and no terminal shows it.
+    GrammarError
+        When the pattern needs too many states.
+    """
+    tokens = text.replace("\u2026", f" {GAP} ").split()
+    if not tokens or len(tokens) > LONGEST_STRING:
+        raise QueryError(
+            f"pattern: expected 1 to {LONGEST_STRING} terminals or words, found {len(tokens)}."
+            f" Write for example 'walk {GAP} {ANY} {GAP} shoot'."
+        )
+    names = material.learned.grammar.terminals
+    marked = any(token in (GAP, ANY) for token in tokens)
+    if marked or all(token in names for token in tokens):
+        return read_pattern([_place(material, learned, token) for token in tokens])
+    if learned is None:
+        raise _not_a_terminal(material, next(token for token in tokens if token not in names))
+    known = parse_query(text, learned.association.words, learned.synonyms)
+    place = _word_places(material, learned)
+    parts: list[Place | str] = [GAP]
+    for word in known.words:
+        parts += [place(word), GAP]
+    return read_pattern(parts)
+
+
+def _place(material: Material, learned: Learned | None, token: str) -> Place | str:
+    """Return a token that is a terminal or a mark, or the place of a word."""
+    if token in (GAP, ANY) or token in material.learned.grammar.terminals:
+        return token
+    if learned is None:
+        raise _not_a_terminal(material, token)
+    words = learned.association.words
+    word = motion_word(token.lower(), learned.synonyms)
+    if word is None or word not in words:
+        near = nearest_words(word or token, words)
+        raise QueryError(
+            f"{token!r}: expected a terminal, {ANY}, {GAP} or a word of the database, found another"
+            f" word.{f' Did you mean {near[0]}?' if near else ' Take a word of the captions.'}"
+        )
+    return _word_places(material, learned)(word)
+
+
+def _word_places(material: Material, learned: Learned) -> Callable[[str], Place]:
+    """Return a function from a word to its place."""
+    shares = terminal_shares(learned, material.learned, material.numbers)
+
+    def place(word: str) -> Place:
+        names = material.learned.terminals.names
+        found = [names[k] for k in terminals_for(learned, shares, word)]
+        if not found:
+            raise QueryError(_shown_by_none(material, learned, shares, word))
+        return Place(word, frozenset(found))
+
+    return place
+
+
+def _shown_by_none(material: Material, learned: Learned, shares: Shares, word: str) -> str:
+    """Say that no terminal shows a word, and which words are shown."""
+    shown = [w for w in learned.association.words if terminals_for(learned, shares, w)]
+    options = ", ".join(shown[:20]) or "none"
+    return (
+        f"{word!r}: expected a word that a terminal of {material.learned.name} shows, found that"
+        f" none does. They show: {options}."
+    )
+
+
+def _not_a_terminal(material: Material, token: str) -> QueryError:
+    names = material.learned.grammar.terminals
+    return QueryError(
+        f"{token!r}: expected a terminal ({', '.join(names[:30])}), {ANY} or {GAP}, found another"
+        f" name, and the database has learned no words.{suggestion(token, names)}"
+        " Use terminals, or run motiondb learn."
+    )

@@ -1,0 +1,316 @@
+"""Check the laws of rules in arrays, for the compiled search.
+
+Without loops the rules are read once, each after those of the nonterminals on its right side. With
+loops, what nonterminals derive is a fixed point; the laws are those of
+:mod:`motiondb.grammar.rules.rule_laws`, where each is written out plainly.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from motiondb.grammar.induction.rule_arrays import (
+    LEFT,
+    LENGTH,
+    OFFSET,
+    ROWS,
+    RuleTable,
+    compiled,
+    mark_descendants,
+)
+from motiondb.records import BoolArray, IntArray
+
+_WAITS, _FITS, _BREAKS = range(3)
+"""What is known of a rule while the laws are checked bottom-up."""
+
+
+class Laws(NamedTuple):
+    """The laws of a rule set, in a form that is checked by sums and bits.
+
+    Attributes
+    ----------
+    weights : array (T,)
+        A random number for each constant terminal and 0 for the others, so that sums of weights
+        are equal only where the numbers of these terminals are.
+    marks : array (T,)
+        A bit of its own for each single terminal, 0 for the others.
+    total : int
+        The sum of weights of a sentence.
+    empties : bool
+        Whether right sides may be empty.
+    may_loop : array (nonterminals,)
+        Nonterminals that may derive a string which holds themselves, from the start symbol on.
+    loops : bool
+        Whether any may.
+    """
+
+    weights: IntArray
+    marks: IntArray
+    total: int
+    empties: bool
+    may_loop: BoolArray
+    loops: bool
+
+
+class _Derived(NamedTuple):
+    """What the nonterminals derive; arrays (nonterminals,), valid where ``known``."""
+
+    known: BoolArray
+    nullable: BoolArray
+    sums: IntArray
+    held: IntArray
+
+
+@njit(cache=True)
+def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
+    """Check the laws of :mod:`motiondb.grammar.rules.rule_set` on arrays.
+
+    Parameters
+    ----------
+    table : RuleTable
+        The rules.
+    alternatives : array (nonterminals,)
+        The number of rules of each nonterminal.
+    laws : Laws
+        What must hold.
+    """
+    if laws.loops:
+        return _keeps_laws_with_loops(table, alternatives, laws)
+    n = alternatives.size
+    derived = _Derived(
+        np.zeros(n, np.bool_), np.zeros(n, np.bool_), np.zeros(n, np.int64), np.zeros(n, np.int64)
+    )
+    resolved = np.zeros(table.used[ROWS], np.bool_)
+    missing = alternatives.copy()
+    seen = np.zeros(n, np.bool_)
+    n_resolved = 0
+    while n_resolved < table.used[ROWS]:
+        before = n_resolved
+        for r in range(table.used[ROWS]):
+            if resolved[r]:
+                continue
+            state, total, bits, empty = _read_right(table, r, laws, derived)
+            if state == _WAITS:
+                continue
+            left = table.rows[r, LEFT] - table.n_terminals
+            if state == _BREAKS or (seen[left] and derived.sums[left] != total):
+                return False
+            seen[left] = True
+            derived.sums[left] = total
+            derived.held[left] |= bits
+            derived.nullable[left] = derived.nullable[left] or empty
+            missing[left] -= 1
+            derived.known[left] = missing[left] == 0
+            resolved[r] = True
+            n_resolved += 1
+        if n_resolved == before:  # a cycle
+            return False
+    if derived.sums[0] != laws.total or derived.nullable[0]:
+        return False
+    return not _repeats_nullable(table, derived.nullable)
+
+
+@compiled
+def _read_right(
+    table: RuleTable, r: int, laws: Laws, derived: _Derived
+) -> tuple[int, int, int, bool]:
+    """Return the state of a rule, its sum of weights, its single terminals, and if it is empty."""
+    total, bits, twice, empty = 0, 0, 0, True
+    offset = table.rows[r, OFFSET]
+    for k in range(offset, offset + table.rows[r, LENGTH]):
+        symbol = table.text[k]
+        if symbol < table.n_terminals:
+            total += laws.weights[symbol]
+            twice |= bits & laws.marks[symbol]
+            bits |= laws.marks[symbol]
+            empty = False
+            continue
+        symbol -= table.n_terminals
+        if not derived.known[symbol]:
+            return _WAITS, 0, 0, False
+        total += derived.sums[symbol]
+        twice |= bits & derived.held[symbol]
+        bits |= derived.held[symbol]
+        empty = empty and derived.nullable[symbol]
+    if twice or (empty and not laws.empties):
+        return _BREAKS, total, bits, empty
+    return _FITS, total, bits, empty
+
+
+@compiled
+def _repeats_nullable(table: RuleTable, nullable: BoolArray) -> bool:
+    """Whether a nonterminal that may be empty stands beside itself."""
+    text = table.text
+    for r in range(table.used[ROWS]):
+        offset = table.rows[r, OFFSET]
+        for k in range(offset + 1, offset + table.rows[r, LENGTH]):
+            symbol = text[k] - table.n_terminals
+            if symbol >= 0 and text[k] == text[k - 1] and nullable[symbol]:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _keeps_laws_with_loops(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
+    """Check the laws where some nonterminals may derive themselves."""
+    n = alternatives.size
+    derived = _Derived(
+        np.zeros(n, np.bool_), np.zeros(n, np.bool_), np.zeros(n, np.int64), np.zeros(n, np.int64)
+    )
+    if not _solve_sums(table, laws, derived) or derived.sums[0] != laws.total:
+        return False
+    _grow_sets(table, laws, derived)
+    for r in range(table.used[ROWS]):
+        state, _, _, _ = _read_right(table, r, laws, derived)
+        if state == _BREAKS:
+            return False
+    if derived.nullable[0] or _repeats_nullable(table, derived.nullable):
+        return False
+    reached = np.zeros(n, np.bool_)
+    mark_descendants(table, table.n_terminals, reached)
+    for k in range(n):
+        if alternatives[k] > 0 and not reached[k]:
+            return False
+    waiting = alternatives > 0
+    return _ends_bottom_up(table, waiting, laws.may_loop) and not _derives_itself_alone(
+        table, derived.nullable, alternatives
+    )
+
+
+@compiled
+def _solve_sums(table: RuleTable, laws: Laws, derived: _Derived) -> bool:
+    """Fill the sums of weights; False if rules disagree, or a nonterminal derives no string.
+
+    A nonterminal is known as soon as one of its rules is. Each rule is compared when all
+    nonterminals of its right side are known.
+    """
+    n_rows, n_read, before = table.used[ROWS], 0, -1
+    while n_read < n_rows:
+        if n_read == before:
+            return False
+        before, n_read = n_read, 0
+        for r in range(n_rows):
+            state, total, _, _ = _read_right(table, r, laws, derived)
+            if state == _WAITS:
+                continue
+            n_read += 1
+            left = table.rows[r, LEFT] - table.n_terminals
+            if derived.known[left] and derived.sums[left] != total:
+                return False
+            derived.known[left] = True
+            derived.sums[left] = total
+    for r in range(n_rows):  # rules that were read before a nonterminal was known
+        _, total, _, _ = _read_right(table, r, laws, derived)
+        if derived.sums[table.rows[r, LEFT] - table.n_terminals] != total:
+            return False
+    return True
+
+
+@compiled
+def _grow_sets(table: RuleTable, laws: Laws, derived: _Derived) -> None:
+    """Fill which nonterminals may be empty, and the single terminals that each may hold."""
+    grown = True
+    while grown:
+        grown = False
+        for r in range(table.used[ROWS]):
+            _, _, bits, empty = _read_right(table, r, laws, derived)
+            left = table.rows[r, LEFT] - table.n_terminals
+            if bits & ~derived.held[left]:
+                derived.held[left] |= bits
+                grown = True
+            if empty and not derived.nullable[left]:
+                derived.nullable[left] = True
+                grown = True
+
+
+@njit(cache=True)
+def _ends_bottom_up(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bool:
+    """Whether all cycles of rules lead through nonterminals that may loop only.
+
+    ``waiting`` marks the nonterminals, and is changed. One that waits for none is done. If none is,
+    those are done that may loop and wait for others that do so only.
+    """
+    while True:
+        n_done = 0
+        for k in range(waiting.size):
+            if waiting[k] and not _waits(table, k, waiting, waiting):
+                waiting[k] = False
+                n_done += 1
+        if n_done > 0:
+            continue
+        left_over = False
+        for k in range(waiting.size):
+            left_over = left_over or waiting[k]
+        if not left_over:
+            return True
+        if not _drop_loops(table, waiting, may_loop):
+            return False
+
+
+@compiled
+def _waits(table: RuleTable, k: int, waiting: BoolArray, others: BoolArray) -> bool:
+    """Whether a rule of a nonterminal holds one that waits and is among others."""
+    for r in range(table.used[ROWS]):
+        if table.rows[r, LEFT] - table.n_terminals != k:
+            continue
+        offset = table.rows[r, OFFSET]
+        for d in range(offset, offset + table.rows[r, LENGTH]):
+            symbol = table.text[d] - table.n_terminals
+            if symbol >= 0 and waiting[symbol] and others[symbol]:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _drop_loops(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bool:
+    """Unmark the nonterminals that may loop and wait only for each other; whether there are any."""
+    kept = waiting & may_loop[: waiting.size]
+    pruned = True
+    while pruned:
+        pruned = False
+        outside = ~kept
+        for k in range(kept.size):
+            if kept[k] and _waits(table, k, waiting, outside):
+                kept[k] = False
+                pruned = True
+    for k in range(kept.size):
+        if kept[k]:
+            waiting[k] = False
+    return bool(kept.any())
+
+
+@njit(cache=True)
+def _derives_itself_alone(table: RuleTable, nullable: BoolArray, alternatives: IntArray) -> bool:
+    """Whether a nonterminal derives itself with nothing beside it."""
+    waiting = alternatives > 0
+    dropped = True
+    while dropped:
+        dropped = False
+        for k in range(waiting.size):
+            if waiting[k] and not _waits_alone(table, k, waiting, nullable):
+                waiting[k] = False
+                dropped = True
+    return bool(waiting.any())
+
+
+@compiled
+def _waits_alone(table: RuleTable, k: int, waiting: BoolArray, nullable: BoolArray) -> bool:
+    """Whether a rule of a nonterminal derives one that waits, with nothing beside it."""
+    for r in range(table.used[ROWS]):
+        if table.rows[r, LEFT] - table.n_terminals != k:
+            continue
+        offset, n_full, full, may_be_alone = table.rows[r, OFFSET], 0, -1, False
+        for d in range(offset, offset + table.rows[r, LENGTH]):
+            symbol = table.text[d] - table.n_terminals
+            if symbol < 0 or not nullable[symbol]:
+                n_full, full = n_full + 1, symbol
+            elif waiting[symbol]:
+                may_be_alone = True
+        if n_full == 0 and may_be_alone:
+            return True
+        if n_full == 1 and full >= 0 and waiting[full]:
+            return True
+    return False

@@ -1,0 +1,138 @@
+"""Patterns completed by sentences of a grammar, against all strings tried one by one."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from itertools import product
+from math import exp
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.grammar.baselines.language_measures import finite_language
+from motiondb.grammar.cfg.context_free import GrammarError, read_grammar
+from motiondb.grammar.cfg.parse import log_probability
+from motiondb.grammar.derivation.complete import complete, sample_completion
+from motiondb.grammar.derivation.intersection import intersect
+from motiondb.grammar.derivation.pattern import Place, automaton_of, read_pattern
+
+FINITE = read_grammar(
+    "S -> a A b [0.5] | A B [0.3] | c [0.2]\nA -> x [0.6] | x y [0.3] | empty [0.1]\nB -> b | y b"
+)
+NESTED = read_grammar("S -> a S b [0.4] | x [0.5] | y [0.1]")
+AMBIGUOUS = read_grammar("S -> S p S [0.3] | x [0.4] | y [0.3]")
+TOKENS = st.lists(st.sampled_from(["...", "?", "a", "b", "x", "y"]), min_size=1, max_size=5)
+
+
+def pattern(text):
+    return read_pattern(text.split())
+
+
+def matches(tokens, string):
+    """Whether a string of one-letter terminals matches, by a regular expression."""
+    written = "".join({"...": ".*", "?": "."}.get(token, token) for token in tokens)
+    return re.fullmatch(written, "".join(string)) is not None
+
+
+@settings(max_examples=80, deadline=None)
+@given(TOKENS, st.text("abxy", max_size=6))
+def test_the_automaton_reads_what_the_pattern_matches(tokens, string):
+    made = automaton_of(read_pattern(tokens), "abxy")
+    state = 0
+    for symbol in string:
+        state = -1 if state < 0 else int(made.steps[state, "abxy".index(symbol)])
+    assert (state >= 0 and bool(made.accepting[state])) == matches(tokens, string)
+
+
+@settings(max_examples=60, deadline=None)
+@given(TOKENS, st.integers(1, 4))
+def test_completions_of_a_finite_language_are_its_best_matching_strings(tokens, n):
+    asked = read_pattern(tokens)
+    chance = {s: exp(log_probability(FINITE, s)) for s in finite_language(FINITE)}
+    matching = {s: p for s, p in chance.items() if matches(tokens, s)}
+    if not matching:
+        with pytest.raises(GrammarError, match="pattern: expected"):
+            complete(FINITE, asked, n)
+        return
+    found = complete(FINITE, asked, n)
+    total = sum(matching.values())
+    assert found.probability == pytest.approx(total)
+    best = sorted(matching.values(), reverse=True)[:n]
+    assert [c.probability for c in found.found] == pytest.approx([p / total for p in best])
+    assert all(c.probability == pytest.approx(matching[c.string] / total) for c in found.found)
+
+
+@pytest.mark.parametrize("grammar", [NESTED, AMBIGUOUS])
+@pytest.mark.parametrize("text", ["... x ...", "? ? ?", "? ... y ?", "x", "... ? ? ? ..."])
+def test_completions_of_endless_languages_are_the_best_of_all_short_strings(grammar, text):
+    tokens = text.split()
+    strings = [s for n in range(1, 8) for s in product(grammar.terminals, repeat=n)]
+    chance = {s: exp(log_probability(grammar, s)) for s in strings if matches(tokens, s)}
+    matching = sorted((p for p in chance.values() if p > 0), reverse=True)
+    if not matching:
+        with pytest.raises(GrammarError, match="pattern"):
+            complete(grammar, pattern(text))
+        return
+    found = complete(grammar, pattern(text), 3)
+    ours = [c.probability * found.probability for c in found.found]
+    assert ours == pytest.approx(matching[:3], rel=1e-6)
+
+
+def test_an_ambiguous_string_counts_with_all_its_trees():
+    # x p x p x has two trees of .3^2 .4^3
+    found = complete(AMBIGUOUS, pattern("x p x p x"), 1)
+    assert found.probability == pytest.approx(2 * 0.3**2 * 0.4**3)
+    assert found.found[0].probability == pytest.approx(1.0)
+    assert found.proven
+
+
+def test_samples_have_the_distribution_of_the_grammar_given_the_pattern():
+    asked = pattern("a ... b")
+    rng = np.random.default_rng(5)
+    counts = Counter(sample_completion(NESTED, asked, rng).leaves() for _ in range(4000))
+    total = intersect(NESTED, asked).ends.sum()
+    assert total == pytest.approx(0.4 * 1.0)  # S -> a S b, and S always ends
+    for string, number in counts.most_common(4):
+        expected = exp(log_probability(NESTED, string)) / total
+        assert number / 4000 == pytest.approx(expected, abs=4 * (expected / 4000) ** 0.5)
+    again = np.random.default_rng(5)
+    first = sample_completion(NESTED, asked, np.random.default_rng(5))
+    assert sample_completion(NESTED, asked, again) == first
+
+
+def test_a_place_takes_any_of_its_terminals_and_only_what_is_allowed():
+    asked = read_pattern([Place("letter", frozenset("xy"))])
+    assert [c.string for c in complete(NESTED, asked).found] == [("x",), ("y",)]
+    found = complete(NESTED, asked, allowed=frozenset("aby"))
+    assert [c.string for c in found.found] == [("y",)]
+    assert found.probability == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a y b b", "expected 'b' at once after 'a y b', found .* it can hold nothing"),
+        ("... x ... y", "expected 'y' anywhere after '... x', found .* it can hold b"),
+        ("b ...", "expected 'b' at once at the beginning, found .* can hold a, x, y"),
+        ("a x", "a sentence can end after 'a x', found none"),
+    ],
+)
+def test_an_impossible_pattern_says_why(text, message):
+    with pytest.raises(GrammarError, match=message):
+        complete(NESTED, pattern(text))
+    with pytest.raises(GrammarError, match=message):
+        sample_completion(NESTED, pattern(text), np.random.default_rng(0))
+
+
+def test_an_empty_pattern_and_one_of_too_many_states_are_refused():
+    with pytest.raises(GrammarError, match="pattern: expected terminals"):
+        read_pattern([])
+    with pytest.raises(GrammarError, match="needs at most 200 states"):
+        automaton_of(pattern("... x " + "? " * 12), ["x", "y"])
+
+
+def test_a_pattern_is_written_as_it_was_read():
+    assert pattern("... a ? ... ... b").text == "... a ? ... b"

@@ -1,0 +1,330 @@
+"""Rules that loop: their laws, parsing by them, the evidence for loops, languages learned."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.grammar.baselines.language_measures import derived_strings
+from motiondb.grammar.cfg.context_free import read_grammar
+from motiondb.grammar.cfg.parse import accepts
+from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.induction.annealing import anneal
+from motiondb.grammar.induction.cheapest_parse import PARENT, RULE, SPAN, read_all
+from motiondb.grammar.induction.induction import induce, induce_with_bits, without_loops
+from motiondb.grammar.induction.law_checks import Laws, keeps_laws
+from motiondb.grammar.induction.loop_evidence import (
+    judge_loops,
+    keep_supported,
+    rounds_asked,
+    stops_at_bound,
+    write_out,
+)
+from motiondb.grammar.induction.planting import plant
+from motiondb.grammar.induction.refitting import refit, refit_fully
+from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, table_of
+from motiondb.grammar.induction.rule_compaction import Effort
+from motiondb.grammar.rules import rule_laws
+from motiondb.grammar.rules.rule_set import RuleSet, flat_rules
+
+# terminals 0, 1, 2; start 3; nonterminals 4 and 5
+T, S, A, B = 3, 3, 4, 5
+LITTLE = Effort(begun=8, repeated=8, tries=2000)
+
+
+@st.composite
+def rule_sets(draw):
+    """Rules of any kind: loops, empty right sides, symbols that never end or are not reached."""
+    symbol = st.sampled_from([0, 1, 2, A, B])
+    rules = {}
+    for left in (S, A, B):
+        rights = st.lists(symbol, min_size=int(left == S), max_size=3).map(tuple)
+        rights = rights.filter(lambda right, left=left: right != (left,))
+        rules[left] = draw(st.dictionaries(rights, st.integers(1, 4), min_size=1, max_size=3))
+    constants = draw(st.dictionaries(st.integers(0, 2), st.integers(0, 2), max_size=1))
+    singles = draw(st.frozensets(st.integers(0, 2), max_size=2))
+    return RuleSet(T, rules, constants, draw(st.booleans()), singles, loops=True)
+
+
+def strings_of(rules, symbol, longest):
+    """All strings of at most ``longest`` terminals, by applying rules until nothing is new."""
+    known = {left: set() for left in rules}
+
+    def of(right):
+        found = {()}
+        for part in right:
+            ends = {(part,)} if part < T else known[part]
+            found = {a + b for a in found for b in ends if len(a + b) <= longest}
+        return found
+
+    while True:
+        size = sum(map(len, known.values()))
+        for left, rights in rules.items():
+            for right in rights:
+                known[left] |= of(right)
+        if sum(map(len, known.values())) == size:
+            return known[symbol]
+
+
+def compiled_check(rules, may_loop):
+    table = table_of(rules, 32, 200)
+    lefts = table.rows[: table.used[ROWS], LEFT]
+    alternatives = np.bincount(lefts - T, minlength=8)
+    weights, marks = np.zeros(T, dtype=np.int64), np.zeros(T, dtype=np.int64)
+    for terminal in rules.constants:
+        weights[terminal] = 10_007 ** (terminal + 1)
+    for place, terminal in enumerate(sorted(rules.singles)):
+        marks[terminal] = 1 << place
+    total = sum(int(weights[c]) * number for c, number in rules.constants.items())
+    mask = np.zeros(8, dtype=np.bool_)
+    mask[: len(may_loop)] = may_loop
+    laws = Laws(weights, marks, total, rules.empties, mask, bool(mask.any()))
+    return bool(keeps_laws(table, alternatives, laws))
+
+
+@settings(max_examples=200, deadline=None)
+@given(rule_sets())
+def test_the_search_checks_the_laws_of_loops_as_the_plain_check_does(rules):
+    assert compiled_check(rules, [True] * 3) == rules.lawful()
+
+
+@settings(max_examples=150, deadline=None)
+@given(rule_sets(), st.lists(st.booleans(), min_size=3, max_size=3).filter(any))
+def test_only_nonterminals_that_may_loop_do(rules, may_loop):
+    looping = rule_laws.recursive_lefts(rules.rules)
+    allowed = all(may_loop[left - S] for left in looping)
+    assert compiled_check(rules, may_loop) == (rules.lawful() and allowed)
+
+
+@settings(max_examples=100, deadline=None)
+@given(rule_sets())
+def test_laws_hold_for_all_short_strings(rules):
+    if not rules.lawful():
+        return
+    strings = strings_of(rules.rules, S, 6)
+    assert () not in strings
+    for string in strings:
+        for terminal, number in rules.constants.items():
+            assert string.count(terminal) == number
+        assert all(string.count(terminal) <= 1 for terminal in rules.singles)
+
+
+def test_a_loop_may_not_hold_what_every_sentence_holds_once():
+    loop = {S: {(A, 2): 1}, A: {(0, A): 1, (1,): 1}}
+    assert RuleSet(T, loop, {1: 1, 2: 1}, loops=True).lawful()
+    assert not RuleSet(T, loop, {0: 1}, loops=True).lawful()
+    assert not RuleSet(T, loop, singles=frozenset({0}), loops=True).lawful()
+    assert RuleSet(T, loop, singles=frozenset({1, 2}), loops=True).lawful()
+    assert not RuleSet(T, loop).lawful()
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        {S: {(A,): 1}, A: {(0, A): 1}},  # never ends
+        {S: {(0,): 1}, A: {(A, 1): 1, (2,): 1}},  # is never reached
+        {S: {(A, 0): 1}, A: {(B,): 1, (1,): 1}, B: {(A,): 1, (2,): 1}},  # A derives B derives A
+        {S: {(0, A): 1}, A: {(A, B): 1, (1,): 1}, B: {(): 1, (2,): 1}},  # A derives A alone
+        {S: {(A,): 1}, A: {(0, A): 1, (): 1}},  # an empty sentence
+    ],
+)
+def test_loops_that_are_never_lawful(rules):
+    assert not RuleSet(T, rules, loops=True).lawful()
+
+
+def naive_bits(rules, string):
+    """Fewest bits of a string, by lowering the bits of all spans until they must be right."""
+    n = len(string)
+    best = {(left, i, j): math.inf for left in rules for i in range(n + 1) for j in range(i, n + 1)}
+
+    def of(right, i, j):
+        if not right:
+            return 0.0 if i == j else math.inf
+        if right[0] < T:
+            return of(right[1:], i + 1, j) if i < j and string[i] == right[0] else math.inf
+        return min(best[right[0], i, k] + of(right[1:], k, j) for k in range(i, j + 1))
+
+    for _ in range(3 * len(rules) * (n + 1)):
+        for left, i, j in best:
+            node = math.log2(len(rules[left]))
+            cost = node + min(of(right, i, j) for right in rules[left])
+            best[left, i, j] = min(best[left, i, j], cost)
+    return best[S, 0, n]
+
+
+@settings(max_examples=40, deadline=None)
+@given(rule_sets(), st.lists(st.integers(0, 2), min_size=1, max_size=4).map(tuple))
+def test_rules_with_loops_are_parsed_in_the_fewest_bits(rules, sentence):
+    if rule_laws.derives_itself_alone(rules.rules):
+        return
+    rows, readings = read_all(rules, [sentence])
+    reading, expected = readings[sentence], naive_bits(rules.rules, sentence)
+    if reading.cover:
+        assert expected == math.inf
+        return
+    spent = sum(math.log2(len(rules.rules[rows[r][0]])) for r in reading.nodes[:, RULE])
+    assert spent == pytest.approx(expected)
+    for k, (row, parent, place, span) in enumerate(reading.nodes.tolist()):
+        below = reading.nodes[:, PARENT] == k
+        held = [symbol for symbol in rows[row][1] if symbol >= T]
+        assert below.sum() == len(held)
+        assert span == reading.nodes[below, SPAN].sum() + len(rows[row][1]) - len(held)
+        if parent >= 0:
+            assert parent < k
+            assert rows[reading.nodes[parent, RULE]][1][place] == rows[row][0]
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    rule_sets(),
+    st.dictionaries(
+        st.lists(st.integers(0, 2), min_size=1, max_size=5).map(tuple), st.integers(1, 3),
+        min_size=1, max_size=4,
+    ),
+)  # fmt: skip
+def test_sentences_refitted_by_loops_are_all_derived(donor, sentences):
+    if rule_laws.derives_itself_alone(donor.rules):
+        return
+    flat = RuleSet(T, {S: sentences}, loops=True)
+    for found in (refit(donor, flat), plant(flat, donor, np.random.default_rng(0))):
+        if found is None:
+            continue
+        assert found.lawful()
+        assert set(sentences) <= strings_of(found.rules, S, 5)
+        for left, rights in found.rules.items():
+            used = sum(
+                count * right.count(left)
+                for others in found.rules.values()
+                for right, count in others.items()
+            )
+            assert sum(rights.values()) == used + (sum(sentences.values()) if left == S else 0)
+        assert refit_fully(found, flat).bits() <= found.bits()
+
+
+def test_a_symbol_of_a_loop_is_annealed_within_the_law():
+    strings = {(0,) * k + (1,): 1 for k in range(1, 9)}
+    flat = flat_rules(strings, 2)
+    looping = RuleSet(2, flat.rules, flat.constants, singles=flat.singles, loops=True)
+    found = anneal(looping, np.random.default_rng(1), tries=5000)
+    assert found.lawful()
+    assert rule_laws.recursive_lefts(found.rules)
+    assert found.bits() < anneal(flat, np.random.default_rng(1), tries=5000).bits()
+    bound = anneal(looping, np.random.default_rng(1), tries=5000, new_loops=False)
+    assert not rule_laws.recursive_lefts(bound.rules)
+
+
+# ---- evidence -------------------------------------------------------------------------------
+
+# S -> A 1; A -> 0 A | 0: sentences of k zeros and a one have k - 1 rounds
+CHAIN = {2: {(3, 1): 1}, 3: {(0, 3): 1, (0,): 1}}
+
+
+def zeros(counts):
+    return RuleSet(2, {2: {(0,) * k + (1,): number for k, number in counts.items()}}, loops=True)
+
+
+@pytest.mark.parametrize(
+    ("counts", "rounds", "supported"),
+    [
+        ({1: 10, 2: 6, 3: 3, 5: 1}, 4, True),
+        ({1: 10, 2: 10}, 1, False),  # twice in a row is one round
+        ({1: 7, 2: 7, 3: 6}, 2, False),  # one to three times: (1 - 20 / 34)^6 = .005
+        ({3: 20}, 2, False),  # always three times
+    ],
+)
+def test_evidence_for_a_chain(counts, rounds, supported):
+    flat = zeros(counts)
+    (judged,) = judge_loops(RuleSet(2, CHAIN, loops=True), flat, rounds_asked(flat))
+    assert (judged.left, judged.right, judged.rounds) == (3, (0, 3), rounds)
+    assert judged.supported == supported
+
+
+def test_fewer_than_twenty_sentences_must_have_three_rounds():
+    few, many = zeros({1: 12, 2: 5, 3: 2}), zeros({1: 12, 2: 6, 3: 2})
+    assert (rounds_asked(few), rounds_asked(many)) == (3, 2)
+    rules = RuleSet(2, CHAIN, loops=True)
+    assert not judge_loops(rules, few, rounds_asked(few))[0].supported
+    assert judge_loops(rules, many, rounds_asked(many))[0].supported
+
+
+def test_a_bound_by_hand():
+    # one to three rounds, 10 sentences each: 60 of 80 went on; .25^10
+    assert stops_at_bound(np.array([1, 2, 3]), np.array([10, 10, 10]))
+    # two at the longest are never a bound
+    assert not stops_at_bound(np.array([0, 9]), np.array([1, 2]))
+    # q = 1 / 2: .5^4 = .0625 is enough, .5^5 is not
+    assert not stops_at_bound(np.array([0, 1]), np.array([4, 4]))
+    assert stops_at_bound(np.array([0, 1]), np.array([5, 5]))
+
+
+def test_what_is_rare_in_a_loop_needs_only_stand_within_it():
+    # S -> 0 S 0 | 1 S 1 | 2: 1 is never twice on a path, but below and above 0
+    rules = RuleSet(3, {3: {(0, 3, 0): 1, (1, 3, 1): 1, (2,): 1}}, loops=True)
+    plain = {(2,): 9, (0, 2, 0): 5, (0, 0, 2, 0, 0): 3, (0, 0, 0, 2, 0, 0, 0): 1}
+    inner = plain | {(0, 1, 2, 1, 0): 1, (1, 0, 2, 0, 1): 1}
+    judged = judge_loops(rules, RuleSet(3, {3: inner}, loops=True), 2)
+    assert [(one.right, one.supported) for one in judged] == [((0, 3, 0), True), ((1, 3, 1), True)]
+    outer = plain | {(1, 0, 2, 0, 1): 2}  # always outermost
+    judged = judge_loops(rules, RuleSet(3, {3: outer}, loops=True), 2)
+    assert [one.supported for one in judged] == [True, False]
+
+
+def test_a_loop_written_out_derives_the_bounded_strings():
+    found = write_out(RuleSet(T, {S: {(A, 2): 1}, A: {(0, A, 1): 1, (): 1}}), A, (0, A, 1), 2)
+    expected = {(2,), (0, 1, 2), (0, 0, 1, 1, 2), (0, 0, 0, 1, 1, 1, 2)}
+    assert strings_of(found.rules, S, 12) == expected
+    assert not rule_laws.recursive_lefts(found.rules)
+
+
+def test_unsupported_loops_are_written_out_and_supported_ones_kept():
+    rules = RuleSet(2, CHAIN, loops=True)
+    endless, bounded = zeros({1: 10, 2: 6, 3: 3, 5: 1}), zeros({1: 9, 2: 9, 3: 9})
+    assert keep_supported(refit(rules, endless), endless, 2).rules[3].keys() == {(0, 3), (0,)}
+    kept = keep_supported(refit(rules, bounded), bounded, 2)
+    assert kept.lawful()
+    assert not rule_laws.recursive_lefts(kept.rules)
+    assert strings_of(kept.rules, 2, 9) == {(0, 1), (0, 0, 1), (0, 0, 0, 1)}
+
+
+# ---- languages ------------------------------------------------------------------------------
+
+LANGUAGES = {
+    "repetition": "S -> stand A rest\nA -> left right A [0.6] | left right [0.4]",
+    "nested": "S -> a S b [0.65] | a b [0.35]",
+    "mirror": "S -> a S a [0.35] | b S b [0.3] | m [0.35]",
+}
+
+
+@cache
+def drawn(text, n, seed):
+    truth, rng = read_grammar(text), np.random.default_rng(seed)
+    return tuple(derive(truth, rng).leaves() for _ in range(n))
+
+
+@pytest.mark.parametrize("name", LANGUAGES)
+def test_recursive_languages_are_learned_from_twenty_sentences(name):
+    truth, sentences = read_grammar(LANGUAGES[name]), list(drawn(LANGUAGES[name], 20, 5))
+    found = induce_with_bits(sentences, effort=LITTLE)
+    rng = np.random.default_rng(0)
+    assert all(accepts(truth, string) for string in derived_strings(found.grammar, rng, 100))
+    assert all(accepts(found.grammar, string) for string in derived_strings(truth, rng, 100))
+    bounded = induce_with_bits(sentences, effort=without_loops(sentences, LITTLE))
+    assert found.bits.total < bounded.bits.total
+
+
+def test_one_to_three_times_stays_bounded_with_fifty_sentences():
+    text = "S -> stand A rest\nA -> l r | l r l r | l r l r l r"
+    grammar = induce(drawn(text, 50, 1), effort=LITTLE)
+    assert {len(s) for s in derived_strings(grammar, np.random.default_rng(0), 300)} == {4, 6, 8}
+
+
+def test_without_loops_no_nonterminal_derives_itself():
+    grammar = induce(drawn(LANGUAGES["nested"], 20, 5), effort=LITTLE, loops=False)
+    longest = max(map(len, drawn(LANGUAGES["nested"], 20, 5)))
+    strings = derived_strings(grammar, np.random.default_rng(0), 300)
+    assert max(map(len, strings)) <= longest
