@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
-from motiondb.learning.certainty.asked_certainty import Certainties
+from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.counting import (
     Counts,
     Described,
@@ -26,6 +26,7 @@ from motiondb.learning.counting import (
     publish_word_map,
 )
 from motiondb.learning.drift import DriftBaseline
+from motiondb.learning.performer_groups import performers_of
 from motiondb.learning.place_fitting import Places, Written, label_intervals, place_evidence
 from motiondb.records import (
     Association,
@@ -368,6 +369,16 @@ class Learned(LearnedModel):
         """Numbers of the words whose places were learned."""
         listed = () if self.places is None else self.places.words.values()
         return frozenset(word for words in listed for word in words)
+
+    @cached_property
+    def performers(self) -> dict[int, str]:
+        """Capture number -> who performs, as people said or from its name."""
+        return performers_of(self.captures)
+
+    @cached_property
+    def listed_by(self) -> dict[str, set[int]]:
+        """Performer -> numbers of the words that were placed in this performer's captures."""
+        return {} if self.places is None else self.places.listed_by(self.performers)
 
     @cached_property
     def said_places(self) -> dict[int, FloatArray]:

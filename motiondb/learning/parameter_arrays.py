@@ -12,7 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.learning.certainty.asked_certainty import Certainties
+from motiondb.learning.certainty.certainties import Certainties
+from motiondb.learning.certainty.question_certainty import KindCertainty
 from motiondb.learning.counting import Counts, Reference
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.learned import Counted, LearnedModel
@@ -33,6 +34,9 @@ COUNTED_NAME = "counted_pairs"
 """Array that a database has where counts were kept."""
 DRIFT_NAMES = ("learned_from", "drift_baseline")
 """Arrays of :class:`~motiondb.learning.drift.DriftBaseline`."""
+PLACE_NAME = "certainty_interval"
+"""Array of the certainty of places. Earlier versions kept one of other cues as "certainty_place":
+what they learned is not used."""
 LEMMA_NAME = "dictionary_forms"
 """Array of the lemmas that the dictionary gave."""
 
@@ -65,9 +69,7 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
         score_space=ScoreSpace(arrays["score_mean"], arrays["score_spread"]),
         context_space=_context_space(arrays),
         fitted_word_map=_word_map(arrays),
-        certainties=Certainties(
-            *(_certainty(arrays, f"certainty_{of}") for of in ("words", "example", "place"))
-        ),
+        certainties=_certainties(arrays),
         lengths=dict(lengths),
         lemmas=lemmas_from(arrays),
         cutting=_cutting(arrays),
@@ -96,9 +98,7 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
     for prefix, record in (("context", model.context_space), ("word", model.fitted_word_map)):
         if record is not None:
             arrays |= {f"{prefix}_{name}": np.asarray(v) for name, v in vars(record).items()}
-    for name, one in vars(model.certainties).items():
-        if one is not None:
-            arrays[f"certainty_{name}"] = one.pack()
+    arrays |= _certainty_arrays(model.certainties)
     if model.drift_baseline is not None:
         arrays |= _drift_arrays(model.drift_baseline)
     if model.places is not None:
@@ -176,6 +176,31 @@ def _word_map(arrays: Arrays) -> WordMap | None:
     names = ("weights", "offsets", "priors", "spreads", "calibration")
     ridge = float(arrays["word_ridge"]) if "word_ridge" in arrays else 1.0
     return WordMap(*(arrays[f"word_{name}"] for name in names), ridge=ridge)
+
+
+def _certainty_arrays(sure: Certainties) -> dict[str, FloatArray]:
+    each = {
+        "certainty_words": sure.words,
+        "certainty_example": sure.example,
+        PLACE_NAME: sure.place,
+        "certainty_without": sure.without.whole,
+        "certainty_without_part": sure.without.part,
+        "certainty_either": sure.either.whole,
+        "certainty_either_part": sure.either.part,
+    }
+    return {name: one.pack() for name, one in each.items() if one is not None}
+
+
+def _certainties(arrays: Arrays) -> Certainties:
+    return Certainties(
+        _certainty(arrays, "certainty_words"),
+        _certainty(arrays, "certainty_example"),
+        _certainty(arrays, PLACE_NAME),
+        *(
+            KindCertainty(_certainty(arrays, name), _certainty(arrays, f"{name}_part"))
+            for name in ("certainty_without", "certainty_either")
+        ),
+    )
 
 
 def _certainty(arrays: Arrays, name: str) -> certainty.Certainty | None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from motiondb.learning import counting
 from motiondb.learning.certainty import asked_certainty
-from motiondb.learning.certainty.asked_certainty import Certainties
+from motiondb.learning.certainty.certainties import Certainties, fit_certainties
 from motiondb.learning.learned import Counted
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.search.vectors import movement, score_vectors
@@ -133,7 +133,7 @@ def _certainties(
         return Certainties()
     starts, ends = asked_certainty.intervals_of(described)
     names, _ = vocabulary.count_words([d.words for d in described])
-    return asked_certainty.fit_certainties(
+    return fit_certainties(
         asked_certainty.Written(
             vectors=rows.vectors,
             presence=rows.presence,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.learning.answers.placing import counts_or_lasts
+from motiondb.learning.answers.answer_chances import Chances, chances
 from motiondb.learning.learned import Learned
 from motiondb.search import certainty
 from motiondb.search.questions import by_question, reasons
@@ -15,17 +15,17 @@ from motiondb.search.questions.by_question import QuestionHit
 from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.readings import Reading, readings
-from motiondb.words.question.tree import AnyOf, Node, NotUsed, walk
+from motiondb.words.question.tree import NotUsed
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """One capture's answer: where, why, and the calibrated probability (None: not known)."""
+    """One capture's answer: where, why, and how sure it is."""
 
     capture: int
     hit: QuestionHit
     why: tuple[reasons.WordReason, ...]
-    probability: float | None
+    sure: Chances
 
 
 def find(
@@ -58,27 +58,9 @@ def find(
     found = []
     for capture, hit in hits[:limit]:
         why = explain_hit(learned, capture, hit, written)
-        sure = (
-            chance(learned, why) if is_calibrated(question.tree, hit, read[hit.reading]) else None
-        )
-        found.append(Found(capture, hit, why, sure))
+        found.append(Found(capture, hit, why, chances(learned, read, hit, why)))
     found.sort(key=lambda each: (-reasons.total(each.why), each.capture))
     return found, read, not_used
-
-
-def is_calibrated(tree: Node, hit: QuestionHit, reading: Reading) -> bool:
-    """Whether the probability of an answer to such a question was found to be calibrated.
-
-    It was for actions asked for, in order or at once, and for exclusions alone. It was not for
-    alternatives, nor for one action without another: on captures of unseen performers their
-    expected calibration errors were .12 and .27 (``docs/quality.md``). For repeats and lengths it
-    was never measured.
-    """
-    if any(isinstance(node, AnyOf) for node in walk(tree)):
-        return False
-    if counts_or_lasts(reading):
-        return False
-    return len({statement.exclusion >= 0 for statement in hit.statements}) == 1
 
 
 def explain_hit(
@@ -110,15 +92,6 @@ def explain_hit(
             place = reasons.Place(number, share / len(statement.words), statement.exclusion)
             why.append(reasons.explain_look(evidence, word, look, place))
     return tuple(why)
-
-
-def chance(learned: Learned, why: Sequence[reasons.WordReason]) -> float | None:
-    """Calibrated probability of an answer (``certainty.answer_probability``); None: not learned."""
-    sure = learned.word_certainty
-    if sure is None:
-        return None
-    excluded = [lowering.actions for lowering in reasons.lowerings(why)]
-    return certainty.answer_probability(sure, reasons.by_action(why), excluded)
 
 
 def strength(learned: Learned, why: Sequence[reasons.WordReason], threshold: float | None) -> float:

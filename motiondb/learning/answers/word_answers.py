@@ -154,7 +154,9 @@ def _match(
 ) -> Match:
     """One capture's answer: ranked by the word map, placed by the evidence of places."""
     takes = learned.takes if written else learned.seen_takes
-    places = placing.place_answer(learned, found.capture, found.hit, reading, found.why, written)
+    places = placing.place_answer(
+        learned, found.capture, found.hit, reading, found.sure.parts, written
+    )
     parts = tuple(
         MatchPart(
             words, *to_seconds(learned, found.capture, place.start, place.end), place.probability,
@@ -170,8 +172,8 @@ def _match(
         float(1.0 / (1.0 + np.exp(-reasons.total(found.why)))),
         _matched(takes[found.capture], question, learned.word_numbers),
         "; ".join(map(_say_part, parts)) + mark_generated(learned, found.capture, "; "),
-        found.probability,
-        placing.interval_probability(found.probability, places, reading),
+        found.sure.whole,
+        placing.interval_probability(found.sure.whole, places, reading),
         "unknown" if any(place.unknown for place in places) else "known",
         parts,
     )
