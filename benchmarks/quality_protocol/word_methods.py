@@ -12,10 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.learning.answers import whole_captions
 from motiondb.records import FloatArray
 from motiondb.search.questions.by_words import search_take
 from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.maps import word_map
+from motiondb.words.maps.caption_map import solve_caption_map
+from motiondb.words.maps.word_moments import word_moments
 from quality_protocol import baselines as base
 from quality_protocol.captures import performer_folds
 from quality_protocol.recognition import Recognised
@@ -53,15 +56,33 @@ def mean_of_words(scores: FloatArray) -> Callable[[Sequence[Sequence[int]]], Flo
     return lambda actions: scores[:, [w for action in actions for w in action]].mean(axis=1)
 
 
-def motiondb_answers(seen: Recognised, fold: Fold) -> Answers:
-    """The product: word map, then search in every gallery capture."""
+def motiondb_answers(
+    seen: Recognised, fold: Fold, least_words: int = whole_captions.LEAST_WORDS
+) -> Answers:
+    """The product: word map, then search in every gallery capture.
+
+    Questions of ``least_words`` words are also compared as whole captions.
+    """
     groups = np.unique([fold.performers[t] for t in fold.train], return_inverse=True)[1]
     fit = word_map.fit_word_map(seen.vectors[fold.train], fold.words[fold.train], groups)
     takes = [seen.hear(fit, int(g)) for g in fold.gallery]
 
     def ask(actions: Sequence[Sequence[int]]) -> FloatArray:
         hits = [search_take(take, actions) for take in takes]
-        return np.array([-np.inf if hit is None else hit.log_odds for hit in hits])
+        odds = np.array([-np.inf if hit is None else hit.log_odds for hit in hits])
+        return odds + as_caption([w for action in actions for w in action])
+
+    moments = word_moments(seen.vectors[fold.train], fold.words[fold.train])
+    captions = solve_caption_map(moments)
+    assert captions is not None
+    suggested = captions.suggested(seen.vectors[fold.gallery])
+
+    def as_caption(said: Sequence[int]) -> FloatArray:
+        different = list(dict.fromkeys(said))
+        if len(different) < least_words:
+            return np.zeros(len(suggested))
+        likeness = suggested[:, different] @ captions.question(different)
+        return whole_captions.CAPTION_WEIGHT * (likeness - likeness.mean())
 
     words = np.stack([ask([[w]]) for w in range(fold.words.shape[1])], axis=1)
     vectors = seen.vectors[fold.gallery]

@@ -29,7 +29,7 @@ from quality_protocol.confidence import mean_of
 from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, TaskReport
 from quality_protocol.takes import LongTake, load_takes, union_share
-from quality_tasks import interval_certainty, interval_places
+from quality_tasks import interval_places
 
 SHARES = (0.3, 0.5, 0.7)
 WORDS = {
@@ -90,7 +90,7 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         rows,
         _notes(judged, takes),
         (),
-        (_by_word(database, takes, seed), interval_certainty.calibration(database, data, seed)),
+        (_by_word(database, takes, seed),),
     )
 
 

@@ -17,6 +17,7 @@ from motiondb.records import Caption, FloatArray, SegmentTable
 from motiondb.search.certainty import probability
 from motiondb.words.lexicon import vocabulary
 from quality_protocol.captures import load_bandai, without_copies
+from quality_protocol.learned_database import learned_database
 from quality_protocol.recognition import recognise
 from quality_protocol.report import TaskReport
 
@@ -45,8 +46,13 @@ class Told:
     asked: tuple[str, tuple[int, ...], int]
 
 
-def calibration(database: Path, data: Path, seed: int) -> TaskReport:
+def run(data: Path, seed: int) -> TaskReport:
     """The probability of a place against the truth, on captures of CMU and of Bandai-Namco."""
+    return calibration(learned_database(data, seed), data, seed)
+
+
+def calibration(database: Path, data: Path, seed: int) -> TaskReport:
+    """The same on a database that has learned CMU."""
     with motiondb.open(database, read_only=True) as db:
         cmu = judge_folds(of_learned(db.learned), seed)
     bandai = judge_folds(_of_bandai(data, seed), seed)

@@ -19,8 +19,8 @@ _FPS = 30.0
 def reason_facts(words: Sequence[str], why: Sequence[WordReason]) -> dict[str, Any]:
     """Decomposition of one answer as JSON.
 
-    ``math.fsum`` of all parts of ``words``, ``together`` and the amounts of ``excluded`` is
-    ``log_odds``.
+    ``math.fsum`` of all parts of ``words``, also ``as_caption``, ``together`` and the amounts of
+    ``excluded`` is ``log_odds``.
 
     Parameters
     ----------
@@ -54,6 +54,7 @@ def _word_facts(words: Sequence[str], w: WordReason) -> dict[str, Any]:
         "contribution": w.contribution,
         "prior": w.prior,
         "written": w.written,
+        "as_caption": w.as_caption,
         "symbols": [
             {"symbol": s.symbol, "from": s.start / _FPS, "to": s.end / _FPS, "share": s.amount}
             for s in w.shares
@@ -99,13 +100,14 @@ def _word_line(w: WordReason, words: Sequence[str]) -> str:
     from motiondb.search.questions import reasons
 
     loudest = reasons.strongest(w)
-    rest = w.contribution - w.prior - w.written - sum(s.amount for s in loudest)
+    rest = w.contribution - w.prior - w.written - w.as_caption - sum(s.amount for s in loudest)
     others = f", others {rest:+.3f}" if abs(rest) >= 0.0005 else ""
     shares = ", ".join(
         f"symbol {s.symbol} {s.amount:+.3f} ({s.start / _FPS:.1f}-{s.end / _FPS:.1f} s)"
         for s in loudest
     )
     written = f", written {w.written:+.3f}" if w.written else ""
+    written += f", as part of the caption {w.as_caption:+.3f}" if w.as_caption else ""
     return (
         f"{words[w.word]}: {w.contribution:+.3f} = usual {w.prior:+.3f}{written}, {shares}{others}"
     )

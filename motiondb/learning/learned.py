@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from motiondb.errors import NotLearnedError
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.counting import (
-    Counts,
+    Counted,
     Described,
-    Reference,
     capture_rows,
     described_intervals,
     publish_association,
@@ -43,28 +42,13 @@ from motiondb.search.examples import extents
 from motiondb.search.questions import by_words
 from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.search.vectors import movement
-from motiondb.search.vectors.score_vectors import ScoreSpace
+from motiondb.search.vectors.score_vectors import ScoreSpace, interval_vectors
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.words.maps.caption_map import CaptionMap, solve_caption_map
 from motiondb.words.maps.place_map import LABELLED
 from motiondb.words.maps.word_map import WordMap
 from motiondb.words.translation import explanation, transition
-
-
-@dataclass(frozen=True, eq=False)
-class Counted:
-    """What was counted, and what it was counted with.
-
-    Attributes
-    ----------
-    counts : Counts
-        Sums over all captures that were counted.
-    reference : Reference
-        What the counts were made with; the same from one ``learn`` to the next.
-    """
-
-    counts: Counts
-    reference: Reference
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,6 +276,22 @@ class Learned(LearnedModel):
             )
             for capture, rows in self.rows.items()
         }
+
+    @cached_property
+    def caption_map(self) -> CaptionMap | None:
+        """Map from score vectors to whole captions; None where its sums were not kept."""
+        return None if self.counted is None else solve_caption_map(self.counted.counts.moments)
+
+    @cached_property
+    def suggested_captions(self) -> FloatArray:
+        """Captions that the motion of every capture suggests: array (captures, words)."""
+        ends, words = self.segments.ends, self.caption_map
+        starts, zero = self.segments.starts, np.zeros(1)
+        vectors = [
+            interval_vectors(self.standardised[r], starts[r], ends[r], zero, ends[r][-1:])
+            for r in self.rows.values()
+        ]
+        return np.zeros((len(vectors), 0)) if words is None else words.suggested(np.vstack(vectors))
 
     @cached_property
     def segment_probabilities(self) -> FloatArray:

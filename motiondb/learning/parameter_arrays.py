@@ -14,9 +14,9 @@ import numpy as np
 
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.certainty.question_certainty import KindCertainty
-from motiondb.learning.counting import Counts, Reference
+from motiondb.learning.counting import Counted, Counts, Reference
 from motiondb.learning.drift import DriftBaseline
-from motiondb.learning.learned import Counted, LearnedModel
+from motiondb.learning.learned import LearnedModel
 from motiondb.learning.place_fitting import Places
 from motiondb.records import Association, FloatArray, StoredLearning
 from motiondb.search import certainty
@@ -25,7 +25,7 @@ from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words.maps.word_map import WordMap
-from motiondb.words.maps.word_moments import WordMoments
+from motiondb.words.maps.word_moments import CaptionMoments, WordMoments
 from motiondb.words.translation.explanation import ExpectedCounts
 
 Arrays = Mapping[str, FloatArray]
@@ -37,6 +37,8 @@ DRIFT_NAMES = ("learned_from", "drift_baseline")
 PLACE_NAME = "certainty_interval"
 """Array of the certainty of places. Earlier versions kept one of other cues as "certainty_place":
 what they learned is not used."""
+CAPTION_NAMES = ("moment_caption_words", "moment_caption_cross")
+"""Arrays of :class:`~motiondb.words.maps.word_moments.CaptionMoments`."""
 LEMMA_NAME = "dictionary_forms"
 """Array of the lemmas that the dictionary gave."""
 
@@ -221,11 +223,32 @@ def _counted_arrays(counted: Counted) -> dict[str, FloatArray]:
         "counted_translation": counts.expected.translation,
         COUNTED_NAME: np.array(float(counts.expected.n_pairs)),
         **_table_arrays("counted", counts.expected.alignment),
-        **{f"moment_{name}": np.asarray(v) for name, v in vars(counts.moments).items()},
+        **_moment_arrays(counts.moments),
         "reference_translation": fixed.translation,
         "reference_counts": fixed.counts.astype(np.float64),
         **_table_arrays("reference", fixed.alignment),
     }
+
+
+def _moment_arrays(moments: WordMoments) -> dict[str, FloatArray]:
+    arrays = {
+        f"moment_{name}": np.asarray(value)
+        for name, value in vars(moments).items()
+        if name != "captions"
+    }
+    if moments.captions is not None:
+        arrays |= dict(zip(CAPTION_NAMES, (moments.captions.words, moments.captions.cross)))
+    return arrays
+
+
+def _moments(arrays: Arrays) -> WordMoments:
+    captions = None
+    if CAPTION_NAMES[0] in arrays:
+        captions = CaptionMoments(*(arrays[name] for name in CAPTION_NAMES))
+    vectors, words, gram, cross = (
+        arrays[f"moment_{name}"] for name in ("vectors", "words", "gram", "cross")
+    )
+    return WordMoments(float(arrays["moment_n"]), vectors, words, gram, cross, captions)
 
 
 def _counted(arrays: Arrays, model: LearnedModel) -> Counted:
@@ -237,8 +260,7 @@ def _counted(arrays: Arrays, model: LearnedModel) -> Counted:
         _tables("reference", arrays),
         published.log_likelihoods,
     )
-    names = ("vectors", "words", "gram", "cross")
-    moments = WordMoments(float(arrays["moment_n"]), *(arrays[f"moment_{n}"] for n in names))
+    moments = _moments(arrays)
     expected = ExpectedCounts(
         arrays["counted_translation"], _tables("counted", arrays), int(arrays[COUNTED_NAME])
     )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from motiondb.learning import counting
 from motiondb.learning.certainty import asked_certainty
 from motiondb.learning.certainty.certainties import Certainties, fit_certainties
-from motiondb.learning.learned import Counted
+from motiondb.learning.counting import Counted
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.search.vectors import movement, score_vectors
 from motiondb.words.lexicon import vocabulary

@@ -15,7 +15,8 @@ from motiondb import store
 from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.database.learn import updating
 from motiondb.learning import counting
-from motiondb.learning.learned import Counted, LearnedModel
+from motiondb.learning.counting import Counted
+from motiondb.learning.learned import LearnedModel
 from motiondb.learning.parameter_arrays import from_stored, to_arrays, to_stored
 from motiondb.records import (
     Association,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.learning.answers.answer_chances import Chances, chances
+from motiondb.learning.answers.whole_captions import caption_shares, with_shares
 from motiondb.learning.learned import Learned
 from motiondb.search import certainty
 from motiondb.search.questions import by_question, reasons
@@ -54,11 +55,13 @@ def find(
         hit = by_question.search_take(takes[capture], read, number)
         if hit is not None:
             hits.append((capture, hit))
-    hits.sort(key=lambda pair: (-pair[1].log_odds, pair[0]))
+    shares = caption_shares(learned, read)
+    hits.sort(key=lambda pair: (-pair[1].log_odds - shares.total(pair[0]), pair[0]))
     found = []
     for capture, hit in hits[:limit]:
         why = explain_hit(learned, capture, hit, written)
-        found.append(Found(capture, hit, why, chances(learned, read, hit, why)))
+        sure = chances(learned, read, hit, why)
+        found.append(Found(capture, hit, with_shares(why, shares, capture), sure))
     found.sort(key=lambda each: (-reasons.total(each.why), each.capture))
     return found, read, not_used
 

@@ -30,6 +30,7 @@ from motiondb.learning.counting import Described, capture_rows
 from motiondb.records import FloatArray, IntArray, SegmentTable
 from motiondb.search.certainty import Certainty, clearest, fit_probability, separate, usual
 from motiondb.search.examples import by_motion
+from motiondb.search.examples.resemblance import emphasis_of
 from motiondb.search.questions import by_words
 from motiondb.search.vectors import score_vectors
 from motiondb.words.lexicon.vocabulary import MODIFIERS
@@ -210,6 +211,7 @@ class Gallery:
             self.vectors,
             words,
             n_posture_and_travel=written.n_posture_and_travel,
+            emphasis=emphasis_of(written.names),
         )
 
 
