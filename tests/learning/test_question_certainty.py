@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.learning.answers.answer_chances import Chances, chances_of_kind
+from motiondb.learning.answers.answer_chances import Chances, PartChance, chances_of_kind
 from motiondb.learning.certainty.question_certainty import (
     KindCertainty,
     cues_of,
@@ -29,6 +29,13 @@ def of(whole: float, part: float, weights: tuple[float, ...] = (0.0,)) -> KindCe
         return Certainty(np.array(weights), float(np.log(p / (1.0 - p))), float("nan"))
 
     return KindCertainty(certainty(whole), certainty(part))
+
+
+def part_of(told: Chances) -> PartChance:
+    """The only part."""
+    (part,) = told.parts
+    assert part is not None
+    return part
 
 
 def test_without_is_asked_where_captures_tell_it_apart() -> None:
@@ -61,10 +68,10 @@ def test_cues_turn_what_is_excluded() -> None:
 def test_chances_by_motion_are_those_learned() -> None:
     told = chances_of_kind(of(0.3, 0.6, (0.0, 0.0)), (1.0, 0.0), (1.0, 0.0))
     assert told.whole == pytest.approx(0.3)
-    assert told.parts[0] is not None and told.parts[0].probability == pytest.approx(0.6)
+    assert part_of(told).probability == pytest.approx(0.6)
     either = chances_of_kind(of(0.7, 0.5), (1.0, 0.0), None)
     assert either.whole == pytest.approx(0.7)
-    assert either.parts[0] is not None and either.parts[0].by_motion == pytest.approx(0.5)
+    assert part_of(either).by_motion == pytest.approx(0.5)
 
 
 def test_captions_move_each_condition_by_their_log_odds() -> None:
@@ -74,19 +81,19 @@ def test_captions_move_each_condition_by_their_log_odds() -> None:
     told = chances_of_kind(kind, (5.0, 4.0), (0.0, -1.0), True)
     shown = 1.0 / (1.0 + np.exp(-np.log(1.5) - 4.0))
     assert told.whole == pytest.approx(shown / (1.0 + np.exp(-1.0)))
-    assert told.parts[0] is not None and told.parts[0].by_caption
+    assert part_of(told).by_caption
 
 
 def test_a_part_is_never_surer_than_the_alternatives_together() -> None:
     told = chances_of_kind(of(0.4, 0.8), (1.0, 0.0), None)
     assert told.whole == pytest.approx(0.4)
-    assert told.parts[0] is not None and told.parts[0].probability == pytest.approx(0.4)
+    assert part_of(told).probability == pytest.approx(0.4)
 
 
 def test_the_whole_is_never_surer_than_its_part() -> None:
     told = chances_of_kind(of(0.9, 0.5, (0.0, 0.0)), (1.0, 0.0), (1.0, -8.0))
-    assert told.parts[0] is not None and told.whole is not None
-    assert told.whole <= told.parts[0].probability
+    assert told.whole is not None
+    assert told.whole <= part_of(told).probability
 
 
 def test_nothing_is_told_that_was_not_learned() -> None:

@@ -36,13 +36,13 @@ Chosen among twelve settings by leaving performers out of the CMU training parts
 (``docs/quality.md``, "Query by example").
 """
 MODIFIER_SHARE = 0.5
-"""Weight of words of direction, manner and parts of the body. Without these words CMU would do as
-well, and actions that differ by them (raising the left or the right hand) would not be told apart.
+"""Weight of words of direction, manner and parts of the body. Below
+it, actions that differ by these words (raising the left or the right hand) are not told apart.
 
-Chosen between this and 1, like ``FEEDBACK``, in the CMU training parts (``docs/quality.md``)."""
-FEEDBACK = 20
+Chosen between this and 1 in the CMU training parts (``docs/quality.md``, "Query by example")."""
+FEEDBACK = 10
 """Captures that count as answers when the others are compared with them, but at most one in
-``FEWEST_OTHERS``. Chosen among 0, 10 and 20 in the CMU training parts."""
+``FEWEST_OTHERS``. Chosen among 0, 5, 10 and 20 in the CMU training parts."""
 FEWEST_OTHERS = 5
 """Captures for every one that counts as an answer. Chosen by hand; not tuned."""
 
