@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.learning.answers import whole_captions
+from motiondb.learning.answers.whole_captions import CAPTION_WEIGHT
 from motiondb.records import FloatArray
 from motiondb.search.questions.by_words import search_take
 from motiondb.search.vectors.score_vectors import unit
@@ -56,12 +56,10 @@ def mean_of_words(scores: FloatArray) -> Callable[[Sequence[Sequence[int]]], Flo
     return lambda actions: scores[:, [w for action in actions for w in action]].mean(axis=1)
 
 
-def motiondb_answers(
-    seen: Recognised, fold: Fold, least_words: int = whole_captions.LEAST_WORDS
-) -> Answers:
+def motiondb_answers(seen: Recognised, fold: Fold, as_captions: bool = True) -> Answers:
     """The product: word map, then search in every gallery capture.
 
-    Questions of ``least_words`` words are also compared as whole captions.
+    Whole captions are asked in quotation marks, unless ``as_captions`` is False.
     """
     groups = np.unique([fold.performers[t] for t in fold.train], return_inverse=True)[1]
     fit = word_map.fit_word_map(seen.vectors[fold.train], fold.words[fold.train], groups)
@@ -69,24 +67,22 @@ def motiondb_answers(
 
     def ask(actions: Sequence[Sequence[int]]) -> FloatArray:
         hits = [search_take(take, actions) for take in takes]
-        odds = np.array([-np.inf if hit is None else hit.log_odds for hit in hits])
-        return odds + as_caption([w for action in actions for w in action])
+        return np.array([-np.inf if hit is None else hit.log_odds for hit in hits])
 
     moments = word_moments(seen.vectors[fold.train], fold.words[fold.train])
     captions = solve_caption_map(moments)
     assert captions is not None
     suggested = captions.suggested(seen.vectors[fold.gallery])
 
-    def as_caption(said: Sequence[int]) -> FloatArray:
-        different = list(dict.fromkeys(said))
-        if len(different) < least_words:
-            return np.zeros(len(suggested))
+    def ask_quoted(actions: Sequence[Sequence[int]]) -> FloatArray:
+        different = list(dict.fromkeys(w for action in actions for w in action))
         likeness = suggested[:, different] @ captions.question(different)
-        return whole_captions.CAPTION_WEIGHT * (likeness - likeness.mean())
+        return ask(actions) + CAPTION_WEIGHT * (likeness - likeness.mean())
 
     words = np.stack([ask([[w]]) for w in range(fold.words.shape[1])], axis=1)
     vectors = seen.vectors[fold.gallery]
-    return Answers(words, fit.log_odds(vectors), ask, fit.probabilities(vectors))
+    asked = ask_quoted if as_captions else ask
+    return Answers(words, fit.log_odds(vectors), asked, fit.probabilities(vectors))
 
 
 def logistic_answers(features: FloatArray, fold: Fold) -> Answers:

@@ -26,8 +26,6 @@ from quality_protocol.word_methods import Answers, Fold
 
 OURS = "motiondb"
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
-MOST_WORDS = 10**6
-"""More words than any question has."""
 CHOSEN = (
     "How posture and travel (`motiondb/search/vectors/posture_and_travel.py`) were chosen: about "
     "270 settings of blocks, levels, averaging, weights, standardisation, mirrored copies, kernels "
@@ -93,11 +91,8 @@ def _all_answers(
         "motiondb, symbols learned without the gallery's motion": lambda k: (
             methods.motiondb_answers(inside[k], folds[k])
         ),
-        "motiondb, no question compared as a whole caption": lambda k: methods.motiondb_answers(
-            seen, folds[k], MOST_WORDS
-        ),
-        "motiondb, every question compared as a whole caption": lambda k: methods.motiondb_answers(
-            seen, folds[k], 1
+        "motiondb, captions without quotation marks": lambda k: methods.motiondb_answers(
+            seen, folds[k], False
         ),
         "motiondb, symbols' scores alone": lambda k: methods.motiondb_answers(
             seen_without(seen, 0), folds[k]
@@ -232,9 +227,10 @@ def _report(
     captions = _table(
         judged, weights, "Whole captions to motion",
         f"{head}; every caption is asked, its capture (or one of the same words) is to be found. "
-        "Questions of three words or more are also compared with the caption that the motion "
-        "suggests (`motiondb/words/maps/caption_map.py`), as `search` does; in the rows below no "
-        "question is, or every one.",
+        "They are asked in quotation marks, so that they are also compared with the caption that "
+        "the motion suggests (`motiondb/words/maps/caption_map.py`). Its ridge and weight were "
+        "chosen by leaving performers out within the five training parts, among 9 settings (mean "
+        "reciprocal rank there .373 without, .424 with).",
         {
             f"R@{k}": lambda j, w, k=k: mean_per_draw(_within(j.caption_rank, k), w)
             for k in (1, 5, 10)

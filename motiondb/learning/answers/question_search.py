@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.learning.answers.answer_chances import Chances, chances
-from motiondb.learning.answers.whole_captions import caption_shares, with_shares
+from motiondb.learning.answers.whole_captions import CaptionShares, caption_shares, with_shares
 from motiondb.learning.learned import Learned
 from motiondb.search import certainty
 from motiondb.search.questions import by_question, reasons
@@ -17,6 +17,11 @@ from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.readings import Reading, readings
 from motiondb.words.question.tree import NotUsed
+
+NOT_A_CAPTION = NotUsed(
+    "quotation marks", "alternatives, exclusions, counts and lengths are not compared as a caption"
+)
+"""What is said of a question in quotation marks that cannot be compared as a caption."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +40,7 @@ def find(
     allowed: Sequence[int],
     limit: int,
     written: bool = True,
+    as_caption: bool = False,
 ) -> tuple[list[Found], tuple[Reading, ...], tuple[NotUsed, ...]]:
     """The best answers, best first; the readings of the question, and what a search cannot tell.
 
@@ -46,6 +52,8 @@ def find(
         How many answers at most.
     written : bool
         Whether people's words about the captures count beside the motion.
+    as_caption : bool
+        Whether the question is also compared as a whole caption.
     """
     read, not_used = readings(question.tree)
     number = learned.word_numbers
@@ -55,7 +63,7 @@ def find(
         hit = by_question.search_take(takes[capture], read, number)
         if hit is not None:
             hits.append((capture, hit))
-    shares = caption_shares(learned, read)
+    shares = caption_shares(learned, read) if as_caption else CaptionShares((), {})
     hits.sort(key=lambda pair: (-pair[1].log_odds - shares.total(pair[0]), pair[0]))
     found = []
     for capture, hit in hits[:limit]:
@@ -63,6 +71,8 @@ def find(
         sure = chances(learned, read, hit, why)
         found.append(Found(capture, hit, with_shares(why, shares, capture), sure))
     found.sort(key=lambda each: (-reasons.total(each.why), each.capture))
+    if as_caption and not shares.words:
+        not_used = (*not_used, NOT_A_CAPTION)
     return found, read, not_used
 
 

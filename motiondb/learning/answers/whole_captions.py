@@ -1,13 +1,14 @@
-"""What a question adds to an answer as a whole caption.
+"""What a question in quotation marks adds to an answer as a whole caption.
 
-A question of several words is also compared with the caption that the motion of a capture suggests
-(:mod:`motiondb.words.maps.caption_map`). The likeness is a sum over the question's words. It is
-taken relative to its mean over all captures of the database, times ``CAPTION_WEIGHT``, and added
-word by word to the log-odds that rank the answers. It says nothing of order and place, and it takes
-no part in the probability of an answer.
+A question in quotation marks (``"a person walks, then sits down"``) is also compared with the
+caption that the motion of a capture suggests (:mod:`motiondb.words.maps.caption_map`). The likeness
+is a sum over the question's words. It is taken relative to its mean over all captures of the
+database, times ``CAPTION_WEIGHT``, and added word by word to the log-odds that rank the answers. It
+says nothing of order and place, and it takes no part in the probability of an answer.
 
-It is left out for questions with alternatives, exclusions, counts or lengths, and for questions of
-fewer than ``LEAST_WORDS`` words: those ask for an action more than they describe a motion.
+Other questions are not compared in this way: "walk" asks for all captures that show walking, not
+for the one of which only "walk" would be written. Nor are questions with alternatives, exclusions,
+counts or lengths, which are no captions.
 """
 
 from __future__ import annotations
@@ -24,10 +25,8 @@ from motiondb.words.question.readings import Reading
 CAPTION_WEIGHT = 10.0
 """Nats for a likeness of 1. Chosen among 10, 20 and 40 by leaving performers out of the CMU
 training parts (``docs/quality.md``, "Whole captions to motion")."""
-LEAST_WORDS = 3
-"""Different words of a question that is compared as a whole caption. By hand: captions would be
-found better with 1, but a question of one or two words asks for all captures that show an action,
-not for the one that shows nothing else."""
+QUOTES = (('"', '"'), ("\u201c", "\u201d"), ("\u201e", "\u201c"))
+"""Pairs of quotation marks around a caption."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +49,26 @@ class CaptionShares:
         return float(self.amounts[capture].sum()) if self.words else 0.0
 
 
+def unquote(text: str) -> tuple[str, bool]:
+    """A question without quotation marks around it, and whether it had them.
+
+    Parameters
+    ----------
+    text : str
+        The question.
+
+    >>> unquote('"walk, sit"'), unquote('walk')
+    (('walk, sit', True), ('walk', False))
+    """
+    bare = text.strip()
+    for opening, closing in QUOTES:
+        if len(bare) > 1 and bare.startswith(opening) and bare.endswith(closing):
+            return bare[1:-1], True
+    return text, False
+
+
 def caption_shares(learned: Learned, readings: Sequence[Reading]) -> CaptionShares:
-    """What a question adds to the captures as a whole caption; no words where it is left out.
+    """What a question adds to the captures as a whole caption; no words where it is none.
 
     Parameters
     ----------
@@ -61,7 +78,7 @@ def caption_shares(learned: Learned, readings: Sequence[Reading]) -> CaptionShar
         All readings of the question.
     """
     words = _asked_words(learned, readings)
-    if len(words) < LEAST_WORDS or learned.caption_map is None:
+    if not words or learned.caption_map is None:
         return CaptionShares((), {})
     rows = learned.suggested_captions[:, list(words)] * learned.caption_map.question(words)
     amounts = CAPTION_WEIGHT * (rows - rows.mean(axis=0))

@@ -9,6 +9,7 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.learning.answers import placing, question_search
+from motiondb.learning.answers.whole_captions import unquote
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode, recognise, understand
 from motiondb.pose.features import FEATURE_STEP
@@ -105,7 +106,7 @@ def search_words(
     learned : Learned
         What was learned.
     text : str
-        The question.
+        The question; in quotation marks it is also compared as a whole caption.
     allowed : sequence of int
         Numbers of the captures to search; those without segments are left out.
     limit : int
@@ -125,10 +126,13 @@ def search_words(
     allowed = [capture for capture in allowed if capture in learned.rows]
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
+    text, as_caption = unquote(text)
     question = understand(learned, text)
     if by_symbols:
         return _search_decoded(learned, question, allowed, limit)
-    found, read, left_out = question_search.find(learned, question, allowed, limit, written)
+    found, read, left_out = question_search.find(
+        learned, question, allowed, limit, written, as_caption
+    )
     matches = tuple(
         _match(learned, rank, each, read[each.hit.reading], question, written)
         for rank, each in enumerate(found, start=1)
