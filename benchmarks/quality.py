@@ -19,8 +19,8 @@ from quality_protocol.report import pictures_of, to_markdown, write_section
 from quality_protocol.targets import write_targets
 
 TASKS = (
-    "words", "question", "order", "example", "absent", "interval", "segmentation", "analogy",
-    "generation", "errors",
+    "words", "question", "order", "example", "absent", "interval", "interval_certainty",
+    "segmentation", "analogy", "generation", "errors",
 )  # fmt: skip
 HEAD = """# Are the answers right?
 

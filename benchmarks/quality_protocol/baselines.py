@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search.vectors.score_vectors import unit
+from quality_protocol.kept import kept
 
 Words = NDArray[np.bool_]
 QUANTILES = (0.1, 0.5, 0.9)
@@ -99,10 +100,10 @@ def neighbours(similarity: FloatArray, target: FloatArray, n_nearest: int) -> Fl
 
 
 def warping_distances(captures: Sequence[Float32Array]) -> FloatArray:
-    """Dynamic time warping between all pairs: mean distance along the path."""
+    """Dynamic time warping between all pairs: mean distance along the path; kept on disk."""
     frames = np.concatenate(captures).astype(np.float32)
     bounds = np.cumsum([0, *(len(x) for x in captures)])
-    return _warp_all(frames, bounds)
+    return kept("warped", [frames, bounds], lambda: _warp_all(frames, bounds))
 
 
 def warping_row(query: Float32Array, captures: Sequence[Float32Array]) -> FloatArray:

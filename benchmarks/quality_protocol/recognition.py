@@ -23,6 +23,7 @@ from motiondb.symbols import feature_space
 from motiondb.symbols.discovery import acquisition
 from motiondb.words.maps.word_map import WordMap
 from quality_protocol.captures import Capture
+from quality_protocol.kept import kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +58,23 @@ class Recognised:
 
 
 def recognise(captures: Sequence[Capture], known: NDArray[np.bool_], seed: int) -> Recognised:
-    """Learn feature space, symbols, standardisation on the ``known`` captures; see all by them."""
+    """Learn feature space, symbols, standardisation on the ``known`` captures; see all by them.
+
+    Symbols and segments are kept on disk (``quality_protocol.kept``).
+    """
+    lengths = np.array([c.motion.n_frames for c in captures])
+    features = [c.features for c in captures]
+    symbols, table, whitened = kept(
+        "recognised", [f"seed {seed}", known, lengths, *features],
+        lambda: _segment(captures, known, seed),
+    )  # fmt: skip
+    return _standardised(symbols, table, whitened, known)
+
+
+def _segment(
+    captures: Sequence[Capture], known: NDArray[np.bool_], seed: int
+) -> tuple[MotionSymbols, SegmentTable, tuple[Float32Array, ...]]:
+    """Symbols learned on the known captures, segments and whitened features of all."""
     space = feature_space.fit_feature_space([c.features for c, k in zip(captures, known) if k])
     whitened = tuple(space.project(c.features) for c in captures)
     settings, rng = LearnSettings(seed=seed), np.random.default_rng(seed)
@@ -67,8 +84,7 @@ def recognise(captures: Sequence[Capture], known: NDArray[np.bool_], seed: int) 
     everything = _pool(captures)
     joined = np.concatenate(whitened)
     cutting = acquisition.recut(joined, everything.bounds, symbols, settings.acquisition)
-    table = segment_table(joined, everything, symbols, cutting)
-    return _standardised(symbols, table, whitened, known)
+    return symbols, segment_table(joined, everything, symbols, cutting), whitened
 
 
 def seen_without(seen: Recognised, n_blocks: int) -> Recognised:

@@ -12,10 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.learning.answers.whole_captions import CAPTION_WEIGHT
 from motiondb.records import FloatArray
 from motiondb.search.questions.by_question import search_order
 from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.maps import word_map
+from motiondb.words.maps.caption_map import solve_caption_map
+from motiondb.words.maps.word_moments import word_moments
 from quality_protocol import baselines as base
 from quality_protocol.captures import performer_folds
 from quality_protocol.recognition import Recognised
@@ -53,8 +56,11 @@ def mean_of_words(scores: FloatArray) -> Callable[[Sequence[Sequence[int]]], Flo
     return lambda actions: scores[:, [w for action in actions for w in action]].mean(axis=1)
 
 
-def motiondb_answers(seen: Recognised, fold: Fold) -> Answers:
-    """The product: word map, then search in every gallery capture."""
+def motiondb_answers(seen: Recognised, fold: Fold, as_captions: bool = True) -> Answers:
+    """The product: word map, then search in every gallery capture.
+
+    Whole captions are asked in quotation marks, unless ``as_captions`` is False.
+    """
     groups = np.unique([fold.performers[t] for t in fold.train], return_inverse=True)[1]
     fit = word_map.fit_word_map(seen.vectors[fold.train], fold.words[fold.train], groups)
     takes = [seen.hear(fit, int(g)) for g in fold.gallery]
@@ -63,9 +69,20 @@ def motiondb_answers(seen: Recognised, fold: Fold) -> Answers:
         hits = [search_order(take, actions) for take in takes]
         return np.array([-np.inf if hit is None else hit.log_odds for hit in hits])
 
+    moments = word_moments(seen.vectors[fold.train], fold.words[fold.train])
+    captions = solve_caption_map(moments)
+    assert captions is not None
+    suggested = captions.suggested(seen.vectors[fold.gallery])
+
+    def ask_quoted(actions: Sequence[Sequence[int]]) -> FloatArray:
+        different = list(dict.fromkeys(w for action in actions for w in action))
+        likeness = suggested[:, different] @ captions.question(different)
+        return ask(actions) + CAPTION_WEIGHT * (likeness - likeness.mean())
+
     words = np.stack([ask([[w]]) for w in range(fold.words.shape[1])], axis=1)
     vectors = seen.vectors[fold.gallery]
-    return Answers(words, fit.log_odds(vectors), ask, fit.probabilities(vectors))
+    asked = ask_quoted if as_captions else ask
+    return Answers(words, fit.log_odds(vectors), asked, fit.probabilities(vectors))
 
 
 def logistic_answers(features: FloatArray, fold: Fold) -> Answers:

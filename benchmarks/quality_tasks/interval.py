@@ -90,7 +90,7 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         rows,
         _notes(judged, takes),
         (),
-        (_by_word(database, takes, seed), interval_places.calibration(database, seed)),
+        (_by_word(database, takes, seed),),
     )
 
 

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 def explanation_facts(why: Explanation) -> dict[str, Any]:
     """Decomposition of one answer as JSON.
 
-    ``math.fsum`` of all parts of ``words``, ``together`` and the amounts of ``excluded`` is
-    ``log_odds``.
+    ``math.fsum`` of all parts of ``words``, also ``as_caption``, ``together`` and the amounts of
+    ``excluded`` is ``log_odds``.
 
     Parameters
     ----------
@@ -44,6 +44,7 @@ def _word_facts(word: ExplainedWord) -> dict[str, Any]:
         "contribution": word.contribution,
         "prior": word.prior,
         "written": word.written,
+        "as_caption": word.as_caption,
         "symbols": [
             {"symbol": s.symbol, "from": s.start, "to": s.end, "share": s.amount}
             for s in word.shares
@@ -86,5 +87,7 @@ def _word_line(word: ExplainedWord) -> str:
         f"symbol {s.symbol} {s.amount:+.3f} ({s.start:.1f}-{s.end:.1f} s)" for s in word.strongest
     )
     written = f", written {word.written:+.3f}" if word.written else ""
+    if word.as_caption:
+        written += f", as part of the caption {word.as_caption:+.3f}"
     usual = f"{word.word}: {word.contribution:+.3f} = usual {word.prior:+.3f}"
     return f"{usual}{written}, {shares}{others}"

@@ -128,6 +128,22 @@ class Counts:
         )  # fmt: skip
 
 
+@dataclass(frozen=True, eq=False)
+class Counted:
+    """What was counted, and what it was counted with.
+
+    Attributes
+    ----------
+    counts : Counts
+        Sums over all captures that were counted.
+    reference : Reference
+        What the counts were made with; the same from one ``learn`` to the next.
+    """
+
+    counts: Counts
+    reference: Reference
+
+
 def symbol_sequences(table: SegmentTable) -> list[IntArray]:
     """The symbol sequence of every capture, in order of capture number."""
     return [table.symbols[rows] for rows in capture_rows(table).values()]

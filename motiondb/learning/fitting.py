@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb.learning import counting, drift
-from motiondb.learning.certainty.asked_certainty import Certainties
+from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.certainty.place_certainty import learn_certainty
 from motiondb.learning.learned import LearnedModel
 from motiondb.learning.place_fitting import Places, Written, find_places

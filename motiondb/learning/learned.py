@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
 from motiondb.learning.caption_evidence import caption_evidence
-from motiondb.learning.certainty.asked_certainty import Certainties
+from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.counting import (
-    Counts,
+    Counted,
     Described,
-    Reference,
     capture_rows,
     described_intervals,
     publish_association,
     publish_word_map,
 )
 from motiondb.learning.drift import DriftBaseline
+from motiondb.learning.performer_groups import performers_of
 from motiondb.learning.place_fitting import Places, Written, label_intervals, place_evidence
 from motiondb.learning.start.joining import publish
 from motiondb.learning.start.knowledge import Started
@@ -45,28 +45,13 @@ from motiondb.search.examples import extents
 from motiondb.search.questions import by_words
 from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.search.vectors import movement
-from motiondb.search.vectors.score_vectors import ScoreSpace
+from motiondb.search.vectors.score_vectors import ScoreSpace, interval_vectors
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.words.maps.caption_map import CaptionMap, solve_caption_map
 from motiondb.words.maps.place_map import LABELLED
 from motiondb.words.maps.word_map import WordMap
 from motiondb.words.translation import explanation, transition
-
-
-@dataclass(frozen=True, eq=False)
-class Counted:
-    """What was counted, and what it was counted with.
-
-    Attributes
-    ----------
-    counts : Counts
-        Sums over all captures that were counted.
-    reference : Reference
-        What the counts were made with; the same from one ``learn`` to the next.
-    """
-
-    counts: Counts
-    reference: Reference
 
 
 @dataclass(frozen=True, eq=False)
@@ -314,6 +299,22 @@ class Learned(LearnedModel):
         }
 
     @cached_property
+    def caption_map(self) -> CaptionMap | None:
+        """Map from score vectors to whole captions; None where its sums were not kept."""
+        return None if self.counted is None else solve_caption_map(self.counted.counts.moments)
+
+    @cached_property
+    def suggested_captions(self) -> FloatArray:
+        """Captions that the motion of every capture suggests: array (captures, words)."""
+        ends, words = self.segments.ends, self.caption_map
+        starts, zero = self.segments.starts, np.zeros(1)
+        vectors = [
+            interval_vectors(self.standardised[r], starts[r], ends[r], zero, ends[r][-1:])
+            for r in self.rows.values()
+        ]
+        return np.zeros((len(vectors), 0)) if words is None else words.suggested(np.vstack(vectors))
+
+    @cached_property
     def segment_probabilities(self) -> FloatArray:
         """Probability of every word at every segment, from the motion alone: (segments, words)."""
         odds = np.concatenate([self.motion_log_odds[c][:-1] for c in self.rows])
@@ -374,6 +375,16 @@ class Learned(LearnedModel):
         """Numbers of the words whose places were learned."""
         listed = () if self.places is None else self.places.words.values()
         return frozenset(word for words in listed for word in words)
+
+    @cached_property
+    def performers(self) -> dict[int, str]:
+        """Capture number -> who performs, as people said or from its name."""
+        return performers_of(self.captures)
+
+    @cached_property
+    def listed_by(self) -> dict[str, set[int]]:
+        """Performer -> numbers of the words that were placed in this performer's captures."""
+        return {} if self.places is None else self.places.listed_by(self.performers)
 
     @cached_property
     def said_places(self) -> dict[int, FloatArray]:

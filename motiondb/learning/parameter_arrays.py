@@ -13,10 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.learning.certainty.asked_certainty import Certainties
-from motiondb.learning.counting import Counts, Reference
+from motiondb.learning.certainty.certainties import Certainties
+from motiondb.learning.certainty.question_certainty import KindCertainty
+from motiondb.learning.counting import Counted, Counts, Reference
 from motiondb.learning.drift import DriftBaseline
-from motiondb.learning.learned import Counted, LearnedModel
+from motiondb.learning.learned import LearnedModel
 from motiondb.learning.place_fitting import Places
 from motiondb.learning.start.knowledge import Origin, Started
 from motiondb.learning.start.knowledge_arrays import (
@@ -30,7 +31,7 @@ from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words.maps.word_map import WordMap
-from motiondb.words.maps.word_moments import WordMoments
+from motiondb.words.maps.word_moments import CaptionMoments, WordMoments
 from motiondb.words.translation.explanation import ExpectedCounts
 
 Arrays = Mapping[str, FloatArray]
@@ -41,6 +42,11 @@ DRIFT_NAMES = ("learned_from", "drift_baseline")
 """Arrays of :class:`~motiondb.learning.drift.DriftBaseline`."""
 ORIGIN_NAME = "start_origin"
 """Array that a database has where it learned with a start: the origin as JSON."""
+PLACE_NAME = "certainty_interval"
+"""Array of the certainty of places. Earlier versions kept one of other cues as "certainty_place":
+what they learned is not used."""
+CAPTION_NAMES = ("moment_caption_words", "moment_caption_cross")
+"""Arrays of :class:`~motiondb.words.maps.word_moments.CaptionMoments`."""
 LEMMA_NAME = "dictionary_forms"
 """Array of the lemmas that the dictionary gave."""
 
@@ -73,9 +79,7 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
         score_space=ScoreSpace(arrays["score_mean"], arrays["score_spread"]),
         context_space=_context_space(arrays),
         fitted_word_map=_word_map(arrays),
-        certainties=Certainties(
-            *(_certainty(arrays, f"certainty_{of}") for of in ("words", "example", "place"))
-        ),
+        certainties=_certainties(arrays),
         lengths=dict(lengths),
         lemmas=lemmas_from(arrays),
         cutting=_cutting(arrays),
@@ -105,9 +109,7 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
     for prefix, record in (("context", model.context_space), ("word", model.fitted_word_map)):
         if record is not None:
             arrays |= {f"{prefix}_{name}": np.asarray(v) for name, v in vars(record).items()}
-    for name, one in vars(model.certainties).items():
-        if one is not None:
-            arrays[f"certainty_{name}"] = one.pack()
+    arrays |= _certainty_arrays(model.certainties)
     if model.drift_baseline is not None:
         arrays |= _drift_arrays(model.drift_baseline)
     if model.places is not None:
@@ -188,6 +190,31 @@ def _word_map(arrays: Arrays) -> WordMap | None:
     return WordMap(*(arrays[f"word_{name}"] for name in names), ridge=ridge)
 
 
+def _certainty_arrays(sure: Certainties) -> dict[str, FloatArray]:
+    each = {
+        "certainty_words": sure.words,
+        "certainty_example": sure.example,
+        PLACE_NAME: sure.place,
+        "certainty_without": sure.without.whole,
+        "certainty_without_part": sure.without.part,
+        "certainty_either": sure.either.whole,
+        "certainty_either_part": sure.either.part,
+    }
+    return {name: one.pack() for name, one in each.items() if one is not None}
+
+
+def _certainties(arrays: Arrays) -> Certainties:
+    return Certainties(
+        _certainty(arrays, "certainty_words"),
+        _certainty(arrays, "certainty_example"),
+        _certainty(arrays, PLACE_NAME),
+        *(
+            KindCertainty(_certainty(arrays, name), _certainty(arrays, f"{name}_part"))
+            for name in ("certainty_without", "certainty_either")
+        ),
+    )
+
+
 def _certainty(arrays: Arrays, name: str) -> certainty.Certainty | None:
     return certainty.unpack(arrays[name]) if name in arrays else None
 
@@ -206,11 +233,32 @@ def _counted_arrays(counted: Counted) -> dict[str, FloatArray]:
         "counted_translation": counts.expected.translation,
         COUNTED_NAME: np.array(float(counts.expected.n_pairs)),
         **_table_arrays("counted", counts.expected.alignment),
-        **{f"moment_{name}": np.asarray(v) for name, v in vars(counts.moments).items()},
+        **_moment_arrays(counts.moments),
         "reference_translation": fixed.translation,
         "reference_counts": fixed.counts.astype(np.float64),
         **_table_arrays("reference", fixed.alignment),
     }
+
+
+def _moment_arrays(moments: WordMoments) -> dict[str, FloatArray]:
+    arrays = {
+        f"moment_{name}": np.asarray(value)
+        for name, value in vars(moments).items()
+        if name != "captions"
+    }
+    if moments.captions is not None:
+        arrays |= dict(zip(CAPTION_NAMES, (moments.captions.words, moments.captions.cross)))
+    return arrays
+
+
+def _moments(arrays: Arrays) -> WordMoments:
+    captions = None
+    if CAPTION_NAMES[0] in arrays:
+        captions = CaptionMoments(*(arrays[name] for name in CAPTION_NAMES))
+    vectors, words, gram, cross = (
+        arrays[f"moment_{name}"] for name in ("vectors", "words", "gram", "cross")
+    )
+    return WordMoments(float(arrays["moment_n"]), vectors, words, gram, cross, captions)
 
 
 def _counted(arrays: Arrays, model: LearnedModel) -> Counted:
@@ -222,8 +270,7 @@ def _counted(arrays: Arrays, model: LearnedModel) -> Counted:
         _tables("reference", arrays),
         published.log_likelihoods,
     )
-    names = ("vectors", "words", "gram", "cross")
-    moments = WordMoments(float(arrays["moment_n"]), *(arrays[f"moment_{n}"] for n in names))
+    moments = _moments(arrays)
     expected = ExpectedCounts(
         arrays["counted_translation"], _tables("counted", arrays), int(arrays[COUNTED_NAME])
     )

@@ -11,7 +11,21 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from motiondb.records import CaptureInfo
+
 _LAST_NUMBER = re.compile(r"[ _-]*\d+$")
+
+
+def performers_of(captures: Mapping[int, CaptureInfo]) -> dict[int, str]:
+    """Performer of every capture of a catalogue, from its tag or its name.
+
+    Parameters
+    ----------
+    captures : dict
+        Capture number -> row of the catalogue.
+    """
+    said = {c: i.tags["performer"] for c, i in captures.items() if "performer" in i.tags}
+    return group_performers({c: info.name for c, info in captures.items()}, said)
 
 
 def group_performers(names: Mapping[int, str], performers: Mapping[int, str]) -> dict[int, str]:

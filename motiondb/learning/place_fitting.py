@@ -53,6 +53,13 @@ class Places:
         kept = [c for c in self.words if c in captures]
         return Places({c: self.words[c] for c in kept}, {c: self.shown[c] for c in kept})
 
+    def listed_by(self, performers: Mapping[int, str]) -> dict[str, set[int]]:
+        """Performer -> numbers of the words that captions of this performer's captures list."""
+        listed: dict[str, set[int]] = {}
+        for capture, words in self.words.items():
+            listed.setdefault(performers[capture], set()).update(words)
+        return listed
+
 
 @dataclass(frozen=True, eq=False)
 class Written:

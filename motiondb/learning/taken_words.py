@@ -19,6 +19,7 @@ from motiondb.learning.written_words import WrittenWord, with_written
 from motiondb.records import Association, FloatArray
 from motiondb.words.lexicon.lemmas import lemma
 from motiondb.words.lexicon.vocabulary import forms_of, split_actions
+from motiondb.words.maps.caption_map import CaptionMap
 from motiondb.words.nearby.table import NearbyTable
 from motiondb.words.nearby.taking import Taking, mixture, take_word, with_virtual_words
 
@@ -47,6 +48,16 @@ class LearnedWithTaken(Learned):
     def written(self) -> dict[int, FloatArray]:
         """Log-odds that captions add; see :class:`Learned`."""
         return {c: self._widened(odds) for c, odds in self.base.written.items()}
+
+    @cached_property
+    def caption_map(self) -> CaptionMap | None:
+        """Map to whole captions, of the known words; see :class:`Learned`."""
+        return self.base.caption_map
+
+    @cached_property
+    def suggested_captions(self) -> FloatArray:
+        """Captions that the motion suggests, of the known words; see :class:`Learned`."""
+        return self.base.suggested_captions
 
     def _widened(self, values: FloatArray) -> FloatArray:
         return np.concatenate([values, values @ self.shares], axis=-1)

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from motiondb.learning import counting
 from motiondb.learning.certainty import asked_certainty
-from motiondb.learning.certainty.asked_certainty import Certainties
-from motiondb.learning.learned import Counted
+from motiondb.learning.certainty.certainties import Certainties, fit_certainties
+from motiondb.learning.counting import Counted
 from motiondb.learning.start import joining
 from motiondb.learning.start.fitting_with_start import OwnRows, choose_ridge_and_calibration
 from motiondb.learning.start.knowledge import Started
@@ -221,7 +221,7 @@ def _certainties(
     if own is not None:
         names = own.words
         fit_without = partial(own.without, ridge=fit.ridge, calibration=fit.calibration)
-    return asked_certainty.fit_certainties(
+    return fit_certainties(
         asked_certainty.Written(
             vectors=rows.vectors,
             presence=rows.presence,

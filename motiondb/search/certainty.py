@@ -119,7 +119,9 @@ def answer_probability(
     return result
 
 
-def fit_probability(cues: FloatArray, right: NDArray[np.bool_]) -> tuple[FloatArray, float]:
+def fit_probability(
+    cues: FloatArray, right: NDArray[np.bool_], counts: FloatArray | None = None
+) -> tuple[FloatArray, float]:
     """Weights and constant of the module's formula, by projected Newton steps.
 
     Parameters
@@ -128,6 +130,8 @@ def fit_probability(cues: FloatArray, right: NDArray[np.bool_]) -> tuple[FloatAr
         Cues of every answer.
     right : array (answers,)
         Whether the answer is right.
+    counts : array (answers,), optional
+        How often each answer counts; once where this is not given.
 
     Returns
     -------
@@ -136,19 +140,20 @@ def fit_probability(cues: FloatArray, right: NDArray[np.bool_]) -> tuple[FloatAr
     constant : float
         c; if all weights are 0, the log-odds of a right answer.
     """
-    spread = cues.std(axis=0)
+    n = np.ones(len(cues)) if counts is None else counts
+    centre = n @ cues / n.sum()
+    spread = np.sqrt(n @ (cues - centre) ** 2 / n.sum())
     spread = np.where(spread > 1e-9, spread, 1.0)
-    centre = cues.mean(axis=0)
     x = np.column_stack([(cues - centre) / spread, np.ones(len(cues))])
     y = right.astype(np.float64)
     ridge = np.append(np.full(cues.shape[1], _RIDGE), 1e-3)
     beta = np.zeros(x.shape[1])
     for _ in range(_ROUNDS):
         p = probability(x @ beta)
-        gradient = x.T @ (y - p) - ridge * beta
+        gradient = x.T @ (n * (y - p)) - ridge * beta
         held = np.append((beta[:-1] <= 0.0) & (gradient[:-1] <= 0.0), False)
         free = ~held
-        hessian = (x[:, free] * (p * (1.0 - p))[:, None]).T @ x[:, free] + np.diag(ridge[free])
+        hessian = (x[:, free] * (n * p * (1.0 - p))[:, None]).T @ x[:, free] + np.diag(ridge[free])
         step = np.zeros_like(beta)
         step[free] = np.linalg.solve(hessian, gradient[free])
         step /= max(1.0, float(np.abs(step).max()))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.learning.certainty.asked_certainty import Certainties
+from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.start.knowledge import Knowledge, Origin, Taught
 from motiondb.pose.features import N_FEATURES
 from motiondb.records import MotionSymbols, SymbolSpace

@@ -9,7 +9,7 @@ import pytest
 
 import motiondb
 from motiondb.learning.certainty import asked_certainty
-from motiondb.learning.certainty.asked_certainty import Certainties
+from motiondb.learning.certainty.certainties import Certainties, fit_certainties
 from motiondb.learning.counting import Described
 from motiondb.learning.learned import Learned
 from motiondb.records import SegmentTable
@@ -98,7 +98,7 @@ def test_directions_are_no_actions() -> None:
 
 
 def test_one_performer_or_too_few_answers_tell_nothing() -> None:
-    assert asked_certainty.fit_certainties(made_up(3, n_groups=1)) == Certainties()
+    assert fit_certainties(made_up(3, n_groups=1)) == Certainties()
     assert asked_certainty.words_certainty(made_up(3, n_groups=2, per_group=4)) is None
     assert asked_certainty.example_certainty(made_up(3, n_groups=2, per_group=2)) is None
 

@@ -14,7 +14,8 @@ import motiondb
 from motiondb import store
 from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.learning import counting
-from motiondb.learning.learned import Counted, LearnedModel, with_counts
+from motiondb.learning.counting import Counted
+from motiondb.learning.learned import LearnedModel, with_counts
 from motiondb.learning.parameter_arrays import from_stored, to_arrays, to_stored
 from motiondb.records import (
     Association,

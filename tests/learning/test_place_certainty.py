@@ -5,17 +5,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.learning.certainty.place_certainty import (
-    Judged,
+from motiondb.learning.certainty.joined_takes import (
+    JoinedPart,
+    PlaceQuestion,
     ShortCapture,
-    cues_of,
-    fit_certainty,
     join,
     join_captures,
-    judge,
+    join_pairs,
     questions_of,
-    tell_place,
     union_share,
+)
+from motiondb.learning.certainty.place_certainty import (
+    Elsewhere,
+    Judged,
+    count_performers,
+    cues_of,
+    fit_certainty,
+    judge,
+    tell_place,
 )
 from motiondb.search.certainty import probability
 from motiondb.words.maps.place_map import PlaceMap
@@ -35,39 +42,93 @@ def plain_map() -> PlaceMap:
     return PlaceMap(np.eye(N_WORDS), np.zeros(N_WORDS), np.ones(N_WORDS))
 
 
+def all_known() -> Elsewhere:
+    """Every performer knows every word, and every map is the plain one."""
+    listed = dict.fromkeys(("ana", "ben", "cai", "dia", "eve"), range(N_WORDS))
+    return Elsewhere(lambda _: plain_map(), listed)
+
+
 def test_joined_captures_lie_one_after_another() -> None:
     take = join([short(0), short(2), short(2)])
     assert take.starts.tolist() == [0, 60, 120, 180, 240, 300]
     assert take.ends.tolist() == [60, 120, 180, 240, 300, 360]
-    assert take.parts == ((0, 120, (0,)), (120, 240, (2,)), (240, 360, (2,)))
-    assert questions_of(take) == [((0,), [(0, 120)]), ((2,), [(120, 360)])]
+    assert take.parts == (
+        JoinedPart(0, 120, (0,), "ana"),
+        JoinedPart(120, 240, (2,), "ana"),
+        JoinedPart(240, 360, (2,), "ana"),
+    )
+    assert questions_of(take) == [
+        PlaceQuestion((0,), "ana", ((0, 120),)),
+        PlaceQuestion((2,), "ana", ((120, 360),)),
+    ]
 
 
 def test_an_action_of_all_parts_is_asked_of_a_single_capture_only() -> None:
     assert questions_of(join([short(1), short(1)])) == []
-    assert questions_of(join([short(1)])) == [((1,), [(0, 120)])]
+    assert questions_of(join([short(1)])) == [PlaceQuestion((1,), "ana", ((0, 120),))]
 
 
 def test_captures_are_joined_within_one_performer_each_once() -> None:
     captures = [short(k % 4, group) for group in ("ana", "ben", "cai") for k in range(8)]
     takes = join_captures([*captures, short(0, "dia")], np.random.default_rng(0))
-    assert {take.group for take in takes} == {"ana", "ben", "cai"}
+    assert {group for take in takes for group in take.groups} == {"ana", "ben", "cai"}
+    assert all(len(take.groups) == 1 for take in takes)
     assert all(3 <= len(take.parts) <= 6 for take in takes)
     assert sum(len(take.parts) for take in takes) <= len(captures)
 
 
+def test_captures_of_two_performers_are_joined_each_once() -> None:
+    captures = [short(k % 4, group) for group in ("ana", "ben", "cai") for k in range(4)]
+    takes = join_pairs(captures, np.random.default_rng(0))
+    assert {len(take.groups) for take in takes} <= {1, 2}
+    assert len({group for take in takes for group in take.groups}) == 2  # the third has no partner
+    assert sum(len(take.parts) for take in takes) <= 8
+
+
+def test_a_question_names_the_performer_of_its_action() -> None:
+    take = join([short(0), short(2, "ben"), short(3)])
+    assert [asked.group for asked in questions_of(take)] == ["ana", "ben", "ana"]
+    assert take.groups == {"ana", "ben"}
+
+
 def test_cues_by_hand() -> None:
     evidence = np.array([0.0, 1.0, 5.0, 4.0, 2.0])  # lower quartile 1
-    share, size = 2 / 5, np.log(5)
-    assert cues_of(evidence, 2, 4) == pytest.approx([5, 3, 4, share, size, -share, -size])
-    assert cues_of(evidence, 0, 5) == pytest.approx([5, 4, 4, 1, size, -1, -size])
+    share, size, three = 2 / 5, np.log(5), np.log(4)
+    expected = [5, 3, 4, three, share, size, -share, -size]
+    assert cues_of(evidence, 2, 4, 3) == pytest.approx(expected)
+    assert cues_of(evidence, 0, 5, 0) == pytest.approx([5, 4, 4, 0, 1, size, -1, -size])
+
+
+def test_performers_of_several_words_are_those_of_the_rarest() -> None:
+    listed = {"ana": {0, 1}, "ben": {0}, "cai": {0, 1}}
+    assert count_performers(listed, [0], []) == 3
+    assert count_performers(listed, [0, 1], ["ana"]) == 1
+    assert count_performers(listed, [2], []) == 0
+
+
+def test_what_no_other_performer_shows_is_not_asked() -> None:
+    take = join([short(0), short(2), short(3)])
+    known = Elsewhere(lambda _: plain_map(), {"ana": {0, 2, 3}, "ben": {2}})
+    assert [one.kind for one in judge(take, known)] == [("ana", (2,), 3)]
+
+
+def test_the_map_without_all_performers_of_a_take_judges_it() -> None:
+    asked: list[frozenset[str]] = []
+
+    def without(performers: frozenset[str]) -> PlaceMap:
+        asked.append(performers)
+        return plain_map()
+
+    listed = dict.fromkeys(("ana", "ben", "cai"), range(N_WORDS))
+    judge(join([short(0), short(1, "ben"), short(2)]), Elsewhere(without, listed))
+    assert set(asked) == {frozenset({"ana", "ben"})}
 
 
 def test_a_clear_place_is_found_and_right() -> None:
     take = join([short(0), short(2), short(3)])
-    (start, end), _ = tell_place(take, [2], plain_map())
+    (start, end), _ = tell_place(take, [2], plain_map(), 1)
     assert (start, end) == (120, 240)
-    assert [one.right for one in judge(take, plain_map())] == [True, True, True]
+    assert [one.right for one in judge(take, all_known())] == [True, True, True]
 
 
 def test_union_share_of_intervals_apart_is_0() -> None:
@@ -82,14 +143,13 @@ def test_probabilities_come_true_on_other_draws() -> None:
             for g, group in enumerate(("ana", "ben", "cai", "dia")) for k in range(24)
         ]  # fmt: skip
 
-    maps = dict.fromkeys(("ana", "ben", "cai", "dia"), plain_map())
-    sure = fit_certainty(captures(1), maps, np.random.default_rng(1))
+    sure = fit_certainty(captures(1), all_known(), np.random.default_rng(1))
     assert sure is not None
     told: list[Judged] = []
     for seed in range(2, 8):
         rng = np.random.default_rng(seed)
         for take in join_captures(captures(seed), rng):
-            told += judge(take, plain_map())
+            told += judge(take, all_known())
     p = np.array([float(probability(sure.log_odds(one.cues))) for one in told])
     right = np.array([one.right for one in told])
     assert 0.05 < right.mean() < 0.95
@@ -98,7 +158,6 @@ def test_probabilities_come_true_on_other_draws() -> None:
 
 
 def test_too_few_captures_give_none() -> None:
-    maps = {"ana": plain_map()}
     few = [short(0), short(1)]
-    assert fit_certainty(few, maps, np.random.default_rng(0)) is None
-    assert fit_certainty([], {}, np.random.default_rng(0)) is None
+    assert fit_certainty(few, all_known(), np.random.default_rng(0)) is None
+    assert fit_certainty([], all_known(), np.random.default_rng(0)) is None

@@ -113,3 +113,14 @@ def test_what_is_usual_and_what_is_clear() -> None:
 def test_one_motion_shows_one_thing() -> None:
     assert by_motion.same_motion(0.3, 0.0) == 1.0
     assert by_motion.same_motion(0.3, by_motion.NEAR) == pytest.approx(0.3)
+
+
+def test_an_answer_that_counts_twice_is_two_answers() -> None:
+    rng = np.random.default_rng(5)
+    cues, right = rng.normal(size=(40, 2)), rng.random(40) < 0.5
+    counts = rng.integers(1, 4, 40)
+    weights, constant = fit_probability(cues, right, counts.astype(float))
+    twice = np.repeat(np.arange(40), counts)
+    expected, other = fit_probability(cues[twice], right[twice])
+    np.testing.assert_allclose(weights, expected, atol=1e-9)
+    assert constant == pytest.approx(other, abs=1e-9)

@@ -21,7 +21,9 @@ from motiondb.grammar.cfg.context_free import Tree
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, Place, read_pattern
 from motiondb.learning.learned import Learned
-from motiondb.words.lexicon.vocabulary import motion_word, nearest_words, parse_query
+from motiondb.learning.recognition import understand
+from motiondb.words.lexicon.vocabulary import motion_word, nearest_words
+from motiondb.words.question.plain import plain_actions
 
 
 def playable(material: Material) -> frozenset[str]:
@@ -123,12 +125,23 @@ def pattern_of(material: Material, learned: Learned | None, text: str) -> Patter
         return read_pattern([_place(material, learned, token) for token in tokens])
     if learned is None:
         raise _not_a_terminal(material, next(token for token in tokens if token not in names))
-    known = parse_query(text, learned.association.words, learned.synonyms)
     place = _word_places(material, learned)
     parts: list[Place | str] = [GAP]
-    for word in known.words:
+    for word in _words_in_order(learned, text):
         parts += [place(word), GAP]
     return read_pattern(parts)
+
+
+def _words_in_order(learned: Learned, text: str) -> list[str]:
+    """Return the words of a sentence; whatever is more than an order of actions is refused."""
+    actions, not_used = plain_actions(understand(learned, text).tree)
+    if not_used:
+        told = "; ".join(f"{left.text!r}: {left.reason}" for left in not_used)
+        raise QueryError(
+            f"pattern: expected actions one after the other, found {told}. Leave it out, or write"
+            f" a pattern with {GAP} and {ANY}."
+        )
+    return [word for action in actions for word in action]
 
 
 def _place(material: Material, learned: Learned | None, token: str) -> Place | str:

@@ -21,7 +21,7 @@ from motiondb.learning.parameter_arrays import (
     lemmas_from,
     to_stored,
 )
-from motiondb.learning.performer_groups import group_performers
+from motiondb.learning.performer_groups import performers_of
 from motiondb.learning.start.knowledge import Knowledge, begin
 from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings, Progress
 from motiondb.learning.word_fitting import TaughtWords
@@ -110,9 +110,7 @@ def _load_catalogue(opened: store.Store) -> TaughtWords:
     """Who performs in the captured captures, and what people wrote about them."""
     captured = {i.capture_id: i for i in store.load_captures(opened) if i.kind == "captured"}
     captions = {c: v for c, v in store.load_captions(opened).items() if c in captured}
-    said = {c: i.tags["performer"] for c, i in captured.items() if "performer" in i.tags}
-    performers = group_performers({c: info.name for c, info in captured.items()}, said)
-    return TaughtWords(captions, store.load_synonyms(opened), performers)
+    return TaughtWords(captions, store.load_synonyms(opened), performers_of(captured))
 
 
 def _same(first: TaughtWords, second: TaughtWords) -> bool:

@@ -16,6 +16,7 @@ from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import Match, Motion
 from motiondb.search import certainty
 from motiondb.search.examples import by_motion, extents
+from motiondb.search.examples.resemblance import emphasis_of
 from motiondb.search.vectors import score_vectors
 from motiondb.symbols.models.hmm_jobs import one_blas_thread
 from motiondb.words.lexicon import vocabulary
@@ -136,6 +137,7 @@ def _how_sure(
             vector,
             learned.word_map,
             n_posture_and_travel=learned.n_posture_and_travel,
+            emphasis=query.emphasis,
         )[0]
         chance = float(certainty.probability(sure.log_odds(np.array([alike, clear]))))
         told.append(
@@ -190,8 +192,9 @@ def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_mo
     whole = np.array([0.0]), np.array([float(len(seen.features))])
     vector = score_vectors.interval_vectors(seen.standardised, starts, ends, *whole)[0]
     words = learned.word_map if meaning else None
+    emphasis = emphasis_of(learned.association.words)
     return by_motion.Query(
-        seen.features, seen.symbols, weights, vector, words, learned.n_posture_and_travel
+        seen.features, seen.symbols, weights, vector, words, learned.n_posture_and_travel, emphasis
     )
 
 

@@ -51,12 +51,14 @@ class ExplainedWord:
         Contribution of the word's frequency, before any motion is considered.
     written : float
         Contribution of captions.
+    as_caption : float
+        Contribution of the comparison of a long question with whole captions.
     shares : tuple of SymbolShare
         Contribution of every segment, in order of time.
     strongest : tuple of SymbolShare
         The largest shares by absolute value; neighbours with the same symbol count as one.
     contribution : float
-        Sum of ``prior``, ``written`` and all ``shares``.
+        Sum of ``prior``, ``written``, ``as_caption`` and all ``shares``.
     """
 
     word: str
@@ -64,6 +66,7 @@ class ExplainedWord:
     log_probability: float
     prior: float
     written: float
+    as_caption: float
     shares: tuple[SymbolShare, ...]
     strongest: tuple[SymbolShare, ...]
     contribution: float
@@ -71,7 +74,8 @@ class ExplainedWord:
     @property
     def other_shares(self) -> float:
         """Sum of the shares that are not among the strongest."""
-        return self.contribution - self.prior - self.written - sum(s.amount for s in self.strongest)
+        named = self.prior + self.written + self.as_caption
+        return self.contribution - named - sum(s.amount for s in self.strongest)
 
 
 @dataclass(frozen=True)
@@ -97,8 +101,8 @@ class ExplainedExclusion:
 class Explanation:
     """Parts of the log-odds that rank an answer.
 
-    ``math.fsum`` of the parts of ``words`` (prior, written, shares), of ``together`` and of the
-    amounts of ``excluded`` is exactly ``log_odds``.
+    ``math.fsum`` of the parts of ``words`` (prior, written, as_caption, shares), of ``together`` and of
+    the amounts of ``excluded`` is exactly ``log_odds``.
 
     Attributes
     ----------
@@ -147,6 +151,7 @@ def _word(reason: reasons.WordReason, vocabulary: Sequence[str]) -> ExplainedWor
         reason.log_probability,
         reason.prior,
         reason.written,
+        reason.as_caption,
         tuple(map(_in_seconds, reason.shares)),
         tuple(map(_in_seconds, reasons.strongest(reason))),
         reason.contribution,

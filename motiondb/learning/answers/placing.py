@@ -6,8 +6,9 @@ captions of intervals say. Two probabilities belong to a part: that the capture 
 the interval does, which is the first times the probability that the place is right where the
 capture shows it (:mod:`motiondb.learning.certainty.place_certainty`).
 
-The place is unknown where the interval is likelier wrong than right and only a caption of the whole
-capture speaks for the part: without the caption the motion does not show it more likely than not.
+The place is unknown where the interval is likelier wrong than right, or no other capture's captions
+list the words, and only a caption of the whole capture speaks for the part: without the caption the
+motion does not show it more likely than not.
 
 Databases that learned before there was evidence of places keep the intervals of the word map.
 """
@@ -18,12 +19,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import prod
 
-import numpy as np
-
-from motiondb.learning.certainty.place_certainty import cues_of
+from motiondb.learning.answers.answer_chances import PartChance
+from motiondb.learning.certainty.place_certainty import count_performers, cues_of
 from motiondb.learning.learned import Learned
 from motiondb.search import certainty
-from motiondb.search.questions import by_question, reasons
+from motiondb.search.questions import by_question
 from motiondb.search.questions.by_question import PlacedReading, QuestionHit
 from motiondb.words.question.readings import Part, Reading
 
@@ -63,21 +63,12 @@ class PartPlace:
         return self.probability * self.right
 
 
-@dataclass(frozen=True)
-class _Said:
-    """How sure a capture shows a part: with captions, by motion alone, and if captions say it."""
-
-    probability: float
-    by_motion: float
-    by_caption: bool
-
-
 def place_answer(
     learned: Learned,
     capture: int,
     hit: QuestionHit,
     reading: Reading,
-    why: Sequence[reasons.WordReason],
+    said: Sequence[PartChance | None],
     written: bool = True,
 ) -> tuple[PartPlace, ...]:
     """Where a capture shows every part of a reading.
@@ -92,14 +83,11 @@ def place_answer(
         The answer.
     reading : Reading
         The reading that it answers.
-    why : sequence of WordReason
-        The reasons of the answer.
+    said : sequence of (PartChance or None)
+        How sure the capture shows each part.
     written : bool
         Whether captions count as evidence beside the motion.
     """
-    weighed = not counts_or_lasts(reading)  # how sure counts and lengths are was never learned
-    said = [_said(learned, hit, reading, k, why) if weighed else None
-            for k in range(len(reading.parts))]  # fmt: skip
     sure = [None if one is None else one.probability for one in said]
     placed = _placed(learned, capture, reading, written)
     if placed is None:
@@ -108,9 +96,18 @@ def place_answer(
     found = []
     for k, (first, behind) in enumerate(placed.spans):
         span = int(placed.starts[first]), int(placed.ends[behind - 1])
-        right = _right(learned, placed, k) if weighed and reading.parts[k].actions else None
-        labelled = written and _is_labelled(learned, capture, reading.parts[k])
-        unknown = not labelled and _only_by_caption(said[k], right)
+        part = reading.parts[k]
+        right = None if said[k] is None else _right(learned, capture, placed, part, k)
+        labelled = written and _is_labelled(learned, capture, part)
+        unknown = (
+            not labelled
+            and _only_by_caption(said[k])
+            and (
+                not _is_placed_elsewhere(learned, capture, part)
+                if right is None
+                else right < LIKELY
+            )
+        )
         found.append(PartPlace(*(ends if unknown else span), sure[k], right, unknown))
     return tuple(found)
 
@@ -136,11 +133,6 @@ def interval_probability(
     return probability * prod(right)
 
 
-def counts_or_lasts(reading: Reading) -> bool:
-    """Whether a reading asks for repeats or lengths."""
-    return any(part.seconds > 0.0 or part.repeat_of != k for k, part in enumerate(reading.parts))
-
-
 def _placed(
     learned: Learned, capture: int, reading: Reading, written: bool
 ) -> PlacedReading | None:
@@ -158,45 +150,40 @@ def _placed(
     return by_question.place_reading(take, reading, learned.word_numbers)
 
 
-def _right(learned: Learned, placed: PlacedReading, k: int) -> float | None:
-    """Probability that the interval of a part is right; None where it was not learned."""
+def _right(
+    learned: Learned, capture: int, placed: PlacedReading, part: Part, k: int
+) -> float | None:
+    """Probability that the interval of part k is right; None where it was not learned.
+
+    Nor is it known where no captions of other performers hold the words.
+    """
     sure = learned.certainties.place
-    if sure is None:
+    own = learned.performers[capture]
+    support = count_performers(learned.listed_by, _words(learned, part), [own])
+    if sure is None or not support:
         return None
-    return float(certainty.probability(sure.log_odds(cues_of(placed.values[k], *placed.spans[k]))))
+    cues = cues_of(placed.values[k], *placed.spans[k], support)
+    return float(certainty.probability(sure.log_odds(cues)))
 
 
-def _said(
-    learned: Learned,
-    hit: QuestionHit,
-    reading: Reading,
-    k: int,
-    why: Sequence[reasons.WordReason],
-) -> _Said | None:
-    """How sure a capture shows part k; None where it asks for nothing or nothing was learned."""
-    sure = learned.word_certainty
-    asked = [n for n, statement in enumerate(hit.statements) if statement.exclusion < 0]
-    of_part = {n for n in asked if hit.statements[n].part == k}
-    own = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]
-    if sure is None or not reading.parts[k].actions or not own:
-        return None
-    heard = [float(sure.log_odds(np.array([odds - said]))) for odds, said in own]
-    return _Said(
-        prod(float(certainty.probability(h + said)) for h, (_, said) in zip(heard, own)),
-        prod(float(certainty.probability(h)) for h in heard),
-        all(reason.written > 0.0 for reason in why if reason.action in of_part),
-    )
+def _only_by_caption(said: PartChance | None) -> bool:
+    """Whether only a caption of the whole capture speaks for a part."""
+    return said is not None and said.by_caption and said.by_motion < LIKELY
 
 
-def _only_by_caption(said: _Said | None, right: float | None) -> bool:
-    """Whether a place is likelier wrong than right, and only a caption speaks for the part."""
-    if said is None or right is None:
-        return False
-    return right < LIKELY and said.by_caption and said.by_motion < LIKELY
+def _is_placed_elsewhere(learned: Learned, capture: int, part: Part) -> bool:
+    """Whether captions of other captures list all words of a part."""
+    places = {} if learned.places is None else learned.places.words
+    others = [words for other, words in places.items() if other != capture]
+    return all(any(word in words for words in others) for word in _words(learned, part))
 
 
 def _is_labelled(learned: Learned, capture: int, part: Part) -> bool:
     """Whether captions of intervals say all words of a part."""
     said = learned.said_places.get(capture)
-    words = [learned.word_numbers[word] for action in part.actions for word in action]
-    return said is not None and bool((said[:, words].max(axis=0) > 0.0).all())
+    return said is not None and bool((said[:, _words(learned, part)].max(axis=0) > 0.0).all())
+
+
+def _words(learned: Learned, part: Part) -> list[int]:
+    """Numbers of the words that a part asks for."""
+    return [learned.word_numbers[word] for action in part.actions for word in action]

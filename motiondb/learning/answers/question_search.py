@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.learning.answers.placing import counts_or_lasts
+from motiondb.learning.answers.answer_chances import Chances, chances
+from motiondb.learning.answers.whole_captions import CaptionShares, caption_shares, with_shares
 from motiondb.learning.learned import Learned
 from motiondb.search import certainty
 from motiondb.search.questions import by_question, reasons
@@ -15,17 +16,22 @@ from motiondb.search.questions.by_question import QuestionHit
 from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.readings import Reading, readings
-from motiondb.words.question.tree import AnyOf, Node, NotUsed, walk
+from motiondb.words.question.tree import NotUsed
+
+NOT_A_CAPTION = NotUsed(
+    "quotation marks", "alternatives, exclusions, counts and lengths are not compared as a caption"
+)
+"""What is said of a question in quotation marks that cannot be compared as a caption."""
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """One capture's answer: where, why, and the calibrated probability (None: not known)."""
+    """One capture's answer: where, why, and how sure it is."""
 
     capture: int
     hit: QuestionHit
     why: tuple[reasons.WordReason, ...]
-    probability: float | None
+    sure: Chances
 
 
 def find(
@@ -34,6 +40,7 @@ def find(
     allowed: Sequence[int],
     limit: int,
     written: bool = True,
+    as_caption: bool = False,
 ) -> tuple[list[Found], tuple[Reading, ...], tuple[NotUsed, ...]]:
     """The best answers, best first; the readings of the question, and what a search cannot tell.
 
@@ -45,6 +52,8 @@ def find(
         How many answers at most.
     written : bool
         Whether people's words about the captures count beside the motion.
+    as_caption : bool
+        Whether the question is also compared as a whole caption.
     """
     read, not_used = readings(question.tree)
     number = learned.word_numbers
@@ -54,31 +63,17 @@ def find(
         hit = by_question.search_take(takes[capture], read, number)
         if hit is not None:
             hits.append((capture, hit))
-    hits.sort(key=lambda pair: (-pair[1].log_odds, pair[0]))
+    shares = caption_shares(learned, read) if as_caption else CaptionShares((), {})
+    hits.sort(key=lambda pair: (-pair[1].log_odds - shares.total(pair[0]), pair[0]))
     found = []
     for capture, hit in hits[:limit]:
         why = explain_hit(learned, capture, hit, written)
-        sure = (
-            chance(learned, why) if is_calibrated(question.tree, hit, read[hit.reading]) else None
-        )
-        found.append(Found(capture, hit, why, sure))
+        sure = chances(learned, read, hit, why)
+        found.append(Found(capture, hit, with_shares(why, shares, capture), sure))
     found.sort(key=lambda each: (-reasons.total(each.why), each.capture))
+    if as_caption and not shares.words:
+        not_used = (*not_used, NOT_A_CAPTION)
     return found, read, not_used
-
-
-def is_calibrated(tree: Node, hit: QuestionHit, reading: Reading) -> bool:
-    """Whether the probability of an answer to such a question was found to be calibrated.
-
-    It was for actions asked for, in order or at once, and for exclusions alone. It was not for
-    alternatives, nor for one action without another: on captures of unseen performers their
-    expected calibration errors were .12 and .27 (``docs/quality.md``). For repeats and lengths it
-    was never measured.
-    """
-    if any(isinstance(node, AnyOf) for node in walk(tree)):
-        return False
-    if counts_or_lasts(reading):
-        return False
-    return len({statement.exclusion >= 0 for statement in hit.statements}) == 1
 
 
 def explain_hit(
@@ -110,15 +105,6 @@ def explain_hit(
             place = reasons.Place(number, share / len(statement.words), statement.exclusion)
             why.append(reasons.explain_look(evidence, word, look, place))
     return tuple(why)
-
-
-def chance(learned: Learned, why: Sequence[reasons.WordReason]) -> float | None:
-    """Calibrated probability of an answer (``certainty.answer_probability``); None: not learned."""
-    sure = learned.word_certainty
-    if sure is None:
-        return None
-    excluded = [lowering.actions for lowering in reasons.lowerings(why)]
-    return certainty.answer_probability(sure, reasons.by_action(why), excluded)
 
 
 def strength(learned: Learned, why: Sequence[reasons.WordReason], threshold: float | None) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from motiondb.errors import QueryError
 from motiondb.learning.answers import placing, question_search
 from motiondb.learning.answers.explained_answer import Explanation, explain
+from motiondb.learning.answers.whole_captions import unquote
 from motiondb.learning.answers.word_sources import WordSource, word_sources
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode, recognise, understand
@@ -124,7 +125,7 @@ def search_words(
     learned : Learned
         What was learned.
     text : str
-        The question.
+        The question; in quotation marks it is also compared as a whole caption.
     allowed : sequence of int
         Numbers of the captures to search; those without segments are left out.
 
@@ -138,10 +139,13 @@ def search_words(
     allowed = [capture for capture in allowed if capture in learned.rows]
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
+    text, as_caption = unquote(text)
     question = understand(learned, text)
     if by_symbols:
         return _search_decoded(learned, question, allowed, limit)
-    found, read, left_out = question_search.find(learned, question, allowed, limit, written)
+    found, read, left_out = question_search.find(
+        learned, question, allowed, limit, written, as_caption
+    )
     matches = tuple(
         _match(learned, rank, each, read[each.hit.reading], question, written)
         for rank, each in enumerate(found, start=1)
@@ -172,7 +176,9 @@ def _match(
 ) -> Match:
     """One capture's answer: ranked by the word map, placed by the evidence of places."""
     takes = learned.takes if written else learned.seen_takes
-    places = placing.place_answer(learned, found.capture, found.hit, reading, found.why, written)
+    places = placing.place_answer(
+        learned, found.capture, found.hit, reading, found.sure.parts, written
+    )
     parts = tuple(
         MatchPart(
             words, *to_seconds(learned, found.capture, place.start, place.end), place.probability,
@@ -188,8 +194,8 @@ def _match(
         float(1.0 / (1.0 + np.exp(-reasons.total(found.why)))),
         _matched(takes[found.capture], question, learned.word_numbers),
         "; ".join(map(_say_part, parts)) + mark_generated(learned, found.capture, "; "),
-        found.probability,
-        placing.interval_probability(found.probability, places, reading),
+        found.sure.whole,
+        placing.interval_probability(found.sure.whole, places, reading),
         "unknown" if any(place.unknown for place in places) else "known",
         parts,
     )

@@ -30,9 +30,9 @@ from motiondb.learning.counting import Described, capture_rows
 from motiondb.records import FloatArray, IntArray, SegmentTable
 from motiondb.search.certainty import Certainty, clearest, fit_probability, separate, usual
 from motiondb.search.examples import by_motion
+from motiondb.search.examples.resemblance import emphasis_of
 from motiondb.search.questions import by_words
 from motiondb.search.vectors import score_vectors
-from motiondb.symbols.models.hmm_jobs import one_blas_thread
 from motiondb.words.lexicon.vocabulary import MODIFIERS
 from motiondb.words.maps.word_map import WordMap, map_words
 from motiondb.words.maps.word_moments import WordMoments, solve_word_map, word_moments
@@ -48,26 +48,6 @@ MOST_EXAMPLES, MOST_CAPTURES = 40, 150
 """Bounds on the time that learning spends here. Chosen by hand; not tuned."""
 LEAST_ANSWERS = 30
 """Answers below which no probability is fitted. Chosen by hand; not tuned."""
-
-
-@dataclass(frozen=True)
-class Certainties:
-    """How sure answers are; None where too little was written to tell.
-
-    Attributes
-    ----------
-    words : Certainty or None
-        Of an answer to words.
-    example : Certainty or None
-        Of an answer to an example.
-    place : Certainty or None
-        Of the interval told for an action, where the capture shows the action
-        (:mod:`motiondb.learning.certainty.place_certainty`).
-    """
-
-    words: Certainty | None = None
-    example: Certainty | None = None
-    place: Certainty | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,14 +135,6 @@ def intervals_of(described: Sequence[Described]) -> tuple[FloatArray, FloatArray
     return np.array([k[1] for k in keys]), np.array([k[2] for k in keys])
 
 
-def fit_certainties(written: Written) -> Certainties:
-    """How sure answers are, where captions of two performers or more tell."""
-    if len(np.unique(written.groups)) < 2:
-        return Certainties()
-    with one_blas_thread():  # many small systems
-        return Certainties(words_certainty(written), example_certainty(written))
-
-
 def words_certainty(written: Written) -> Certainty | None:
     """How sure an answer to words is: its cue is the log-odds of an action in a capture.
 
@@ -170,7 +142,7 @@ def words_certainty(written: Written) -> Certainty | None:
     be found too. None where too little was written.
     """
     log_odds, right, present, absent = [], [], [], []
-    folds = _folds(written.groups)
+    folds = performer_folds(written.groups)
     for fold in range(N_FOLDS):
         inside = folds == fold
         known = written.presence[~inside].sum(axis=0) >= LEAST_SAID
@@ -245,6 +217,7 @@ class Gallery:
             self.vectors,
             words,
             n_posture_and_travel=written.n_posture_and_travel,
+            emphasis=emphasis_of(written.names),
         )
 
 
@@ -331,7 +304,7 @@ def _fit(
     return Certainty(weights, constant, separate(np.array(present), np.array(absent)))
 
 
-def _folds(groups: IntArray) -> IntArray:
+def performer_folds(groups: IntArray) -> IntArray:
     """Fold of every row; no group is divided, and the largest is assigned first."""
     names, counts = np.unique(groups, return_counts=True)
     fold_of, sizes = {}, np.zeros(N_FOLDS)

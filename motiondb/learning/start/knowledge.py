@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.learning.certainty.asked_certainty import Certainties
+from motiondb.learning.certainty.certainties import Certainties
 from motiondb.records import FloatArray, IntArray, MotionSymbols, SymbolSpace
 from motiondb.search.examples.extents import ContextSpace
 from motiondb.search.vectors.score_vectors import ScoreSpace

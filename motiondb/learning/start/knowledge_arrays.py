@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from motiondb.learning.certainty.asked_certainty import Certainties
+from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.start.knowledge import Knowledge, Origin, Taught
 from motiondb.records import FloatArray, MotionSymbols, SymbolSpace
 from motiondb.search import certainty

@@ -11,8 +11,9 @@ Three comparisons, each more exact than the one before and applied to fewer inte
 The first two select candidates by ``rough`` = (cosine + alignment) / 2, where the alignment is
 multiplied by the share of the aligned segments that the window covers. Where words were learned,
 these recognise the same action in another style: in the best window of a capture the cosine is
-replaced by the resemblance (:mod:`motiondb.search.examples.resemblance`), and the difference is
-added to all windows of the capture. So words choose between captures, and motion alone within one.
+replaced by the resemblance with feedback (:mod:`motiondb.search.examples.resemblance`), and the
+difference is added to all windows of the capture. So words choose between captures, and motion
+alone within one.
 The final score is
 
     score = rough - WARP_WEIGHT * warp,    warp the mean feature distance of the third comparison.
@@ -31,7 +32,7 @@ import numpy as np
 
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.search.examples import alignment, extents, warping
-from motiondb.search.examples.resemblance import resemblance
+from motiondb.search.examples.resemblance import meaning_rows, resemblance, with_feedback
 from motiondb.search.vectors.score_vectors import interval_vectors
 from motiondb.words.maps.word_map import WordMap
 
@@ -61,6 +62,8 @@ class Query:
         The word map. None: words take no part in the comparison.
     n_posture_and_travel : int
         Number of the vector's last columns that are posture and travel.
+    emphasis : array (words,), optional
+        Weights of the words in the comparison; 1 where they are not given.
     """
 
     features: Float32Array
@@ -69,6 +72,7 @@ class Query:
     vector: FloatArray
     words: WordMap | None = None
     n_posture_and_travel: int = 0
+    emphasis: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,13 +191,12 @@ def _score_windows(query: Query, take: Take, distances: FloatArray, scale: float
 
 
 def _meaning_gains(query: Query, scored: Sequence[_Windows]) -> FloatArray:
-    """Resemblance less cosine of the best window of every capture: array (captures,)."""
+    """Resemblance, with feedback, less cosine of the best window of every capture: (captures,)."""
     if query.words is None or not scored:
         return np.zeros(len(scored))
-    vectors = np.stack([windows.vector for windows in scored])
-    alike = resemblance(
-        query.vector, vectors, query.words, n_posture_and_travel=query.n_posture_and_travel
-    )
+    vectors = np.stack([query.vector, *(windows.vector for windows in scored)])
+    rows = meaning_rows(query.words, vectors, query.n_posture_and_travel, query.emphasis)
+    alike = with_feedback(rows[1:] @ rows[0], rows[1:])
     return alike - np.array([windows.cosine for windows in scored])
 
 

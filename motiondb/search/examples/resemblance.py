@@ -6,15 +6,27 @@ posture and travel. The resemblance of two intervals is
 
     MEANING_SHARE cos(e(v), e(w)) + (1 - MEANING_SHARE) cos(v', w')
 
-where words were learned, and cos(v, w) otherwise.
+where words were learned, and cos(v, w) otherwise. Words of direction, of manner and of parts of the
+body have the share ``MODIFIER_SHARE`` of the others in e: they tell the action less often.
+
+Captures are ranked by the mean of their resemblance to the example and of their mean resemblance to
+the captures that are most like it (:func:`with_feedback`), weighted by how much like it those are.
+So a capture that is like several of the best answers comes before one that is like the example
+alone, and two performers of one action are found by way of a third.
+
+Source: Rocchio, Relevance feedback in information retrieval (1971), with the first answers taken as
+right ("pseudo relevance feedback").
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from motiondb.records import FloatArray
 from motiondb.search.vectors.score_vectors import unit
+from motiondb.words.lexicon.vocabulary import MODIFIERS
 from motiondb.words.maps.word_map import WordMap
 
 MEANING_SHARE = 0.8
@@ -23,6 +35,16 @@ MEANING_SHARE = 0.8
 Chosen among twelve settings by leaving performers out of the CMU training parts
 (``docs/quality.md``, "Query by example").
 """
+MODIFIER_SHARE = 0.5
+"""Weight of words of direction, manner and parts of the body. Below
+it, actions that differ by these words (raising the left or the right hand) are not told apart.
+
+Chosen between this and 1 in the CMU training parts (``docs/quality.md``, "Query by example")."""
+FEEDBACK = 10
+"""Captures that count as answers when the others are compared with them, but at most one in
+``FEWEST_OTHERS``. Chosen among 0, 5, 10 and 20 in the CMU training parts."""
+FEWEST_OTHERS = 5
+"""Captures for every one that counts as an answer. Chosen by hand; not tuned."""
 
 
 def resemblance(
@@ -31,6 +53,7 @@ def resemblance(
     words: WordMap | None = None,
     *,
     n_posture_and_travel: int = 0,
+    emphasis: FloatArray | None = None,
 ) -> FloatArray:
     """Similarity of intervals to one interval: array (n,), 1 for the same.
 
@@ -48,14 +71,21 @@ def resemblance(
         The word map.
     n_posture_and_travel : int, optional
         Number of the last columns that are posture and travel.
+    emphasis : array (words,), optional
+        Weights of the words (:func:`emphasis_of`); 1 where they are not given.
     """
     if words is None:
         return np.asarray(vectors @ vector)
-    rows = meaning_rows(words, vectors, n_posture_and_travel)
-    return np.asarray(rows @ meaning_rows(words, vector, n_posture_and_travel))
+    rows = meaning_rows(words, vectors, n_posture_and_travel, emphasis)
+    return np.asarray(rows @ meaning_rows(words, vector, n_posture_and_travel, emphasis))
 
 
-def meaning_rows(words: WordMap, vectors: FloatArray, n_posture_and_travel: int = 0) -> FloatArray:
+def meaning_rows(
+    words: WordMap,
+    vectors: FloatArray,
+    n_posture_and_travel: int = 0,
+    emphasis: FloatArray | None = None,
+) -> FloatArray:
     """Rows whose dot products are the values of :func:`resemblance`: array (..., words + columns).
 
     They serve many comparisons of the same intervals.
@@ -68,9 +98,54 @@ def meaning_rows(words: WordMap, vectors: FloatArray, n_posture_and_travel: int 
         Vectors of length 1.
     n_posture_and_travel : int, optional
         Number of the last columns that are posture and travel.
+    emphasis : array (words,), optional
+        Weights of the words (:func:`emphasis_of`); 1 where they are not given.
     """
-    said = unit(words.evidence(vectors))
+    evidence = words.evidence(vectors)
+    said = unit(evidence if emphasis is None else evidence * emphasis)
     moving = unit(vectors[..., : vectors.shape[-1] - n_posture_and_travel])
     return np.concatenate(
         [np.sqrt(MEANING_SHARE) * said, np.sqrt(1.0 - MEANING_SHARE) * moving], axis=-1
     )
+
+
+def with_feedback(alike: FloatArray, rows: FloatArray) -> FloatArray:
+    """Mean of the resemblance to the example and to the captures most like it: array (n,).
+
+    Parameters
+    ----------
+    alike : array (n,)
+        Resemblance of every capture to the example.
+    rows : array (n, columns)
+        Rows whose dot products are their resemblances (:func:`meaning_rows`).
+
+    >>> rows = np.array([[1.0, 0.0], [0.6, 0.8], [0.0, 1.0]])
+    >>> with_feedback(np.array([0.9, 0.5, 0.0]), rows).round(2).tolist()
+    [0.95, 0.55, 0.0]
+    """
+    n = max(1, min(FEEDBACK, len(alike) // FEWEST_OTHERS))
+    if len(alike) <= n:
+        return alike
+    best = np.argpartition(alike, len(alike) - n)[-n:]
+    weights = np.maximum(alike[best], 0.0)
+    total = float(weights.sum())
+    if total <= 0.0:
+        return alike
+    together = rows @ (weights @ rows[best])
+    together *= 0.5 / total
+    together += 0.5 * alike
+    return np.asarray(together)
+
+
+def emphasis_of(names: Sequence[str]) -> FloatArray:
+    """Weights of words in a resemblance: array (words,).
+
+    Parameters
+    ----------
+    names : sequence of str
+        The words.
+
+    >>> emphasis_of(["walk", "left"]).tolist()
+    [1.0, 0.5]
+    """
+    return np.array([MODIFIER_SHARE if name in MODIFIERS else 1.0 for name in names])

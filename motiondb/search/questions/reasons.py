@@ -10,7 +10,8 @@ already averaged over an action's words and over the windows (that of the action
 capture). The log-odds of several actions together are not the mean of their log-odds; the
 difference is one further part, ``together``. Excluded words are decomposed in the same way, and
 every exclusion lowers the answer by one number, ``Lowering.amount``. The parts of what is asked,
-``together`` and these amounts sum (``math.fsum``) to exactly the number that ranks the answer.
+``together``, these amounts and what the words add as parts of a whole caption (``as_caption``) sum
+(``math.fsum``) to exactly the number that ranks the answer.
 """
 
 from __future__ import annotations
@@ -69,6 +70,9 @@ class WordReason:
         Number of the exclusion that the word belongs to, -1 where it is asked for. The parts of an
         excluded word sum to its share of the log-odds of its action, not to anything that is added
         to the answer.
+    as_caption : float
+        What the word adds because the question as a whole is like the caption that the motion
+        suggests. It is no part of the log-odds of the word's action.
     """
 
     word: int
@@ -78,16 +82,17 @@ class WordReason:
     written: float
     shares: tuple[Share, ...]
     exclusion: int = -1
+    as_caption: float = 0.0
 
     @property
     def parts(self) -> tuple[float, ...]:
-        """All summands of the answer's log-odds that are due to this word."""
+        """All summands of the log-odds of the word's action that are due to this word."""
         return (self.prior, self.written, *(share.amount for share in self.shares))
 
     @property
     def contribution(self) -> float:
-        """Sum of the parts."""
-        return math.fsum(self.parts)
+        """Sum of the parts, and of what the word adds as part of the whole caption."""
+        return math.fsum([*self.parts, self.as_caption])
 
     @property
     def log_probability(self) -> float:
@@ -299,7 +304,9 @@ def lowerings(reasons: Sequence[WordReason]) -> list[Lowering]:
 
 
 def total(reasons: Sequence[WordReason]) -> float:
-    """Log-odds of the answer: the exactly rounded sum of all parts, ``together`` and lowerings.
+    """What ranks the answer: the exactly rounded sum of all parts, ``together`` and lowerings.
+
+    The log-odds of the answer, with what the question adds as a whole caption.
 
     Parameters
     ----------
@@ -307,7 +314,8 @@ def total(reasons: Sequence[WordReason]) -> float:
         The reasons of one answer.
     """
     amounts = [lowering.amount for lowering in lowerings(reasons)]
-    return math.fsum([*asked_parts(reasons), together(reasons), *amounts])
+    captions = [reason.as_caption for reason in reasons]
+    return math.fsum([*asked_parts(reasons), *captions, together(reasons), *amounts])
 
 
 def strongest(reason: WordReason, limit: int = 3) -> list[Share]:

@@ -22,6 +22,28 @@ _GRAIN = 2.0**16  # vectors are rounded to multiples of its reciprocal, see the 
 
 
 @dataclass(frozen=True, eq=False)
+class CaptionMoments:
+    """Sums over described intervals for :mod:`motiondb.words.maps.caption_map`.
+
+    Attributes
+    ----------
+    words : array (words,)
+        Sum of t, the words of an interval as a vector of length 1.
+    cross : array (symbols, words)
+        Sum of v t'.
+    """
+
+    words: FloatArray
+    cross: FloatArray
+
+    def __add__(self, other: CaptionMoments) -> CaptionMoments:
+        return CaptionMoments(self.words + other.words, self.cross + other.cross)
+
+    def __sub__(self, other: CaptionMoments) -> CaptionMoments:
+        return CaptionMoments(self.words - other.words, self.cross - other.cross)
+
+
+@dataclass(frozen=True, eq=False)
 class WordMoments:
     """Sums over described intervals.
 
@@ -37,6 +59,8 @@ class WordMoments:
         Sum of v v'.
     cross : array (symbols, words)
         Sum of v y'.
+    captions : CaptionMoments or None
+        Sums for whole captions; None in databases of versions that did not keep them.
     """
 
     n: float
@@ -44,12 +68,23 @@ class WordMoments:
     words: FloatArray
     gram: FloatArray
     cross: FloatArray
+    captions: CaptionMoments | None = None
 
     def __add__(self, other: WordMoments) -> WordMoments:
-        return WordMoments(*(a + b for a, b in zip(vars(self).values(), vars(other).values())))
+        own, others = self.captions, other.captions
+        return WordMoments(
+            self.n + other.n, self.vectors + other.vectors, self.words + other.words,
+            self.gram + other.gram, self.cross + other.cross,
+            None if own is None or others is None else own + others,
+        )  # fmt: skip
 
     def __sub__(self, other: WordMoments) -> WordMoments:
-        return WordMoments(*(a - b for a, b in zip(vars(self).values(), vars(other).values())))
+        own, others = self.captions, other.captions
+        return WordMoments(
+            self.n - other.n, self.vectors - other.vectors, self.words - other.words,
+            self.gram - other.gram, self.cross - other.cross,
+            None if own is None or others is None else own - others,
+        )  # fmt: skip
 
 
 def word_moments(vectors: FloatArray, presence: NDArray[np.bool_]) -> WordMoments:
@@ -68,7 +103,12 @@ def word_moments(vectors: FloatArray, presence: NDArray[np.bool_]) -> WordMoment
     """
     v = np.round(np.asarray(vectors, dtype=np.float64) * _GRAIN) / _GRAIN
     y = presence.astype(np.float64)
-    return WordMoments(float(len(v)), v.sum(axis=0), y.sum(axis=0), v.T @ v, v.T @ y)
+    length = np.sqrt(np.maximum(y.sum(axis=1, keepdims=True), 1.0))
+    t = np.round(y / length * _GRAIN) / _GRAIN
+    return WordMoments(
+        float(len(v)), v.sum(axis=0), y.sum(axis=0), v.T @ v, v.T @ y,
+        CaptionMoments(t.sum(axis=0), v.T @ t),
+    )  # fmt: skip
 
 
 def solve_word_map(moments: WordMoments, ridge: float, calibration: FloatArray) -> WordMap:

@@ -1,0 +1,185 @@
+"""How sure an answer to words is: as a whole, and part by part.
+
+Only probabilities that were learned from questions of the same kind are told. These kinds are
+
+    actions asked for, in order or at once; exclusions alone:
+        the product of the probabilities of the statements (``certainty.answer_probability``),
+    one action but not another; one of several actions:
+        learned by themselves (:mod:`motiondb.learning.certainty.question_certainty`).
+
+Nothing is told for repeats and lengths, for orders with exclusions, for several exclusions beside
+an action, and for alternatives that are more than one action: whether such answers are right was
+never measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import prod
+
+import numpy as np
+
+from motiondb.learning.certainty.question_certainty import KindCertainty, cues_of
+from motiondb.learning.learned import Learned
+from motiondb.search import certainty
+from motiondb.search.questions import reasons
+from motiondb.search.questions.by_question import QuestionHit
+from motiondb.words.question.readings import Reading
+
+SURE = 1.0 - 1e-12
+"""Largest probability of a condition, so that its log-odds are finite."""
+
+
+@dataclass(frozen=True)
+class PartChance:
+    """How sure a capture shows a part of a question.
+
+    Attributes
+    ----------
+    probability : float
+        With what captions say.
+    by_motion : float
+        By the motion alone.
+    by_caption : bool
+        Whether captions say it.
+    """
+
+    probability: float
+    by_motion: float
+    by_caption: bool
+
+
+@dataclass(frozen=True)
+class Chances:
+    """How sure an answer is.
+
+    Attributes
+    ----------
+    whole : float or None
+        Probability that the capture shows all that is asked and nothing that is excluded; None
+        where it is not known.
+    parts : tuple of (PartChance or None)
+        Of every part of the reading; None where it asks for nothing, or is not known.
+    """
+
+    whole: float | None
+    parts: tuple[PartChance | None, ...]
+
+
+def chances(
+    learned: Learned,
+    readings: Sequence[Reading],
+    hit: QuestionHit,
+    why: Sequence[reasons.WordReason],
+) -> Chances:
+    """How sure an answer is.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    readings : sequence of Reading
+        All readings of the question.
+    hit : QuestionHit
+        The answer.
+    why : sequence of WordReason
+        The reasons of the answer.
+    """
+    reading = readings[hit.reading]
+    sure = learned.word_certainty
+    unknown = Chances(None, (None,) * len(reading.parts))
+    if sure is None or any(map(counts_or_lasts, readings)):
+        return unknown
+    excluded = [lowering.actions for lowering in reasons.lowerings(why)]
+    asked = reasons.by_action(why)
+    said = all(reason.written > 0.0 for reason in why if reason.exclusion < 0)
+    if len(readings) > 1:
+        known = all(map(_is_one_action, readings))
+        return (
+            chances_of_kind(learned.certainties.either, asked[0], None, said)
+            if known
+            else (unknown)
+        )
+    if asked and excluded:
+        known = len(asked) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1
+        return (
+            chances_of_kind(learned.certainties.without, asked[0], excluded[0][0], said)
+            if known
+            else unknown
+        )
+    whole = certainty.answer_probability(sure, asked, excluded)
+    return Chances(whole, tuple(_of_part(sure, hit, reading, k, why)
+                                for k in range(len(reading.parts))))  # fmt: skip
+
+
+def counts_or_lasts(reading: Reading) -> bool:
+    """Whether a reading asks for repeats or lengths."""
+    return any(part.seconds > 0.0 or part.repeat_of != k for k, part in enumerate(reading.parts))
+
+
+def _is_one_action(reading: Reading) -> bool:
+    """Whether a reading asks for one action and excludes nothing."""
+    return len(reading.parts) == 1 and len(reading.parts[0].actions) == 1 and not reading.exclusions
+
+
+def chances_of_kind(
+    kind: KindCertainty,
+    asked: tuple[float, float],
+    excluded: tuple[float, float] | None,
+    by_caption: bool = False,
+) -> Chances:
+    """Chances of "a but not b", or of the best alternative of "a or b" (nothing excluded).
+
+    P(not b | a) is P(a and not b) / P(a) by the motion. What captions say is added to the log-odds
+    of a and of b; they are not calibrated.
+
+    Parameters
+    ----------
+    kind : KindCertainty
+        How sure answers to this kind of question are.
+    asked : tuple of float
+        Log-odds of what is asked, and what of them captions add.
+    excluded : tuple of float or None
+        The same for what is excluded.
+    by_caption : bool
+        Whether captions say what is asked.
+    """
+    if kind.whole is None or kind.part is None:
+        return Chances(None, (None,))
+    cues = cues_of(asked[0] - asked[1], None if excluded is None else excluded[0] - excluded[1])
+    whole, part = float(kind.whole.log_odds(cues)), float(kind.part.log_odds(cues))
+    if excluded is None:
+        part = min(part, whole)  # one of the alternatives is shown where the best one is
+        all_of_it = _probability(whole + asked[1])
+    else:
+        free = min(_probability(whole) / _probability(part), SURE)
+        log_odds = float(np.log(free) - np.log1p(-free)) - excluded[1]
+        all_of_it = _probability(part + asked[1]) * _probability(log_odds)
+    of_part = PartChance(_probability(part + asked[1]), _probability(part), by_caption)
+    return Chances(all_of_it, (of_part,))
+
+
+def _of_part(
+    sure: certainty.Certainty,
+    hit: QuestionHit,
+    reading: Reading,
+    k: int,
+    why: Sequence[reasons.WordReason],
+) -> PartChance | None:
+    """How sure a capture shows part k; None where it asks for nothing."""
+    asked = [n for n, statement in enumerate(hit.statements) if statement.exclusion < 0]
+    of_part = {n for n in asked if hit.statements[n].part == k}
+    own = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]
+    if not reading.parts[k].actions or not own:
+        return None
+    heard = [float(sure.log_odds(np.array([odds - said]))) for odds, said in own]
+    return PartChance(
+        prod(_probability(h + said) for h, (_, said) in zip(heard, own)),
+        prod(map(_probability, heard)),
+        all(reason.written > 0.0 for reason in why if reason.action in of_part),
+    )
+
+
+def _probability(log_odds: float) -> float:
+    return float(certainty.probability(log_odds))

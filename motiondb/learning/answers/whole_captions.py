@@ -1,0 +1,118 @@
+"""What a question in quotation marks adds to an answer as a whole caption.
+
+A question in quotation marks (``"a person walks, then sits down"``) is also compared with the
+caption that the motion of a capture suggests (:mod:`motiondb.words.maps.caption_map`). The likeness
+is a sum over the question's words. It is taken relative to its mean over all captures of the
+database, times ``CAPTION_WEIGHT``, and added word by word to the log-odds that rank the answers. It
+says nothing of order and place, and it takes no part in the probability of an answer.
+
+Other questions are not compared in this way: "walk" asks for all captures that show walking, not
+for the one of which only "walk" would be written. Nor are questions with alternatives, exclusions,
+counts or lengths, which are no captions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from motiondb.learning.answers.answer_chances import counts_or_lasts
+from motiondb.learning.learned import Learned
+from motiondb.records import FloatArray
+from motiondb.search.questions.reasons import WordReason
+from motiondb.words.question.readings import Reading
+
+CAPTION_WEIGHT = 10.0
+"""Nats for a likeness of 1. Chosen among 10, 20 and 40 by leaving performers out of the CMU
+training parts (``docs/quality.md``, "Whole captions to motion")."""
+QUOTES = (('"', '"'), ("\u201c", "\u201d"), ("\u201e", "\u201c"))
+"""Pairs of quotation marks around a caption."""
+
+
+@dataclass(frozen=True, eq=False)
+class CaptionShares:
+    """What each word of a question adds to each capture.
+
+    Attributes
+    ----------
+    words : tuple of int
+        Numbers of the words.
+    amounts : dict
+        Capture number -> array (words,), nats.
+    """
+
+    words: tuple[int, ...]
+    amounts: Mapping[int, FloatArray]
+
+    def total(self, capture: int) -> float:
+        """What the question adds to a capture."""
+        return float(self.amounts[capture].sum()) if self.words else 0.0
+
+
+def unquote(text: str) -> tuple[str, bool]:
+    """A question without quotation marks around it, and whether it had them.
+
+    Parameters
+    ----------
+    text : str
+        The question.
+
+    >>> unquote('"walk, sit"'), unquote('walk')
+    (('walk, sit', True), ('walk', False))
+    """
+    bare = text.strip()
+    for opening, closing in QUOTES:
+        if len(bare) > 1 and bare.startswith(opening) and bare.endswith(closing):
+            return bare[1:-1], True
+    return text, False
+
+
+def caption_shares(learned: Learned, readings: Sequence[Reading]) -> CaptionShares:
+    """What a question adds to the captures as a whole caption; no words where it is none.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    readings : sequence of Reading
+        All readings of the question.
+    """
+    words = _asked_words(learned, readings)
+    if not words or learned.caption_map is None:
+        return CaptionShares((), {})
+    rows = learned.suggested_captions[:, list(words)] * learned.caption_map.question(words)
+    amounts = CAPTION_WEIGHT * (rows - rows.mean(axis=0))
+    return CaptionShares(words, dict(zip(learned.rows, amounts)))
+
+
+def with_shares(
+    why: Sequence[WordReason], shares: CaptionShares, capture: int
+) -> tuple[WordReason, ...]:
+    """Reasons with what each word adds as part of the whole caption, at its first reason.
+
+    Parameters
+    ----------
+    why : sequence of WordReason
+        The reasons of one answer.
+    shares : CaptionShares
+        What the question adds.
+    capture : int
+        Number of the capture.
+    """
+    if not shares.words:
+        return tuple(why)
+    left = dict(zip(shares.words, shares.amounts[capture].tolist()))
+    return tuple(replace(reason, as_caption=left.pop(reason.word, 0.0)) for reason in why)
+
+
+def _asked_words(learned: Learned, readings: Sequence[Reading]) -> tuple[int, ...]:
+    """Numbers of the different words that the only reading asks for; none where it is no caption.
+
+    Words that are only taken for known ones stand behind the vocabulary and are left out.
+    """
+    if len(readings) != 1 or readings[0].exclusions or counts_or_lasts(readings[0]):
+        return ()
+    said = [word for part in readings[0].parts for action in part.actions for word in action]
+    n_words = 0 if learned.caption_map is None else len(learned.caption_map.rarity)
+    numbers = dict.fromkeys(learned.word_numbers[word] for word in said)
+    return tuple(number for number in numbers if number < n_words)

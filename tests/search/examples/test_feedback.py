@@ -1,0 +1,69 @@
+"""Resemblance of captures to the best answers, and the weights of words in it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.search.examples.resemblance import (
+    FEEDBACK,
+    FEWEST_OTHERS,
+    emphasis_of,
+    meaning_rows,
+    resemblance,
+    with_feedback,
+)
+from motiondb.search.vectors.score_vectors import unit
+from motiondb.words.maps.word_map import WordMap
+
+
+def naive_feedback(alike: np.ndarray, rows: np.ndarray) -> list[float]:
+    """The same, capture by capture."""
+    n = max(1, min(FEEDBACK, len(alike) // FEWEST_OTHERS))
+    if len(alike) <= n:
+        return list(alike)
+    best = sorted(range(len(alike)), key=lambda k: -alike[k])[:n]
+    total = sum(max(alike[b], 0.0) for b in best)
+    if total <= 0.0:
+        return list(alike)
+    return [
+        0.5 * alike[k] + 0.5 * sum(max(alike[b], 0.0) * (rows[k] @ rows[b]) for b in best) / total
+        for k in range(len(alike))
+    ]
+
+
+@given(st.integers(1, 80), st.integers(0, 1000))
+@settings(max_examples=40, deadline=None)
+def test_feedback_is_the_mean_with_the_best_answers(n: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows = unit(rng.normal(size=(n, 4)))
+    alike = rows @ unit(rng.normal(size=4))
+    np.testing.assert_allclose(with_feedback(alike, rows), naive_feedback(alike, rows), atol=1e-12)
+
+
+def test_what_is_like_the_best_answers_comes_first() -> None:
+    # the first two are alike; of the last two, equally like the example, one is like them
+    rows = unit(np.array([[1.0, 1, 0], [1, 0.9, 0], [0, 1, 0], [0.0, 0, 1], *[[0, 0, -1]] * 6]))
+    alike = np.array([0.9, 0.89, 0.3, 0.3, *[0.0] * 6])
+    found = with_feedback(alike, rows)
+    assert found[2] > found[3]
+
+
+def test_without_a_resemblance_nothing_changes() -> None:
+    rows = np.eye(5)
+    alike = -np.ones(5)
+    assert with_feedback(alike, rows).tolist() == [-1.0] * 5
+
+
+def test_modifiers_count_half() -> None:
+    words = WordMap(np.eye(2), np.zeros(2), np.ones(2), np.ones(2), np.ones(3))
+    emphasis = emphasis_of(["walk", "left"])
+    first, second = unit(np.array([1.0, 1.0])), np.array([1.0, 0.0])
+    plain = 0.8 / np.sqrt(2) + 0.2 / np.sqrt(2)
+    assert resemblance(first, second[None], words)[0] == pytest.approx(plain)
+    weighed = 0.8 * 1.0 / np.sqrt(1.25) + 0.2 / np.sqrt(2)
+    assert resemblance(first, second[None], words, emphasis=emphasis)[0] == pytest.approx(weighed)
+    rows = meaning_rows(words, np.stack([first, second]), emphasis=emphasis)
+    assert rows[0] @ rows[1] == pytest.approx(weighed)
