@@ -13,8 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.learning.certainty.certainties import Certainties
-from motiondb.learning.certainty.question_certainty import KindCertainty
+from motiondb.learning.certainty.certainties import certainties_from, certainty_arrays
 from motiondb.learning.counting import Counted, Counts, Reference
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.learned import LearnedModel
@@ -25,7 +24,6 @@ from motiondb.learning.start.knowledge_arrays import (
     knowledge_from,
 )
 from motiondb.records import Association, FloatArray, StoredLearning
-from motiondb.search import certainty
 from motiondb.search.examples.extents import ContextSpace
 from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
@@ -42,9 +40,6 @@ DRIFT_NAMES = ("learned_from", "drift_baseline")
 """Arrays of :class:`~motiondb.learning.drift.DriftBaseline`."""
 ORIGIN_NAME = "start_origin"
 """Array that a database has where it learned with a start: the origin as JSON."""
-PLACE_NAME = "certainty_interval"
-"""Array of the certainty of places. Earlier versions kept one of other cues as "certainty_place":
-what they learned is not used."""
 CAPTION_NAMES = ("moment_caption_words", "moment_caption_cross")
 """Arrays of :class:`~motiondb.words.maps.word_moments.CaptionMoments`."""
 LEMMA_NAME = "dictionary_forms"
@@ -79,7 +74,7 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
         score_space=ScoreSpace(arrays["score_mean"], arrays["score_spread"]),
         context_space=_context_space(arrays),
         fitted_word_map=_word_map(arrays),
-        certainties=_certainties(arrays),
+        certainties=certainties_from(arrays),
         lengths=dict(lengths),
         lemmas=lemmas_from(arrays),
         cutting=_cutting(arrays),
@@ -109,7 +104,7 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
     for prefix, record in (("context", model.context_space), ("word", model.fitted_word_map)):
         if record is not None:
             arrays |= {f"{prefix}_{name}": np.asarray(v) for name, v in vars(record).items()}
-    arrays |= _certainty_arrays(model.certainties)
+    arrays |= certainty_arrays(model.certainties)
     if model.drift_baseline is not None:
         arrays |= _drift_arrays(model.drift_baseline)
     if model.places is not None:
@@ -188,35 +183,6 @@ def _word_map(arrays: Arrays) -> WordMap | None:
     names = ("weights", "offsets", "priors", "spreads", "calibration")
     ridge = float(arrays["word_ridge"]) if "word_ridge" in arrays else 1.0
     return WordMap(*(arrays[f"word_{name}"] for name in names), ridge=ridge)
-
-
-def _certainty_arrays(sure: Certainties) -> dict[str, FloatArray]:
-    each = {
-        "certainty_words": sure.words,
-        "certainty_example": sure.example,
-        PLACE_NAME: sure.place,
-        "certainty_without": sure.without.whole,
-        "certainty_without_part": sure.without.part,
-        "certainty_either": sure.either.whole,
-        "certainty_either_part": sure.either.part,
-    }
-    return {name: one.pack() for name, one in each.items() if one is not None}
-
-
-def _certainties(arrays: Arrays) -> Certainties:
-    return Certainties(
-        _certainty(arrays, "certainty_words"),
-        _certainty(arrays, "certainty_example"),
-        _certainty(arrays, PLACE_NAME),
-        *(
-            KindCertainty(_certainty(arrays, name), _certainty(arrays, f"{name}_part"))
-            for name in ("certainty_without", "certainty_either")
-        ),
-    )
-
-
-def _certainty(arrays: Arrays, name: str) -> certainty.Certainty | None:
-    return certainty.unpack(arrays[name]) if name in arrays else None
 
 
 def _cutting(arrays: Arrays) -> AcquisitionSettings:

@@ -101,8 +101,8 @@ class ExplainedExclusion:
 class Explanation:
     """Parts of the log-odds that rank an answer.
 
-    ``math.fsum`` of the parts of ``words`` (prior, written, as_caption, shares), of ``together`` and of
-    the amounts of ``excluded`` is exactly ``log_odds``.
+    ``math.fsum`` of the parts of ``words`` (prior, written, as_caption, shares), of ``together``
+    and of the amounts of ``excluded`` is exactly ``log_odds``.
 
     Attributes
     ----------

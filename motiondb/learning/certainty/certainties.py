@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,8 +13,13 @@ from motiondb.learning.certainty.asked_certainty import (
     words_certainty,
 )
 from motiondb.learning.certainty.question_certainty import KindCertainty, without_and_either
-from motiondb.search.certainty import Certainty
+from motiondb.records import FloatArray
+from motiondb.search.certainty import Certainty, unpack
 from motiondb.symbols.models.hmm_jobs import one_blas_thread
+
+PLACE_NAME = "certainty_interval"
+"""Array of the certainty of places. Earlier versions kept one of other cues as "certainty_place":
+what they learned is not used."""
 
 
 @dataclass(frozen=True)
@@ -51,3 +57,40 @@ def fit_certainties(written: Written) -> Certainties:
         return Certainties(
             words_certainty(written), example_certainty(written), without=without, either=either
         )
+
+
+def certainty_arrays(sure: Certainties) -> dict[str, FloatArray]:
+    """How sure answers are, as arrays by name; :func:`certainties_from` is the inverse."""
+    each = {
+        "certainty_words": sure.words,
+        "certainty_example": sure.example,
+        PLACE_NAME: sure.place,
+        "certainty_without": sure.without.whole,
+        "certainty_without_part": sure.without.part,
+        "certainty_either": sure.either.whole,
+        "certainty_either_part": sure.either.part,
+    }
+    return {name: one.pack() for name, one in each.items() if one is not None}
+
+
+def certainties_from(arrays: Mapping[str, FloatArray]) -> Certainties:
+    """How sure answers are, from arrays by name; what has no array is None.
+
+    Parameters
+    ----------
+    arrays : mapping of str to array
+        As :func:`certainty_arrays` makes them; others are ignored.
+    """
+
+    def one(name: str) -> Certainty | None:
+        return unpack(arrays[name]) if name in arrays else None
+
+    return Certainties(
+        one("certainty_words"),
+        one("certainty_example"),
+        one(PLACE_NAME),
+        *(
+            KindCertainty(one(name), one(f"{name}_part"))
+            for name in ("certainty_without", "certainty_either")
+        ),
+    )

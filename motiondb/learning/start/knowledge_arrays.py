@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from motiondb.learning.certainty.certainties import Certainties
+from motiondb.learning.certainty.certainties import certainties_from, certainty_arrays
 from motiondb.learning.start.knowledge import Knowledge, Origin, Taught
 from motiondb.records import FloatArray, MotionSymbols, SymbolSpace
-from motiondb.search import certainty
 from motiondb.search.examples.extents import ContextSpace
 from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
@@ -28,7 +27,6 @@ Arrays = Mapping[str, FloatArray]
 _SPACE = ("distances", "variances", "coordinates", "stress", "clusters", "weights", "means")
 _SYMBOLS = ("n_states", "self_loops", "means", "covars")
 _CONTEXT = ("features", "mean", "projection")
-_CERTAIN = ("words", "example", "place")
 
 
 def knowledge_arrays(knowledge: Knowledge) -> dict[str, FloatArray]:
@@ -47,10 +45,7 @@ def knowledge_arrays(knowledge: Knowledge) -> dict[str, FloatArray]:
     if knowledge.context_space is not None:
         context = vars(knowledge.context_space)
         arrays |= {f"context_{name}": context[name] for name in _CONTEXT}
-    for name in _CERTAIN:
-        one = getattr(taught.certainties, name)
-        if one is not None:
-            arrays[f"certainty_{name}"] = one.pack()
+    arrays |= certainty_arrays(taught.certainties)
     return {name: np.asarray(values, dtype=np.float64) for name, values in arrays.items()}
 
 
@@ -136,12 +131,5 @@ def _taught_from(words: tuple[str, ...], arrays: Arrays) -> Taught:
         ridge=float(arrays["ridge"][0]),
         calibration=arrays["calibration"],
         information=arrays["information"],
-        certainties=Certainties(
-            *(
-                certainty.unpack(arrays[f"certainty_{name}"])
-                if f"certainty_{name}" in arrays
-                else None
-                for name in _CERTAIN
-            )
-        ),
+        certainties=certainties_from(arrays),
     )

@@ -29,7 +29,8 @@ Arrays = Mapping[str, FloatArray]
 
 OPTIONAL = frozenset(
     {"context_features", "context_mean", "context_projection",
-     "certainty_words", "certainty_example", "certainty_place"}
+     "certainty_words", "certainty_example", "certainty_interval",
+     "certainty_without", "certainty_without_part", "certainty_either", "certainty_either_part"}
 )  # fmt: skip
 """Arrays that knowledge may lack."""
 
@@ -154,7 +155,11 @@ def _expected(
         "information": (3, 3),
         "certainty_words": (3,),
         "certainty_example": (4,),
-        "certainty_place": (9,),
+        "certainty_interval": (10,),
+        "certainty_without": (4,),
+        "certainty_without_part": (4,),
+        "certainty_either": (3,),
+        "certainty_either_part": (3,),
     }
 
 
