@@ -61,7 +61,9 @@ def _start(database: Path, *options: str) -> tuple[subprocess.Popen[str], str]:
     )
     assert process.stdout is not None
     address = process.stdout.readline().strip()
-    assert address.startswith("http"), "the server did not start"
+    if not address.startswith("http"):
+        _stop(process)
+        pytest.fail("the server did not start")
     return process, address
 
 

@@ -21,7 +21,12 @@ def _main() -> None:
         read_only="--read-only" in options,
         folders=folders,
     )
-    serve(settings, lambda address: print(address, flush=True), open_browser=False)
+    serve(
+        settings,
+        lambda address: print(address, flush=True),
+        lambda warning: print(warning, file=sys.stderr),
+        open_browser=False,
+    )
 
 
 if __name__ == "__main__":  # jobs are processes that import this file again
