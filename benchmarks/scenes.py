@@ -36,7 +36,8 @@ import numpy as np
 
 import motiondb
 from motiondb.database.scenes.scene_library import scene_clips
-from motiondb.database.scenes.scene_making import SceneSettings, SceneText, make, read_scene_text
+from motiondb.database.scenes.scene_making import SceneSettings, make
+from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
 from motiondb.scene.sampling.play import make_play
 from motiondb.scene.sampling.tempering import SamplerSettings, sample
 from scene_tasks import page, paper_baseline

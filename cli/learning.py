@@ -7,17 +7,8 @@ from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import (
-    DEFAULT_DB,
-    Db,
-    Json,
-    Png,
-    Seed,
-    database,
-    print_json,
-    print_table,
-    progress,
-)
+from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database
+from motiondb.cli.printing import print_json, print_table, progress
 
 
 def register(app: typer.Typer) -> None:

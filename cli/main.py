@@ -9,6 +9,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+import motiondb
 from motiondb.cli import learning
 from motiondb.cli.ask import asking
 from motiondb.cli.catalogue import cataloguing, events, keeping, words
@@ -28,9 +29,7 @@ app = Commands(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from motiondb import __version__
-
-        typer.echo(f"motiondb {__version__}")
+        typer.echo(f"motiondb {motiondb.__version__}")
         raise typer.Exit()
 
 
@@ -67,7 +66,7 @@ def main() -> None:
 
 
 def _run() -> int:
-    from motiondb.errors import MotionDBError, NotLearnedError, QueryError
+    from motiondb import MotionDBError, NotLearnedError, QueryError
 
     try:
         _run_command()
@@ -114,8 +113,7 @@ def _end_lost_interrupt(lost: sys.UnraisableHookArgs) -> None:
 
 def _end_interrupted() -> NoReturn:
     """Print a message and end at once, so that threads do not outlive their data."""
-    store = sys.modules.get("motiondb.store.connection.handle")  # not there: nothing was opened
-    if store is not None and store.Store.changes_saved:
+    if motiondb.changes_saved():
         typer.echo("interrupted: what was saved by then stays, nothing is half saved", err=True)
     else:
         typer.echo("interrupted: the database is as it was", err=True)

@@ -1,10 +1,9 @@
-"""Options shared by several commands; opening the database; printing."""
+"""Options shared by several commands, and opening the database."""
 
 from __future__ import annotations
 
-import json as jsonlib
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
@@ -15,9 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 import typer
 
 if TYPE_CHECKING:
-    from motiondb.database import MotionDB
-    from motiondb.learning.drift import Drift
-    from motiondb.words.nearby.taking import Taking
+    from motiondb import MotionDB
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -83,7 +80,7 @@ def picture_name(path: Path | None) -> Path | None:
         If the ending is not .png.
     """
     if path is not None and path.suffix.lower() != ".png":
-        from motiondb.errors import QueryError
+        from motiondb import QueryError
 
         raise QueryError(
             f"{path}: expected a name that ends in .png, found {path.suffix or 'no ending'!r}. "
@@ -179,168 +176,7 @@ def database(path: Path, *, writing: bool = False, create: bool = False) -> Iter
     create : bool, optional
         Whether to make a missing file.
     """
-    from motiondb.database import MotionDB
+    from motiondb import MotionDB
 
     with MotionDB(path, read_only=not writing, create=create, wait=seconds_to_wait()) as db:
         yield db
-
-
-def note_unlearned(db: MotionDB) -> None:
-    """Print on standard error how many captures the answers leave out.
-
-    Parameters
-    ----------
-    db : MotionDB
-        The database.
-    """
-    count = len(db.unlearned())
-    if count:
-        what = "1 capture is" if count == 1 else f"{count} captures are"
-        typer.echo(f"note: {what} not yet learned: run motiondb learn to include them", err=True)
-
-
-def note_drift(found: Drift | None) -> None:
-    """Print whether learning again is worthwhile after changes of captures or words.
-
-    Parameters
-    ----------
-    found : Drift, optional
-        What changed since the database learned.
-    """
-    if found and found.relearn:
-        typer.echo(f"Learning again is worthwhile (motiondb learn): {'; '.join(found.reasons)}.")
-    elif found and found.words:
-        typer.echo(f"New words, counted at the next motiondb learn: {', '.join(found.words)}.")
-
-
-def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:
-    """Print on standard error the unknown words of a query with the most similar known ones.
-
-    Parameters
-    ----------
-    unknown : mapping of str to sequence of str
-        Known words that are similar to each unknown word.
-    """
-    for word, near in unknown.items():
-        hint = f"; the nearest known: {', '.join(near)}" if near else ""
-        typer.echo(f"unknown word {word!r} left out{hint}", err=True)
-
-
-def note_taken(
-    taken: Mapping[str, Taking],
-    suggested: Mapping[str, Taking],
-    unknown: Mapping[str, Sequence[str]],
-) -> None:
-    """Say on standard error what was made of the words of a question that no caption holds.
-
-    Parameters
-    ----------
-    taken : mapping of str to Taking
-        Words that are taken as known ones.
-    suggested : mapping of str to Taking
-        Words for which known ones are suggested.
-    unknown : mapping of str to sequence of str
-        Words that are left out -> nearest known words.
-    """
-    for taking in taken.values():
-        typer.echo(taking.sentence(), err=True)
-    for word, taking in suggested.items():
-        if word in unknown and taking.words:
-            typer.echo(f"{taking.sentence()}; left out", err=True)
-    told = {word for word, taking in suggested.items() if taking.words}
-    note_unknown({word: near for word, near in unknown.items() if word not in told})
-
-
-def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:
-    """What words were taken as, for JSON.
-
-    Parameters
-    ----------
-    taken : mapping of str to Taking
-        Words that are taken as known ones.
-    """
-    return {
-        word: [{"word": known, "probability": p} for known, p in taking.words]
-        for word, taking in taken.items()
-    }
-
-
-def print_json(value: object) -> None:
-    """Print a value as JSON on standard output.
-
-    Parameters
-    ----------
-    value : object
-        What ``json`` can write; other objects are written as text.
-    """
-    typer.echo(jsonlib.dumps(value, indent=2, ensure_ascii=False, default=str))
-
-
-def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
-    """Print a table; it is 160 columns wide if the output is not a terminal.
-
-    Parameters
-    ----------
-    title : str
-        Title, or "".
-    columns : list of str
-        Names of the columns.
-    rows : list of list of str
-        Cells of every row.
-    """
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title=title or None, title_justify="left", box=None, pad_edge=False)
-    for column in columns:
-        right = column.lstrip("-") in (
-            "rank", "start", "end", "score", "probability", "interval", "seconds", "fps", "count",
-        )  # fmt: skip
-        table.add_column(column, justify="right" if right else "left", overflow="fold")
-    for row in rows:
-        table.add_row(*row)
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=160)
-    console.print(table, markup=False, emoji=False)
-
-
-@contextmanager
-def progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
-    """Show progress bars on standard error.
-
-    Parameters
-    ----------
-    enabled : bool
-        Whether to show anything.
-
-    Yields
-    ------
-    callable
-        Call it with the name of the step, how much is done, and how much there is to do.
-    """
-    if not enabled:
-        yield lambda _what, _done, _total: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        TextColumn("{task.description:22}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-    )
-    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as bar:
-        tasks: dict[str, Any] = {}
-
-        def tell(what: str, done: float, total: float) -> None:
-            for name, task in tasks.items():
-                if name != what:
-                    bar.update(task, completed=1.0)
-            if what not in tasks:
-                tasks[what] = bar.add_task(what, total=1.0)
-            bar.update(tasks[what], completed=done / max(total, 1e-9))
-
-        yield tell
-        for task in tasks.values():
-            bar.update(task, completed=1.0)

@@ -1,7 +1,8 @@
 """motiondb: a motion-capture database that understands what is in it.
 
 Open a database with :func:`open`; everything that the commands do is a method of the
-:class:`MotionDB` that it gives.
+:class:`MotionDB` that it gives, or a function here where it needs no open database. The commands
+use nothing but these names.
 
 >>> import motiondb
 >>> [name for name in dir(motiondb) if name.startswith("write")]
@@ -10,56 +11,145 @@ Open a database with :func:`open`; everything that the commands do is a method o
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from motiondb.capture import read_capture
+    from motiondb.capture import ReadLimits, read_capture, unit_from_name
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
+    from motiondb.database.grammars.grammar_editing import Edit
     from motiondb.database.grammars.grammar_learning import GrammarSettings
+    from motiondb.database.grammars.grammar_parsing import ParsedMotion
+    from motiondb.database.grammars.grammar_sequences import GrammarSequence
+    from motiondb.database.grammars.grammar_verbs import Grammars
+    from motiondb.database.scenes.scene_clips import ShownAction
     from motiondb.database.scenes.scene_making import SceneSettings
-    from motiondb.errors import MotionDBError
+    from motiondb.database.scenes.scene_texts import SceneText
+    from motiondb.database.scenes.scene_verbs import Scene, Scenes
+    from motiondb.errors import (
+        CaptureError,
+        MotionDBError,
+        NotLearnedError,
+        QueryError,
+        SceneError,
+        SheetError,
+        StoreError,
+    )
+    from motiondb.fetch import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings, fetch_cmu
+    from motiondb.grammar.cfg.context_free import Tree
+    from motiondb.learning.answers.example_answers import ExampleAnswer
+    from motiondb.learning.answers.explained_answer import ExplainedWord, Explanation
+    from motiondb.learning.answers.word_answers import WordAnswer
+    from motiondb.learning.drift import Drift
     from motiondb.learning.symbol_fitting import LearnSettings
-    from motiondb.records import Clip, Motion
-    from motiondb.store import check_file
+    from motiondb.records import Caption, CaptureInfo, Clip, Event, Match, Motion, Relation
+    from motiondb.scene.language.motion_grammar import MotionGrammar
+    from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
+    from motiondb.store import GrammarSize, LearnedGrammar, StoredScene, check_file
+    from motiondb.words.nearby.taking import Taking
+    from motiondb.words.question.known import KnownQuestion
+    from motiondb.words.question.tree import NotUsed
 
 __all__ = [
+    "CMU_TERMS",
+    "CMU_URL",
     "AddSettings",
+    "Caption",
+    "CaptureError",
+    "CaptureInfo",
     "Clip",
+    "Drift",
+    "Edit",
+    "Event",
+    "ExampleAnswer",
+    "ExplainedWord",
+    "Explanation",
+    "FetchLimits",
+    "FetchSettings",
+    "GrammarReport",
+    "GrammarSequence",
     "GrammarSettings",
+    "GrammarSize",
+    "Grammars",
+    "KnownQuestion",
     "LearnSettings",
+    "LearnedGrammar",
+    "Match",
     "Motion",
     "MotionDB",
     "MotionDBError",
+    "MotionGrammar",
+    "NotLearnedError",
+    "NotUsed",
+    "ParsedMotion",
+    "QueryError",
+    "ReadLimits",
+    "Relation",
+    "Scene",
+    "SceneError",
     "SceneSettings",
+    "SceneText",
+    "Scenes",
+    "SheetError",
+    "ShownAction",
+    "StoreError",
+    "StoredScene",
+    "Suggestions",
+    "Taking",
+    "Tree",
+    "Validation",
+    "WordAnswer",
     "__version__",
+    "changes_saved",
     "check_file",
     "compact",
+    "fetch_cmu",
     "open",
     "read_capture",
     "read_joint_map",
     "rescue",
+    "unit_from_name",
     "write_bvh",
     "write_gltf",
 ]
 __version__ = "0.1.0"
 
-_PUBLIC = {
-    "AddSettings": "motiondb.database.catalogue.file_reading",
-    "Clip": "motiondb.records",
-    "GrammarSettings": "motiondb.database.grammars.grammar_learning",
-    "LearnSettings": "motiondb.learning.symbol_fitting",
-    "Motion": "motiondb.records",
-    "MotionDB": "motiondb.database",
-    "MotionDBError": "motiondb.errors",
-    "SceneSettings": "motiondb.database.scenes.scene_making",
-    "check_file": "motiondb.store",
-    "read_capture": "motiondb.capture",
-    "read_joint_map": "motiondb.database.catalogue.file_reading",
-    "rescue": "motiondb.database.catalogue.rescuing",
+_PLACES = {
+    "motiondb.capture": "ReadLimits read_capture unit_from_name",
+    "motiondb.database": "MotionDB",
+    "motiondb.database.catalogue.file_reading": "AddSettings read_joint_map",
+    "motiondb.database.catalogue.rescuing": "rescue",
+    "motiondb.database.grammars.grammar_editing": "Edit",
+    "motiondb.database.grammars.grammar_learning": "GrammarSettings",
+    "motiondb.database.grammars.grammar_parsing": "ParsedMotion",
+    "motiondb.database.grammars.grammar_sequences": "GrammarSequence",
+    "motiondb.database.grammars.grammar_verbs": "Grammars",
+    "motiondb.database.scenes.scene_clips": "ShownAction",
+    "motiondb.database.scenes.scene_making": "SceneSettings",
+    "motiondb.database.scenes.scene_texts": "SceneText",
+    "motiondb.database.scenes.scene_verbs": "Scene Scenes",
+    "motiondb.errors": "CaptureError MotionDBError NotLearnedError "
+    "QueryError SceneError SheetError StoreError",
+    "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
+    "motiondb.grammar.cfg.context_free": "Tree",
+    "motiondb.learning.answers.example_answers": "ExampleAnswer",
+    "motiondb.learning.answers.explained_answer": "ExplainedWord Explanation",
+    "motiondb.learning.answers.word_answers": "WordAnswer",
+    "motiondb.learning.drift": "Drift",
+    "motiondb.learning.symbol_fitting": "LearnSettings",
+    "motiondb.records": "Caption CaptureInfo Clip Event Match Motion Relation",
+    "motiondb.scene.language.motion_grammar": "MotionGrammar",
+    "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
+    "motiondb.store": "GrammarSize LearnedGrammar StoredScene check_file",
+    "motiondb.words.nearby.taking": "Taking",
+    "motiondb.words.question.known": "KnownQuestion",
+    "motiondb.words.question.tree": "NotUsed",
 }
+"""The public names of each module, separated by spaces."""
+_PUBLIC = {name: module for module, names in _PLACES.items() for name in names.split()}
 
 
 def open(
@@ -112,6 +202,12 @@ def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
     return store.compact(Path(path), wait=wait)
 
 
+def changes_saved() -> bool:
+    """Whether this process has saved a change to a database, for messages after an interrupt."""
+    handle = sys.modules.get("motiondb.store.connection.handle")  # absent: nothing was opened
+    return handle is not None and bool(handle.Store.changes_saved)
+
+
 def write_bvh(motion: Clip | Motion, path: str | Path) -> None:
     """Write a clip or a motion as BVH; the file appears whole or not at all.
 
@@ -134,20 +230,14 @@ def write_bvh(motion: Clip | Motion, path: str | Path) -> None:
 
 
 def write_gltf(motion: Clip | Motion, path: str | Path) -> None:
-    """Write a clip or a motion as glTF (.glb or .gltf); the file appears whole or not at all.
+    """Write a clip or a motion as glTF (.glb or .gltf); see :func:`write_bvh`.
 
     Parameters
     ----------
     motion : Clip or Motion
-        A motion is written on the canonical body in the performer's size, 30 frames a second.
+        As in :func:`write_bvh`.
     path : str or Path
         The file.
-
-    Raises
-    ------
-    MotionDBError
-        When it is neither, has no frames or numbers that are not finite, or the file cannot be
-        written.
     """
     from motiondb import capture
 

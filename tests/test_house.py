@@ -37,6 +37,42 @@ def test_imports_go_one_way(tmp_path: Path) -> None:
     assert ended.returncode == 0, ended.stdout + ended.stderr
 
 
+def imports_of_commands() -> Iterator[tuple[str, str, str]]:
+    """Module of a command, module that it imports, and name that it imports from there or ""."""
+    for path in sorted(ROOT.glob("cli/**/*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                yield from ((short(path), alias.name, "") for alias in node.names)
+            elif isinstance(node, ast.ImportFrom):
+                assert node.level == 0, short(path)
+                yield from ((short(path), node.module or "", alias.name) for alias in node.names)
+
+
+def test_commands_use_only_public_names() -> None:
+    import motiondb
+
+    allowed = {*sys.stdlib_module_names, "typer", "rich"}
+    for path, module, name in imports_of_commands():
+        if module.split(".")[0] != "motiondb":
+            assert module.split(".")[0] in allowed, (path, module)
+        elif module == "motiondb":
+            assert not name or name in motiondb.__all__, (path, name)
+        else:
+            assert f"{module}.".startswith("motiondb.cli."), (path, module)
+
+
+def test_the_contract_of_the_commands_names_every_other_part() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    (contract,) = [
+        contract
+        for contract in project["tool"]["importlinter"]["contracts"]
+        if contract.get("source_modules") == ["motiondb.cli"]
+    ]
+    parts = {p.parent.name for p in ROOT.glob("motiondb/*/__init__.py")} | {"schema"}
+    parts |= {p.stem for p in ROOT.glob("motiondb/*.py") if p.stem != "__init__"}
+    assert set(contract["forbidden_modules"]) == {f"motiondb.{part}" for part in parts}
+
+
 def test_every_package_is_installed() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     listed = set(project["tool"]["setuptools"]["packages"])

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import FloatArray
-from motiondb.search.questions.by_words import search_take
+from motiondb.search.questions.by_question import search_order
 from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.maps import word_map
 from quality_protocol import baselines as base
@@ -60,7 +60,7 @@ def motiondb_answers(seen: Recognised, fold: Fold) -> Answers:
     takes = [seen.hear(fit, int(g)) for g in fold.gallery]
 
     def ask(actions: Sequence[Sequence[int]]) -> FloatArray:
-        hits = [search_take(take, actions) for take in takes]
+        hits = [search_order(take, actions) for take in takes]
         return np.array([-np.inf if hit is None else hit.log_odds for hit in hits])
 
     words = np.stack([ask([[w]]) for w in range(fold.words.shape[1])], axis=1)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from motiondb.records import IntArray, Motion
-from motiondb.search.questions.by_words import search_take
+from motiondb.search.questions.by_question import search_order
 from motiondb.words.lexicon import vocabulary
 from motiondb.words.maps import word_map
 from quality_protocol.captures import (
@@ -108,7 +108,7 @@ def _answer(
             answers.append(float("nan"))
             continue
         take = seen.hear(fit, question.capture)
-        hits = [search_take(take, asked) for asked in (actions, actions[::-1])]
+        hits = [search_order(take, asked) for asked in (actions, actions[::-1])]
         first, second = (-np.inf if hit is None else hit.log_odds for hit in hits)
         answers.append(0.5 if first == second else float(first > second))
     return answers

@@ -205,7 +205,7 @@ def _by_sum(
     if question.kind != "a or b":
         return scores
     each = np.stack([
-        [hit.log_odds for take in takes if (hit := by_words.search_take(take, [[verb]]))]
+        [hit.log_odds for take in takes if (hit := by_question.search_order(take, [[verb]]))]
         for verb in question.verbs
     ])  # fmt: skip
     log_none = -np.logaddexp(0.0, each).sum(axis=0)
@@ -217,7 +217,7 @@ def _ignored(text: str, takes: Sequence[by_words.TakeScores], names: Sequence[st
     """As the sentence was read before: its known words, without "not" and "or"."""
     number = {name: n for n, name in enumerate(names)}
     actions = [[number[w] for w in action] for action in vocabulary.split_actions(text)]
-    hits = [by_words.search_take(take, actions) for take in takes]
+    hits = [by_question.search_order(take, actions) for take in takes]
     return np.array([-np.inf if hit is None else hit.log_odds for hit in hits])
 
 

@@ -15,8 +15,8 @@ from motiondb import pictures
 from motiondb.database import MotionDB
 from motiondb.database.generate import generated_files
 from motiondb.database.generate.generating import METHODS, Generated
+from motiondb.learning.recognition import understand
 from motiondb.records import Match, Motion
-from motiondb.words.lexicon import vocabulary
 from real_tasks.measures import (
     Part,
     Smoothness,
@@ -111,7 +111,7 @@ def ask_words(db: MotionDB, notes: dict[str, Notes], folder: Path) -> list[WordR
     unseen = hears_unseen_performers(learned)
     results = []
     for words in WORDS:
-        query = vocabulary.parse_query(words, learned.association.words, learned.synonyms)
+        query = understand(learned, words)
         verdicts = notes.get(f"words: {words}", Notes()).verdicts
         asked = set(query.words)
 

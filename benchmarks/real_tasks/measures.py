@@ -11,12 +11,14 @@ import numpy as np
 
 from motiondb.generate.contact import foot_slip
 from motiondb.learning.learned import Learned
+from motiondb.learning.recognition import understand
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
-from motiondb.search.questions import by_words
+from motiondb.search.questions import by_question, by_words
 from motiondb.search.vectors import score_vectors
 from motiondb.words.lexicon import vocabulary
 from motiondb.words.maps import word_map
+from motiondb.words.question.readings import readings
 
 Part = tuple[float, float, str]
 """start, end (seconds), label of a known part of a long take."""
@@ -108,12 +110,12 @@ def search_takes(
     learned: Learned, takes: Mapping[int, by_words.TakeScores], words: str, limit: int
 ) -> list[Match]:
     """As ``search_words``, on log-odds of one's own."""
-    query = vocabulary.parse_query(words, learned.association.words, learned.synonyms)
+    question = understand(learned, words)
     number = {word: n for n, word in enumerate(learned.association.words)}
-    actions = [[number[w] for w in action] for action in query.actions]
+    read, _ = readings(question.tree)
     hits = []
     for capture, take in takes.items():
-        hit = by_words.search_take(take, actions)
+        hit = by_question.search_take(take, read, number)
         if hit is not None:
             hits.append((-hit.log_odds, capture, hit))
     hits.sort(key=lambda entry: entry[:2])
@@ -123,7 +125,7 @@ def search_takes(
             learned.captures[capture].name,
             hit.start / MOTION_FPS,
             hit.end / MOTION_FPS,
-            hit.probability,
+            float(1.0 / (1.0 + np.exp(-hit.log_odds))),
         )
         for rank, (_, capture, hit) in enumerate(hits[:limit], start=1)
     ]

@@ -169,12 +169,9 @@ def _read_motion_grammar(data: bytes, place: Place) -> object:
 
 def _read_tactics(data: bytes, place: Place) -> object:
     """Read a diagram from a file, and cast its players."""
-    from motiondb.database.scenes.scene_files import grammar_of, read_tactics
-    from motiondb.scene.services import services
+    from motiondb import Scenes
 
-    path = _file(data, place, "odd.tactics")
-    diagram = read_tactics(path)
-    return services.cast(diagram, grammar_of(diagram, path), str(path))
+    return Scenes.read_diagram(_file(data, place, "odd.tactics")).shortest
 
 
 def _read_actions(data: bytes, _place: Place) -> object:

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from motiondb.database.scenes.scene_making import SceneText
+from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.records import FloatArray
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy.compilation import compiled

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motiondb.cli.ask import explaining, understanding
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
@@ -21,19 +22,19 @@ from motiondb.cli.options import (
     To,
     Where,
     database,
+)
+from motiondb.cli.printing import (
     note_taken,
     note_unlearned,
     print_json,
+    print_sources,
     print_table,
     progress,
     taken_facts,
 )
 
 if TYPE_CHECKING:
-    from motiondb.database import MotionDB
-    from motiondb.learning.answers.example_answers import ExampleAnswer
-    from motiondb.learning.answers.word_answers import WordAnswer
-    from motiondb.records import Match, Motion
+    from motiondb import ExampleAnswer, Match, WordAnswer
 
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
 
@@ -81,10 +82,8 @@ def search(
     action, its place is told as unknown. If no answer is good enough, a line says so, and the
     nearest ones follow.
     """
-    from motiondb.cli.ask import explaining, understanding
-
     if explain and by_symbols:
-        from motiondb.errors import QueryError
+        from motiondb import QueryError
 
         raise QueryError(
             "search: expected --explain or --by-symbols, found both. An answer by symbols is found "
@@ -93,13 +92,12 @@ def search(
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols, exact=exact)
         note_unlearned(base)
-        vocabulary = (*base.vocabulary(), *answer.taken)
         if png and explain and answer.reasons:
-            explaining.draw_reason(base, answer, png, words)
+            base.draw_reasons(answer, png, words)
         elif png and answer.matches:
-            _draw(base, answer.matches, png, words)
+            base.draw_matches(answer, png, words)
     note_taken(answer.taken, answer.suggested, answer.unknown)
-    why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
+    why = [explaining.explanation_facts(e) for e in answer.explanations] if explain else []
     more = {"question": understanding.question_facts(answer.question, answer.not_used)}
     if answer.decoding:
         more["decoding"] = asdict(answer.decoding)
@@ -109,7 +107,7 @@ def search(
         understanding.print_question(answer.question, answer.not_used, "search")
     _print_answer(answer, json, reasons=True, why=why, more=more)
     if explain and not json:
-        explaining.print_reasons(answer, vocabulary)
+        explaining.print_explanations(answer)
 
 
 def like(
@@ -141,7 +139,7 @@ def like(
         note_unlearned(base)
         if png and answer.matches:
             motion = base.motion(example, start, end)
-            _draw(base, answer.matches, png, f"like {example}", motion)
+            base.draw_matches(answer, png, f"like {example}", motion)
     _print_answer(answer, json, reasons=any(m.reason for m in answer))
 
 
@@ -214,16 +212,6 @@ def _two_digits(probability: float | None) -> str:
     return "" if probability is None else f"{probability:.2f}"
 
 
-def _draw(
-    base: MotionDB, matches: tuple[Match, ...], png: Path, title: str, query: Motion | None = None
-) -> None:
-    from motiondb import pictures
-
-    hits = [(m, base.motion(m.capture)) for m in matches[:8]]
-    example = ("query", query) if query is not None else None
-    pictures.draw_hits(hits, png, title=title, query=example)
-
-
 def describe(
     example: Example,
     start: From = None,
@@ -268,8 +256,6 @@ def generate(
     json: Json = False,
 ) -> None:
     """Generate a motion from a sentence; a file beside it names its sources."""
-    from motiondb.cli.ask import understanding
-
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
         if save is not None:
@@ -290,8 +276,5 @@ def generate(
     typer.echo(f"{facts['seconds']:.2f} s of motion written to {output} ({method}, seed {seed})")
     typer.echo(f"symbols:    {' '.join(map(str, made.symbols))}")
     typer.echo(f"recognised: {' '.join(map(str, made.recognised))}")
-    for source in facts["sources"]:
-        typer.echo(
-            f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
-        )
+    print_sources(facts)
     typer.echo(f"every frame's origin: {facts['provenance']}")

@@ -8,19 +8,15 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 if TYPE_CHECKING:
-    from motiondb.words.question.known import KnownQuestion
-    from motiondb.words.question.tree import NotUsed
+    from motiondb import KnownQuestion, NotUsed
 
 
 def question_facts(question: KnownQuestion, not_used: Sequence[NotUsed]) -> dict[str, Any]:
     """A question for JSON: its text, one line for how it is understood, its tree, what is left."""
-    from motiondb.words.question.say import say
-    from motiondb.words.question.tree import to_dict
-
     return {
         "text": question.text,
-        "understood": say(question.tree),
-        "tree": to_dict(question.tree),
+        "understood": question.understood,
+        "tree": question.tree_facts(),
         "not_used": [{"text": left.text, "reason": left.reason} for left in not_used],
     }
 
@@ -30,9 +26,7 @@ def print_question(question: KnownQuestion, not_used: Sequence[NotUsed], what: s
 
     Unknown words are told apart, on standard error (``options.note_unknown``).
     """
-    from motiondb.words.question.say import say
-
-    typer.echo(f"understood: {say(question.tree)}")
+    typer.echo(f"understood: {question.understood}")
     for left in not_used:
         if left.text not in question.unknown:
             typer.echo(f"{left.text!r} is not used in {what}: {left.reason}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -19,11 +19,19 @@ from motiondb.cli.options import (
     Where,
     database,
     finite,
+)
+from motiondb.cli.printing import (
     note_drift,
     print_json,
+    print_notes,
+    print_problems,
     print_table,
     progress,
+    refuse,
 )
+
+if TYPE_CHECKING:
+    from motiondb import Relation
 
 Unit = Annotated[
     str | None, typer.Option("--unit", help="Length unit of the files: m, cm, mm, inch, or metres.")
@@ -107,8 +115,7 @@ def add(
     json: Json = False,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
-    from motiondb import AddSettings, read_joint_map
-    from motiondb.capture import ReadLimits, unit_from_name
+    from motiondb import AddSettings, ReadLimits, read_joint_map, unit_from_name
 
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
@@ -142,13 +149,9 @@ def add(
         for name, known in report.known:
             if name != known:
                 typer.echo(f"  {name} is the same file as {known}")
-        for note in report.notes:
-            typer.echo(f"  note: {note}")
+        print_notes(report.notes)
         note_drift(drift)
-    for problem in report.problems:
-        typer.echo("\n".join(f"  {line}" for line in problem.splitlines()), err=True)
-    if report.problems:
-        raise typer.Exit(1)
+    refuse(report.problems)
 
 
 def _note_performers(count: int) -> None:
@@ -161,10 +164,7 @@ def _note_performers(count: int) -> None:
         )
 
 
-def _relation(relation: object) -> str:
-    from motiondb.records import Relation
-
-    assert isinstance(relation, Relation)
+def _relation(relation: Relation) -> str:
     what = {"same": "is the same motion as", "mirror": "is a mirror image of", "cut": "is a cut of"}
     return (
         f"{relation.capture} {what[relation.kind]} {relation.other} "
@@ -210,8 +210,7 @@ def list_captures(
 def _list_duplicates(where: str, limit: int | None, db: Path, json: bool) -> None:
     with database(db) as base:
         infos = {info.name: info for info in base.captures()}
-        wanted = {info.name for info in base.captures(where)}
-        groups = [g for g in base.duplicates() if wanted & set(g.captures)]
+        groups = base.duplicates(where)
     if json:
         print_json([asdict(group) for group in groups[:limit]])
         return
@@ -346,17 +345,17 @@ def fetch_cmu(
     json: Json = False,
 ) -> None:
     """Download captures and captions of the CMU Graphics Lab database, and add them."""
-    from motiondb.fetch import CMU_TERMS, CMU_URL, FetchSettings, Limits
-    from motiondb.fetch import fetch_cmu as fetch
+    import motiondb
+    from motiondb import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings
 
     typer.echo(CMU_TERMS, err=True)
     if not yes and not typer.confirm("Do you accept these terms?", err=True):
         raise typer.Exit(2)
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]
     with progress(not json) as tell:
-        report = fetch(
-            wanted, folder, FetchSettings(base_url or CMU_URL, limits=Limits(seconds=deadline)),
-            accept_terms=True,
+        settings = FetchSettings(base_url or CMU_URL, limits=FetchLimits(seconds=deadline))
+        report = motiondb.fetch_cmu(
+            wanted, folder, settings, accept_terms=True,
             on_progress=lambda p: tell("fetching", p.number, p.n_files),
         )  # fmt: skip
     if json:
@@ -366,8 +365,7 @@ def fetch_cmu(
             f"{len(report.fetched)} files fetched into {folder}, "
             f"{len(report.skipped)} there already"
         )
-    for file, reason in report.refused:
-        typer.echo(f"  {file}: {reason}", err=True)
+    print_problems([f"{file}: {reason}" for file, reason in report.refused])
     if not only_fetch and report.sheet.exists():
         add(folder, report.sheet, db=db, json=json)
     if report.refused:

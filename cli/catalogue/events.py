@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Commands, Db, Json, database, print_json, print_table
+from motiondb.cli.options import DEFAULT_DB, Commands, Db, Json, database
+from motiondb.cli.printing import print_json, print_notes, print_table, refuse
 
 
 def register(app: typer.Typer) -> None:
@@ -35,13 +35,7 @@ def events(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> N
     if context.invoked_subcommand is not None:
         return
     with database(db) as base:
-        known = base.all_events()
-    counts = Counter(event.name for of_one in known.values() for event in of_one)
-    captures = Counter(name for of_one in known.values() for name in {e.name for e in of_one})
-    rows = [
-        {"event": name, "count": count, "captures": captures[name]}
-        for name, count in sorted(counts.items())
-    ]
+        rows = base.event_rows()
     if json:
         print_json(rows)
     elif rows:
@@ -57,13 +51,8 @@ def show_events(
     json: Json = False,
 ) -> None:
     """List the events of one capture."""
-    from motiondb.records import MOTION_FPS
-
     with database(db) as base:
-        rows = [
-            {**asdict(event), "seconds": round(event.frame / MOTION_FPS, 3)}
-            for event in base.events(name)
-        ]
+        rows = [{**asdict(event), "seconds": event.seconds} for event in base.events(name)]
     if json:
         print_json(rows)
         return
@@ -89,9 +78,5 @@ def import_events(
             f"{report.events} events of {report.captures} captures kept, "
             f"{len(report.problems)} problems"
         )
-        for note in report.notes:
-            typer.echo(f"  note: {note}")
-    for problem in report.problems:
-        typer.echo(f"  {problem}", err=True)
-    if report.problems:
-        raise typer.Exit(1)
+        print_notes(report.notes)
+    refuse(report.problems)

@@ -8,15 +8,8 @@ from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import (
-    DEFAULT_DB,
-    Db,
-    Json,
-    database,
-    note_drift,
-    print_json,
-    seconds_to_wait,
-)
+from motiondb.cli.options import DEFAULT_DB, Db, Json, database, seconds_to_wait
+from motiondb.cli.printing import note_drift, print_json, refuse
 
 
 def register(app: typer.Typer) -> None:
@@ -42,10 +35,7 @@ def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
         print_json({"faults": faults})
     elif not faults:
         typer.echo(f"{db} is sound")
-    for fault in faults:
-        typer.echo(f"  {fault}", err=True)
-    if faults:
-        raise typer.Exit(1)
+    refuse(faults)
 
 
 def rescue(

@@ -8,19 +8,8 @@ from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import (
-    DEFAULT_DB,
-    Commands,
-    Db,
-    From,
-    Json,
-    Limit,
-    To,
-    database,
-    note_drift,
-    print_json,
-    print_table,
-)
+from motiondb.cli.options import DEFAULT_DB, Commands, Db, From, Json, Limit, To, database
+from motiondb.cli.printing import note_drift, print_json, print_notes, print_table, refuse
 
 
 def register(app: typer.Typer) -> None:
@@ -104,13 +93,9 @@ def import_words(
             f"words of {report.captures} captures replaced, "
             f"{len(report.problems)} rows without a capture"
         )
-        for note in report.notes:
-            typer.echo(f"  note: {note}")
+        print_notes(report.notes)
         note_drift(drift)
-    for problem in report.problems:
-        typer.echo(f"  {problem}", err=True)
-    if report.problems:
-        raise typer.Exit(1)
+    refuse(report.problems)
 
 
 def set_synonyms(

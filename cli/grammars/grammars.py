@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,14 +17,11 @@ from motiondb.cli.options import (
     Seed,
     database,
     picture_name,
-    print_json,
-    print_table,
-    progress,
 )
+from motiondb.cli.printing import print_json, print_table, progress
 
 if TYPE_CHECKING:
-    from motiondb import store
-    from motiondb.database.grammars.grammar_learning import ByDuration
+    from motiondb import GrammarSize
 
 
 def register(app: typer.Typer) -> None:
@@ -88,8 +85,7 @@ def learn(
     json: Json = False,
 ) -> None:
     """Learn a grammar from captures: segments, terminals, sentences, rules."""
-    from motiondb import GrammarSettings
-    from motiondb.errors import QueryError
+    from motiondb import GrammarSettings, QueryError
 
     if from_symbols and terminals is not None:
         raise QueryError(
@@ -97,8 +93,11 @@ def learn(
             f" a terminal, found {terminals!r}. Leave one of them out."
         )
     settings = GrammarSettings(
-        _number(terminals), from_symbols, sentences, seed, shortest=shortest, longest=longest
-    )
+        from_symbols=from_symbols, sentences=sentences, seed=seed, shortest=shortest,
+        longest=longest,
+    )  # fmt: skip
+    if terminals is not None:  # otherwise by duration
+        settings = replace(settings, n_terminals=_number(terminals))
     with database(db, writing=True) as base, progress(not json) as tell:
         learned, lost = base.grammars.learn(captures, name, settings, tell)
         facts = base.grammars.show(learned.name)
@@ -112,13 +111,12 @@ def learn(
     _say_lost(lost)
 
 
-def _number(terminals: str | None) -> int | ByDuration | None:
+def _number(terminals: str) -> int | None:
     """Return the number of terminals; None to choose by bits."""
-    from motiondb.database.grammars.grammar_learning import BY_DURATION
-    from motiondb.errors import QueryError
+    from motiondb import QueryError
 
-    if terminals is None or terminals == "auto":
-        return BY_DURATION if terminals is None else None
+    if terminals == "auto":
+        return None
     if not (terminals.isdecimal() and int(terminals) > 0):
         raise QueryError(
             f"--terminals: expected a number of 1 or more, or auto, found {terminals!r}."
@@ -127,7 +125,7 @@ def _number(terminals: str | None) -> int | ByDuration | None:
     return int(terminals)
 
 
-def summary(size: store.GrammarSize) -> str:
+def summary(size: GrammarSize) -> str:
     """Describe a grammar in one line.
 
     Parameters
@@ -192,7 +190,7 @@ def list_grammars(db: Db = DEFAULT_DB, json: Json = False) -> None:
         typer.echo(summary(size))
 
 
-def _size_facts(size: store.GrammarSize) -> dict[str, Any]:
+def _size_facts(size: GrammarSize) -> dict[str, Any]:
     counted = asdict(size)
     named = {"grammar": counted.pop("name"), "run": counted.pop("run_id")}
     bits = size.bits | {"sum": sum(size.bits.values())}

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.options import (
-    DEFAULT_DB,
-    Db,
-    GrammarName,
-    Json,
-    Png,
-    database,
-    print_json,
-    print_table,
-)
+from motiondb.cli.options import DEFAULT_DB, Db, GrammarName, Json, Png, database
+from motiondb.cli.printing import print_json, print_table
 
 if TYPE_CHECKING:
-    from motiondb.database.grammars.grammar_parsing import ParsedMotion
+    from motiondb import Grammars, ParsedMotion
 
 SHOWN = 10
 """Unlike segments that are printed; JSON holds all."""
@@ -67,8 +58,6 @@ def parse(
 
 
 def _facts(found: ParsedMotion) -> dict[str, Any]:
-    from motiondb.database.grammars.grammar_facts import format_tree
-
     fault = found.fault
     return {
         "string": list(found.string),
@@ -80,7 +69,7 @@ def _facts(found: ParsedMotion) -> dict[str, Any]:
         "share_unlike": found.share_unlike,
         "is_unlike": found.is_unlike,
         "sentences": [
-            {"string": list(tree.leaves()), "tree": format_tree(tree)} for tree in found.trees
+            {"string": list(tree.leaves()), "tree": str(tree)} for tree in found.trees
         ],
         "fault": None
         if fault is None
@@ -93,12 +82,10 @@ def _facts(found: ParsedMotion) -> dict[str, Any]:
 
 def _say_parsed(found: ParsedMotion, example: str) -> None:
     """Print the string, then its trees, or the fault and its time."""
-    from motiondb.database.grammars.grammar_facts import format_tree
-
     how = "as learned" if found.stored else "read anew"
     typer.echo(f"{' '.join(found.string)} ({how})")
     for number, tree in enumerate(found.trees, start=1):
-        typer.echo(f"{number}  {format_tree(tree)}")
+        typer.echo(f"{number}  {tree}")
     if found.fault:
         typer.echo(f"{found.fault}")
         if found.fault.position < len(found.starts):
@@ -146,6 +133,9 @@ def suggest(
     beginning: Annotated[
         str, typer.Argument(metavar="STRING", help='Terminals so far, such as "a b c"; or "".')
     ] = "",
+    goal: Annotated[
+        str, typer.Option("--goal", help="Show the most probable way to this terminal instead.")
+    ] = "",
     like: Annotated[
         str | None,
         typer.Option(
@@ -161,10 +151,13 @@ def suggest(
     json: Json = False,
 ) -> None:
     """List the terminals that the grammar allows next, or sentences that complete a pattern."""
-    if like is not None:
-        _suggest_like(name, beginning, like, number, db, json)
-        return
     with database(db) as base:
+        if like is not None:
+            _say_like(base.grammars, name, (beginning, goal), (like, number), json)
+            return
+        if goal:
+            _say_way(base.grammars, name, beginning, goal, json)
+            return
         found = base.grammars.suggest(name, beginning)
         names = base.grammars.load(name).terminals.names
         words = dict(zip(names, (m.text for m in base.grammars.meanings(name))))
@@ -178,17 +171,36 @@ def suggest(
     print_table("", columns, [row[: len(columns)] for row in rows])
 
 
-def _suggest_like(name: str, beginning: str, like: str, number: int, db: Path, json: bool) -> None:
-    """Print the most probable sentences that match a pattern."""
+def _say_way(grammars: Grammars, name: str, beginning: str, goal: str, json: bool) -> None:
+    """Print the most probable continuation that reaches a terminal."""
+    way = grammars.plan(name, beginning, goal)
+    if json:
+        print_json(
+            {
+                "to_goal": list(way.to_goal),
+                "then": list(way.then),
+                "log_probability": way.log_probability,
+                "tree": str(way.tree),
+            }
+        )
+        return
+    typer.echo(f"to {goal}: {' '.join(way.to_goal)}")
+    typer.echo(f"then:  {' '.join(way.then) or 'the end'}")
+    typer.echo(f"tree:  {way.tree}")
+
+
+def _say_like(
+    grammars: Grammars, name: str, others: tuple[str, str], asked: tuple[str, int], json: bool
+) -> None:
+    """Print the most probable sentences that match a pattern; ``others`` must not be given."""
     from motiondb.errors import QueryError
 
-    if beginning:
+    if any(others):
         raise QueryError(
-            f"STRING: expected none beside --like, found {beginning!r}."
-            " Write it at the beginning of the pattern."
+            f"--like: expected no STRING and no --goal beside it, found"
+            f" {' '.join(others).strip()!r}. Write them into the pattern."
         )
-    with database(db) as base:
-        found = base.grammars.complete(name, like, number)
+    found = grammars.complete(name, *asked)
     if json:
         sentences = [
             {"string": list(one.string), "probability": one.probability} for one in found.found
@@ -197,9 +209,6 @@ def _suggest_like(name: str, beginning: str, like: str, number: int, db: Path, j
             {"probability": found.probability, "proven": found.proven, "sentences": sentences}
         )
         return
-    print_table(
-        "",
-        ["sentence", "probability"],
-        [[" ".join(one.string), f"{one.probability:.3f}"] for one in found.found],
-    )
+    rows = [[" ".join(one.string), f"{one.probability:.3f}"] for one in found.found]
+    print_table("", ["sentence", "probability"], rows)
     typer.echo(f"{found.probability:.2%} of the sentences of {name} match")

@@ -17,15 +17,11 @@ from motiondb.cli.options import (
     Seed,
     database,
     picture_name,
-    print_json,
-    print_table,
-    progress,
 )
+from motiondb.cli.printing import print_json, print_sources, print_table, progress
 
 if TYPE_CHECKING:
-    from motiondb.database import MotionDB
-    from motiondb.database.grammars.grammar_editing import Edit
-    from motiondb.database.grammars.grammar_sequences import GrammarSequence
+    from motiondb import Edit, GrammarSequence, MotionDB
 
 Save = Annotated[str | None, typer.Option("--save", help="Keep it as a capture, by this name.")]
 TreesPng = Annotated[
@@ -130,7 +126,7 @@ def edit(
 
     The same seed gives the same alternatives: list them first, then --choose one.
     """
-    from motiondb.errors import QueryError
+    from motiondb import QueryError
 
     if save is not None and choose is None:
         raise QueryError("edit: expected a choice to keep, found --save alone. Add --choose N.")
@@ -186,7 +182,7 @@ def _offer(
     An alternative that cannot be played because captures are gone is offered with the reason. If
     none can be played, the first reason is raised.
     """
-    from motiondb.errors import QueryError
+    from motiondb import QueryError
 
     rows: list[dict[str, Any]] = []
     faults = []
@@ -258,9 +254,6 @@ def _say_made(facts: dict[str, Any], output: Path | None) -> None:
         f"feet slip {100 * facts['foot_slip']:.1f} cm/s, in the sources "
         f"{100 * facts['foot_slip_of_sources']:.1f}"
     )
-    for source in facts["sources"]:
-        typer.echo(
-            f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
-        )
+    print_sources(facts)
     if output:
         typer.echo(f"every frame's origin: {facts['provenance']}")

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.options import Commands, Json, database, print_json, print_table
+from motiondb.cli.options import Commands, Json, database
+from motiondb.cli.printing import print_json, print_table
 from motiondb.cli.scenes import scene_making
 
 if TYPE_CHECKING:
-    from motiondb.database.scenes.scene_clips import ShownAction
-    from motiondb.grammar.cfg.context_free import Tree
-    from motiondb.scene.language.motion_grammar import MotionGrammar
-    from motiondb.scene.services.services import GrammarReport
+    from motiondb import GrammarReport, MotionGrammar, ShownAction, Tree
 
 GrammarFile = Annotated[
     str, typer.Argument(metavar="GRAMMAR", help="A grammar file, or basketball or carrying.")
@@ -23,6 +22,10 @@ GrammarFile = Annotated[
 Actions = Annotated[str, typer.Argument(help="Actions in their order, separated by spaces.")]
 StartSymbol = Annotated[
     str, typer.Option("--start", help="The start symbol, such as S_D.  [default: any that fits]")
+]
+Goals = Annotated[
+    list[str] | None,
+    typer.Option("--goal", help="An action to reach; several times for several, in order."),
 ]
 ClipsDb = Annotated[
     Path | None, typer.Option("--db", help="Also list the clips of this database for every action.")
@@ -50,18 +53,17 @@ def register(app: typer.Typer) -> None:
 
 def check_grammar(file: GrammarFile, db: ClipsDb = None, json: Json = False) -> None:
     """Check a grammar: form, LR(1) conflicts, useless symbols, and clips in a database."""
-    from motiondb.database.scenes.scene_files import read_grammar
-    from motiondb.scene.services import services
+    from motiondb import Scenes
 
-    grammar = read_grammar(file)
-    report = services.check(grammar)
+    grammar = Scenes.read_grammar(file)
+    report = Scenes.check_grammar(grammar)
     clips = _clips(db, grammar)
     if json:
         print_json(_report_facts(grammar, report, clips))
         return
     typer.echo(
         f"{report.name}: {len(report.nonterminals)} nonterminals, {len(report.terminals)}"
-        f" terminals, {len(grammar.grammar.rules)} rules, {len(grammar.annotations)} semantic rules"
+        f" terminals, {len(report.rules)} rules, {report.n_semantic_rules} semantic rules"
     )
     for start in report.starts:
         whom = f" ({start.team})" if start.team else ""
@@ -75,7 +77,7 @@ def check_grammar(file: GrammarFile, db: ClipsDb = None, json: Json = False) -> 
             typer.echo("    can derive no action at all; every player on court needs at least one")
     typer.echo(f"can be empty: {', '.join(report.nullable) or 'nothing'}")
     typer.echo(f"useless: {', '.join(report.useless) or 'nothing'}")
-    _print_clips(clips, [terminal.name for terminal in grammar.terminals])
+    _print_clips(clips, report.terminals)
 
 
 def _report_facts(
@@ -88,8 +90,8 @@ def _report_facts(
         "name": report.name,
         "nonterminals": report.nonterminals,
         "terminals": report.terminals,
-        "rules": [str(rule) for rule in rules.rules],
-        "semantic_rules": len(grammar.annotations),
+        "rules": report.rules,
+        "semantic_rules": report.n_semantic_rules,
         "useless": report.useless,
         "nullable": report.nullable,
         "starts": [
@@ -118,11 +120,10 @@ def validate(
     json: Json = False,
 ) -> None:
     """Show the tree of a string of actions, or the fault and what was expected (exit 1)."""
-    from motiondb.database.scenes.scene_files import read_grammar
-    from motiondb.scene.services import services
+    from motiondb import Scenes
 
-    grammar = read_grammar(file)
-    found = services.validate(grammar, actions.split(), start)
+    grammar = Scenes.read_grammar(file)
+    found = Scenes.validate(grammar, actions, start)
     clips = _clips(db, grammar)
     named = [name for name in dict.fromkeys(actions.split()) if name in grammar.terminal]
     if json:
@@ -130,6 +131,7 @@ def validate(
             "allowed": found.allowed,
             "start": found.start,
             "tree": _tree_facts(found.tree) if found.tree else None,
+            "trees": int(found.n_trees) if math.isfinite(found.n_trees) else None,
             "position": None if found.allowed else found.position,
             "expected": found.expected,
             "message": found.message,
@@ -137,6 +139,9 @@ def validate(
         print_json(facts | _clip_facts(clips, named))
     elif found.tree:
         _print_tree(found.tree)
+        if found.n_trees > 1:
+            number = int(found.n_trees) if math.isfinite(found.n_trees) else "endlessly many"
+            typer.echo(f"ambiguous: the most probable of {number} trees")
         _print_clips(clips, named)
     if not found.allowed:
         if not json:
@@ -162,15 +167,21 @@ def suggest(
     file: GrammarFile,
     actions: Actions,
     start: StartSymbol = "",
+    goals: Goals = None,
     db: ClipsDb = None,
     json: Json = False,
 ) -> None:
-    """List the actions that may come next, with the probabilities of the grammar's rules."""
-    from motiondb.database.scenes.scene_files import read_grammar
-    from motiondb.scene.services import services
+    """List the actions that may come next, with the probabilities of the grammar's rules.
 
-    grammar = read_grammar(file)
-    found = services.suggest(grammar, actions.split(), start)
+    With --goal, show the shortest string that goes on from the actions and reaches the goals.
+    """
+    from motiondb import Scenes
+
+    grammar = Scenes.read_grammar(file)
+    if goals:
+        _print_way(Scenes.plan(grammar, actions, goals, start), _clips(db, grammar), json)
+        return
+    found = Scenes.suggest(grammar, actions, start)
     clips = _clips(db, grammar)
     names = [name for name, _ in found.actions]
     if json:
@@ -184,6 +195,18 @@ def suggest(
     _print_clips(clips, names)
 
 
+def _print_way(
+    string: tuple[str, ...], clips: Mapping[str, Sequence[ShownAction]] | None, json: bool
+) -> None:
+    """Print the shortest string that reaches the goals."""
+    names = list(dict.fromkeys(string))
+    if json:
+        print_json({"string": string} | _clip_facts(clips, names))
+        return
+    typer.echo(" ".join(string))
+    _print_clips(clips, names)
+
+
 def draw(
     file: Annotated[
         str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
@@ -193,45 +216,37 @@ def draw(
     json: Json = False,
 ) -> None:
     """Draw a tactics diagram, and list the actions that it requires of each player."""
-    from motiondb import pictures
-    from motiondb.database.scenes.scene_files import grammar_of, read_tactics
-    from motiondb.scene.language import expressions, possession
-    from motiondb.scene.services import services
+    from motiondb import Scenes
 
-    diagram = read_tactics(file)
-    grammar = grammar_of(diagram, file)
-    trees = services.cast(diagram, grammar, file)
-    strings = {name: tree.leaves() for name, tree in trees.items()}
-    asked = expressions.expressions(diagram)
-    clips = _clips(db, grammar)
-    pictures.draw_tactics(diagram, out)
-    names = list(dict.fromkeys(a for row in asked.values() for item in row for a in item.actions))
-    holder = possession.first_holder(diagram)
+    text = Scenes.read_diagram(file)
+    clips, diagram = _clips(db, text.grammar), text.diagram
+    Scenes.draw_diagram(text, out)
     if json:
         players = [
             {
                 "name": player.name,
                 "team": player.team,
-                "expression": "".join(str(item) for item in asked[player.name]),
-                "shortest": strings[player.name],
+                "expression": text.expressions[player.name],
+                "shortest": text.shortest[player.name],
                 "opponent": diagram.opponent_of(player.name) or None,
             }
             for player in diagram.players
         ]
-        facts = {"diagram": diagram.name, "grammar": grammar.name, "file": str(out)}
-        print_json(facts | {"ball": holder, "players": players} | _clip_facts(clips, names))
+        facts = {"diagram": diagram.name, "grammar": text.grammar.name, "file": str(out)}
+        more = {"ball": text.first_holder, "players": players}
+        print_json(facts | more | _clip_facts(clips, text.actions))
         return
-    ball = f"; the ball is with {holder} at first" if holder else ""
+    ball = f"; the ball is with {text.first_holder} at first" if text.first_holder else ""
     typer.echo(f"{diagram.name} drawn to {out}{ball}")
     print_table(
         "",
         ["player", "team", "expression", "shortest string"],
         [
-            [p.name, p.team, "".join(map(str, asked[p.name])), " ".join(strings[p.name])]
+            [p.name, p.team, text.expressions[p.name], " ".join(text.shortest[p.name])]
             for p in diagram.players
         ],
     )
-    _print_clips(clips, names)
+    _print_clips(clips, text.actions)
 
 
 def _clips(path: Path | None, grammar: MotionGrammar) -> Mapping[str, Sequence[ShownAction]] | None:

@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motiondb.cli.options import (
-    DEFAULT_DB,
-    Db,
-    Json,
-    Png,
-    Seed,
-    database,
-    finite,
-    print_json,
-    print_table,
-)
+from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database, finite
+from motiondb.cli.printing import print_json, print_table, scene_progress
 
 if TYPE_CHECKING:
-    from motiondb.database.motion_db import MotionDB
-    from motiondb.database.scenes.scene_verbs import Scene
-    from motiondb.store import StoredScene
+    from motiondb import Scene, StoredScene
 
 DiagramFile = Annotated[
     str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
@@ -93,17 +80,16 @@ def make(
     json: Json = False,
 ) -> None:
     """Make an animated scene from a tactics diagram, with a report of every rule's error."""
-    from motiondb.database.scenes.scene_files import read_tactics
-    from motiondb.database.scenes.scene_verbs import SceneSettings, check_folder
+    from motiondb import Scenes, SceneSettings
 
     settings = SceneSettings(seed=seed, chains=chains, rounds=rounds, minutes=minutes, gaze=gaze)
-    check_folder(out)
+    Scenes.check_folder(out)
     began = time.monotonic()
     with database(db, writing=bool(name)) as base, scene_progress(not json) as tell:
         if name:
-            base.scenes.check_name(name, read_tactics(file).player)
+            base.scenes.check_name(name, base.scenes.read_diagram(file).diagram.player)
         scene = base.scenes.make(file, settings, tell, name)
-        _finish(base, scene, out, bool(name), drawn, tell)
+        base.scenes.write(scene, out, tell, drawn, kept=bool(name))
     _print(scene, out, time.monotonic() - began, json)
     _refuse_impossible(scene.record)
 
@@ -122,46 +108,27 @@ def update(
     json: Json = False,
 ) -> None:
     """Make the scene of a folder again for a changed diagram, starting from the present scene."""
-    from dataclasses import replace
-
-    from motiondb.database.scenes.scene_files import read_tactics
-    from motiondb.database.scenes.scene_verbs import SceneSettings, check_folder
+    from motiondb import SceneSettings
 
     began = time.monotonic()
     with database(db, writing=bool(name)) as base, scene_progress(not json) as tell:
         earlier = base.scenes.find(folder)
-        check_folder(folder)
+        base.scenes.check_folder(folder)
         if name:
-            base.scenes.check_name(name, read_tactics(file).player)
+            base.scenes.check_name(name, base.scenes.read_diagram(file).diagram.player)
         settings = replace(SceneSettings(**earlier.settings), minutes=minutes)
         settings = settings if seed is None else replace(settings, seed=seed)
         earlier = replace(earlier, name=name) if name else earlier
         scene = base.scenes.update(earlier, file, settings, tell)
-        _finish(base, scene, folder, bool(name), drawn, tell)
+        base.scenes.write(scene, folder, tell, drawn, kept=bool(name))
     _print(scene, folder, time.monotonic() - began, json)
     _refuse_impossible(scene.record)
 
 
-def _finish(
-    base: MotionDB,
-    scene: Scene,
-    folder: Path,
-    kept: bool,
-    drawn: bool,
-    tell: Callable[[str, float, float], None],
-) -> None:
-    """Write the folder, and keep the scene if it has a name."""
-    base.scenes.write(scene, folder, tell, drawn, kept)
-
-
 def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
-    from motiondb.database.scenes.scene_reports import (
-        cut_short_lines,
-        impossible_lines,
-        report_facts,
-    )
+    from motiondb import Scenes
 
-    facts = report_facts(scene.record)
+    facts = Scenes.facts(scene.record)
     work = {what: round(took, 3) for what, took in scene.made.seconds.items()}
     if json:
         print_json(facts | {"folder": str(folder), "took": work | {"all": round(seconds, 3)}})
@@ -172,14 +139,12 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
     )
     took = ", ".join(f"{what} {time:.1f} s" for what, time in work.items())
     typer.echo(f"error {facts['error']:.2f} before polish; {took}")
-    for line in cut_short_lines(scene.record):
-        typer.echo(line)
     touching = len(facts["collisions"])
     typer.echo(
         f"rules kept: {facts['rules'] - facts['broken']} of {facts['rules']};"
         f" collisions: {touching or 'none'}"
     )
-    for line in impossible_lines(scene.record.report):
+    for line in Scenes.remarks(scene.record):
         typer.echo(line)
     if facts["too_fast"]:
         typer.echo(f"  faster than people go: {', '.join(facts['too_fast'])}")
@@ -199,34 +164,28 @@ def _refuse_impossible(record: StoredScene) -> None:
 
 def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
     """Report how well a scene keeps each rule, collisions, and the sources of its motion."""
-    from motiondb.database.scenes.scene_folder import read_scene_folder
-    from motiondb.database.scenes.scene_reports import report_facts, report_text
-    from motiondb.file_names import is_folder
+    from motiondb import Scenes
 
-    if is_folder(place):
-        record = read_scene_folder(Path(place))
+    if Scenes.is_folder(place):
+        record = Scenes.read_folder(place)
         if png:
-            from motiondb.database.scenes.scene_folder import draw_folder
-
-            draw_folder(Path(place), png)
+            Scenes.draw_folder(place, png)
     else:
         with database(db) as base:
             record = base.scenes.load(place)
             if png:
                 base.scenes.draw(place, png)
     if json:
-        print_json(report_facts(record) | ({"picture": str(png)} if png else {}))
+        print_json(Scenes.facts(record) | ({"picture": str(png)} if png else {}))
     else:
-        typer.echo(report_text(record))
+        typer.echo(Scenes.report(record))
     _refuse_impossible(record)
 
 
 def list_scenes(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """List the scenes that are kept in the database."""
-    from motiondb.database.scenes.scene_reports import report_facts
-
     with database(db) as base:
-        facts = [report_facts(base.scenes.load(name)) for name in base.scenes.names()]
+        facts = [base.scenes.facts(base.scenes.load(name)) for name in base.scenes.names()]
     if json:
         keys = ("scene", "characters", "clips", "frames", "seconds", "error", "rules", "broken")
         print_json([{key: fact[key] for key in keys} for fact in facts])
@@ -259,36 +218,3 @@ def remove(
         print_json({"removed": name, "captures": captures})
     else:
         typer.echo(f"removed {name} with {', '.join(captures) or 'no captures'}")
-
-
-@contextmanager
-def scene_progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
-    """Show progress on standard error: call with what is done, the fraction done, the error."""
-    if not enabled:
-        yield lambda _what, _share, _error: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        TextColumn("{task.description:18}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TextColumn("{task.fields[error]:14}"),
-    )
-    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as bar:
-        tasks: dict[str, Any] = {}
-
-        def tell(what: str, share: float, error: float) -> None:
-            for name, task in tasks.items():
-                if name != what:
-                    bar.update(task, completed=1.0)
-                    bar.stop_task(task)
-            shown = "" if math.isnan(error) else f"error {error:8.2f}"
-            if what not in tasks:
-                tasks[what] = bar.add_task(what, total=1.0, error=shown)
-            bar.update(tasks[what], completed=min(share, 1.0), error=shown)
-
-        yield tell
-        for task in tasks.values():
-            bar.update(task, completed=1.0)

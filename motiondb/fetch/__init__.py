@@ -8,15 +8,15 @@ from motiondb.fetch.cmu import (
     FetchSettings,
     fetch_cmu,
 )
-from motiondb.fetch.limits import Limits, Patience
+from motiondb.fetch.limits import FetchLimits, Patience
 
 __all__ = [
     "CMU_TERMS",
     "CMU_URL",
+    "FetchLimits",
     "FetchProgress",
     "FetchReport",
     "FetchSettings",
-    "Limits",
     "Patience",
     "fetch_cmu",
 ]

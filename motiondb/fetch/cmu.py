@@ -17,7 +17,7 @@ from motiondb.errors import MotionDBError, QueryError
 from motiondb.fetch.captions import read_rows, write_rows
 from motiondb.fetch.checks import check_amc, check_asf
 from motiondb.fetch.cmu_pages import Trial, read_trials
-from motiondb.fetch.limits import Budget, Limits, Patience, RefusedError, check_limits
+from motiondb.fetch.limits import Budget, FetchLimits, Patience, RefusedError, check_limits
 from motiondb.fetch.transfer import Check, fetch_file, fetch_page, make_folder
 
 CMU_URL = "http://mocap.cs.cmu.edu"
@@ -96,13 +96,13 @@ class FetchSettings:
         Address of the site.
     patience : Patience
         How long to wait for answers.
-    limits : Limits
+    limits : FetchLimits
         How much one download may take.
     """
 
     base_url: str = CMU_URL
     patience: Patience = field(default_factory=Patience)
-    limits: Limits = field(default_factory=Limits)
+    limits: FetchLimits = field(default_factory=FetchLimits)
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ class Patience:
 
 
 @dataclass(frozen=True)
-class Limits:
+class FetchLimits:
     """How much one download may take; no real download of subjects comes near.
 
     Attributes
@@ -75,7 +75,7 @@ class Limits:
     total_bytes: int = 20_000_000_000
 
 
-def check_limits(limits: Limits) -> None:
+def check_limits(limits: FetchLimits) -> None:
     """Refuse limits that are no numbers above 0.
 
     Raises
@@ -94,7 +94,7 @@ class Budget:
 
     Attributes
     ----------
-    limits : Limits
+    limits : FetchLimits
         What it may take.
     clock : callable
         Gives seconds that only rise.
@@ -102,7 +102,7 @@ class Budget:
         Bytes that came so far, of pages and files.
     """
 
-    limits: Limits
+    limits: FetchLimits
     clock: Callable[[], float] = time.monotonic
     n_bytes: int = 0
     began: float = field(init=False)

@@ -228,14 +228,6 @@ def between(u: FloatArray, v: FloatArray) -> FloatArray:
     return normalize(np.concatenate([np.where(w > _OPPOSITE, w, 0.0), axis], axis=-1))
 
 
-def twist(q: FloatArray, axis: FloatArray) -> FloatArray:
-    """Return the part of q that turns about the unit vector ``axis``: q = swing twist."""
-    along = np.sum(q[..., 1:] * axis, axis=-1, keepdims=True)
-    t = np.concatenate([q[..., :1], along * axis], axis=-1)
-    length = np.linalg.norm(t, axis=-1, keepdims=True)
-    return np.where(length > _SMALL_SINE, t / np.where(length > _SMALL_SINE, length, 1.0), IDENTITY)
-
-
 def slerp(p: FloatArray, q: FloatArray, t: ArrayLike) -> FloatArray:
     """Interpolate along the shortest arc from p (t = 0) to q (t = 1); t (...) has no last axis."""
     return multiply(p, exp(np.asarray(t)[..., None] * log(relative(p, q))))

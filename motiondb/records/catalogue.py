@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from motiondb.records.arrays import MOTION_FPS
+
 
 @dataclass(frozen=True)
 class Caption:
@@ -44,6 +46,11 @@ class Event:
     name: str
     joint: str = ""
     other: str = ""
+
+    @property
+    def seconds(self) -> float:
+        """Time of the event from the start of the capture, seconds."""
+        return round(self.frame / MOTION_FPS, 3)
 
 
 @dataclass(frozen=True, eq=False)

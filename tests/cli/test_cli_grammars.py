@@ -163,6 +163,20 @@ def test_suggest_lists_what_may_come_next(command: Any, taught: Path) -> None:
     assert command("grammar", "suggest", "fight", "--db", taught).code == 0
 
 
+def test_suggest_leads_to_a_goal(command: Any, taught: Path) -> None:
+    string = string_of(command, taught)
+    words = ("grammar", "suggest", "fight", string[0], "--goal", string[1], "--db", taught)
+    way = answer(command(*words, "--json"))
+    assert way["to_goal"][-1] == string[1]
+    assert way["to_goal"].count(string[1]) == 1
+    ended = command(*words)
+    assert f"to {string[1]}: {' '.join(way['to_goal'])}" in ended.out
+    assert f"tree:  {way['tree']}" in ended.out
+    lost = command("grammar", "suggest", "fight", string[0], "--goal", "zz", "--db", taught)
+    assert (lost.code, lost.out) == (2, "")
+    assert "'zz': expected terminals of the grammar" in lost.err
+
+
 def test_generate_edit_and_choose(command: Any, copy: Path) -> None:
     words = ("grammar", "generate", "fight", "-o", "new.bvh", "--seed", 3, "--length", 8)
     ended = command(*words, "--save", "new/fight", "--png", "new.png", "--db", copy)

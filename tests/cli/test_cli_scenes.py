@@ -83,6 +83,29 @@ def test_suggest_tells_probabilities(command: Any) -> None:
     assert "error: basketball: action 1, from S_A or S_D: expected" in ended.err
 
 
+def test_suggest_goes_on_to_goals(command: Any) -> None:
+    words = ("scene", "suggest", "basketball", "hold", "--goal", "pass", "--goal", "shoot")
+    string = json.loads(command(*words, "--json").out)["string"]
+    assert string[0] == "hold"
+    assert string.index("pass") < string.index("shoot")
+    assert command(*words).out.split() == string
+    lost = command("scene", "suggest", "basketball", "hold", "--goal", "yodel")
+    assert lost.code == 1
+    assert "expected an action, found 'yodel'" in lost.err
+
+
+def test_validate_tells_when_a_string_is_ambiguous(command: Any, tmp_path: Path) -> None:
+    file = tmp_path / "twice.grammar"
+    file.write_text('start S\nS -> S S | a\na := "walk"\n')
+    ended = command("scene", "validate", file, "a a a a")
+    assert "ambiguous: the most probable of 5 trees" in ended.out
+    assert json.loads(command("scene", "validate", file, "a a a a", "--json").out)["trees"] == 5
+    assert "ambiguous" not in command("scene", "validate", file, "a a").out
+    file.write_text('start S\nS -> S | a\na := "walk"\n')
+    assert json.loads(command("scene", "validate", file, "a", "--json").out)["trees"] is None
+    assert "of endlessly many trees" in command("scene", "validate", file, "a").out
+
+
 def test_draw_draws_and_tells_what_is_asked(command: Any, tmp_path: Path) -> None:
     out = tmp_path / "x.png"
     ended = command("scene", "draw", "give-and-go", "-o", out)

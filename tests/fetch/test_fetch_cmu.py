@@ -13,7 +13,7 @@ import pytest
 from motiondb.errors import MotionDBError, QueryError, SheetError
 from motiondb.fetch import CMU_TERMS, FetchProgress, fetch_cmu, transfer
 from motiondb.fetch.cmu import FetchSettings, check_subjects
-from motiondb.fetch.limits import Limits, Patience, UnreachableError
+from motiondb.fetch.limits import FetchLimits, Patience, UnreachableError
 
 HEADER = "file\tskeleton\tperformer\tfps\tlicence\twords\n"
 ROWS = (
@@ -46,7 +46,7 @@ def pauses() -> list[float]:
 def fetch(site, folder, pauses=None, **options):
     pauses = [] if pauses is None else pauses
     patience = Patience(timeout=5.0, attempts=3, pause=pauses.append)
-    options = {"accept_terms": True, "patience": patience, "limits": Limits(), **options}
+    options = {"accept_terms": True, "patience": patience, "limits": FetchLimits(), **options}
     settings = FetchSettings(site.url, options.pop("patience"), options.pop("limits"))
     return fetch_cmu(["14"], folder, settings, **options)
 

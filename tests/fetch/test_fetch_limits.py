@@ -12,7 +12,7 @@ import cmu_site
 import pytest
 
 from motiondb.errors import QueryError
-from motiondb.fetch import FetchSettings, Limits, Patience, fetch_cmu
+from motiondb.fetch import FetchLimits, FetchSettings, Patience, fetch_cmu
 from motiondb.fetch.captions import caption_row
 from motiondb.fetch.checks import check_amc
 from motiondb.fetch.cmu_pages import Trial, read_trials
@@ -35,7 +35,7 @@ def site(monkeypatch: pytest.MonkeyPatch) -> Iterator[cmu_site.Site]:
         yield served
 
 
-def fetch(url: str, folder: Path, limits: Limits, patience: Patience | None = None):
+def fetch(url: str, folder: Path, limits: FetchLimits, patience: Patience | None = None):
     settings = FetchSettings(url, patience or Patience(5.0, 2, lambda _: None), limits)
     return fetch_cmu(["14"], folder, settings, accept_terms=True)
 
@@ -50,7 +50,7 @@ def test_a_file_that_is_too_long_is_refused_and_not_kept(
 ) -> None:
     if not has_length:
         site.without_length = {WALK}
-    ((file, reason),) = fetch(site.url, tmp_path, Limits(file_bytes=100_000)).refused
+    ((file, reason),) = fetch(site.url, tmp_path, FetchLimits(file_bytes=100_000)).refused
     assert file == "14/14_06.amc"
     assert reason.startswith(f"{site.url}{WALK}: expected at most 100000 bytes, found ")
     assert reason.endswith(" or more. That is no capture's size; it was not kept.")
@@ -59,28 +59,28 @@ def test_a_file_that_is_too_long_is_refused_and_not_kept(
 
 def test_a_page_that_is_too_long_is_refused(site: cmu_site.Site, tmp_path: Path) -> None:
     with pytest.raises(Exception, match=r"expected at most 100 bytes, found \d+ or more"):
-        fetch(site.url, tmp_path, Limits(page_bytes=100))
+        fetch(site.url, tmp_path, FetchLimits(page_bytes=100))
     site.without_length = {PAGE}
     with pytest.raises(Exception, match=r"expected at most 100 bytes, found \d+ or more"):
-        fetch(site.url, tmp_path, Limits(page_bytes=100))
+        fetch(site.url, tmp_path, FetchLimits(page_bytes=100))
 
 
 def test_all_bytes_together_are_limited_and_what_came_is_kept(
     site: cmu_site.Site, tmp_path: Path
 ) -> None:
     with pytest.raises(UnreachableError, match="expected at most 50000 bytes in all, found more"):
-        fetch(site.url, tmp_path, Limits(total_bytes=50_000))
+        fetch(site.url, tmp_path, FetchLimits(total_bytes=50_000))
     assert names(tmp_path) == {"14.asf", "14_06.amc.part"}
-    assert fetch(site.url, tmp_path, Limits()).refused == ()
+    assert fetch(site.url, tmp_path, FetchLimits()).refused == ()
     assert (tmp_path / "14/14_06.amc").read_bytes() == site.files[WALK]
 
 
 def test_subjects_and_files_are_limited(site: cmu_site.Site, tmp_path: Path) -> None:
     with pytest.raises(QueryError, match="subjects: expected at most 1 at once, found 2"):
-        fetch_cmu([1, 2], tmp_path, FetchSettings(site.url, limits=Limits(pages=1)),
+        fetch_cmu([1, 2], tmp_path, FetchSettings(site.url, limits=FetchLimits(pages=1)),
                   accept_terms=True)  # fmt: skip
     with pytest.raises(QueryError, match="files: expected at most 1 at once, found 2"):
-        fetch(site.url, tmp_path, Limits(files=1))
+        fetch(site.url, tmp_path, FetchLimits(files=1))
     assert names(tmp_path) == set()
 
 
@@ -88,12 +88,12 @@ def test_subjects_and_files_are_limited(site: cmu_site.Site, tmp_path: Path) -> 
 @pytest.mark.parametrize("value", [0, -1, float("nan"), float("inf")])
 def test_limits_are_numbers_above_0(tmp_path: Path, field: str, value: float) -> None:
     with pytest.raises(QueryError, match=f"{field}: expected a number above 0, found {value!r}"):
-        fetch("http://127.0.0.1:9", tmp_path, Limits(**{field: value}))
+        fetch("http://127.0.0.1:9", tmp_path, FetchLimits(**{field: value}))
 
 
 def test_the_deadline_holds_over_all_attempts(tmp_path: Path) -> None:
     now = [0.0]
-    budget = Budget(Limits(seconds=10.0), clock=lambda: now[0])
+    budget = Budget(FetchLimits(seconds=10.0), clock=lambda: now[0])
     budget.spend("u", 5)
     now[0] = 9.9
     budget.spend("u", 5)
@@ -140,7 +140,7 @@ def test_a_server_that_drips_meets_the_deadline(
     with socket.create_server(("127.0.0.1", 0)) as server:
         threading.Thread(target=answer, args=(server,), daemon=True).start()
         url = f"http://127.0.0.1:{server.getsockname()[1]}"
-        limits, patience = Limits(seconds=0.5), Patience(0.1, 50, time.sleep)
+        limits, patience = FetchLimits(seconds=0.5), Patience(0.1, 50, time.sleep)
         with pytest.raises(UnreachableError, match="found"):
             fetch(url, tmp_path, limits, patience)
         stop.set()

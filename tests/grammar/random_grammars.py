@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from math import log
+
 from hypothesis import strategies as st
 
-from motiondb.grammar.cfg.context_free import Grammar, Rule
+from motiondb.grammar.cfg.context_free import Grammar, Rule, Tree
 
 rules = st.builds(
     Rule,
@@ -24,3 +26,8 @@ def grammars(draw: st.DrawFn) -> Grammar:
     for left in ("S", "A", "B"):
         found.append(Rule(left, tuple(draw(st.lists(st.sampled_from(["a", "b"]), max_size=2)))))
     return Grammar("S", tuple(found), ("a", "b")).with_probabilities([r.probability for r in found])
+
+
+def tree_log_probability(grammar: Grammar, tree: Tree) -> float:
+    """Natural logarithm of a tree's probability: the sum over its rules."""
+    return sum(log(grammar.rules[n.rule].probability) for n in tree.nodes() if not n.is_leaf)

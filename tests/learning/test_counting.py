@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 import motiondb
 from motiondb import store
 from motiondb.database.catalogue.cataloguing import AddSettings
-from motiondb.database.learn import updating
 from motiondb.learning import counting
-from motiondb.learning.learned import Counted, LearnedModel
+from motiondb.learning.learned import Counted, LearnedModel, with_counts
 from motiondb.learning.parameter_arrays import from_stored, to_arrays, to_stored
 from motiondb.records import (
     Association,
@@ -39,7 +38,13 @@ Captions = dict[int, tuple[Caption, ...]]
 
 def recount(database: store.Store) -> StoredLearning:
     """What was learned with everything counted from nothing, as it is stored."""
-    return to_stored(updating.recount(database))
+    model = from_stored(store.load_learning(database))
+    assert model.counted is not None
+    reference = model.counted.reference
+    there = set(model.segments.capture_ids.tolist())
+    captions = {c: rows for c, rows in store.load_captions(database).items() if c in there}
+    counts = counting.count(model.segments, captions, store.load_synonyms(database), reference)
+    return to_stored(with_counts(model, model.run_id, model.segments, Counted(counts, reference)))
 
 
 def made_up(seed: int, n_captures: int = 7, n_symbols: int = 4) -> tuple[SegmentTable, Captions]:

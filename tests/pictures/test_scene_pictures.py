@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from motiondb.database.scenes.scene_files import read_tactics
+from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import MotionDBError
 from motiondb.pictures import draw_scene_animation, draw_scene_paths
 from motiondb.pictures.scenes.scene_animation import scene_images
@@ -16,7 +16,7 @@ from motiondb.pictures.scenes.scene_paths import performer_colours, scene_paths_
 from motiondb.pose import pose_vectors, rotation
 from motiondb.records import Motion
 
-DIAGRAM = read_tactics("give-and-go")
+DIAGRAM = read_scene_text("give-and-go").diagram
 
 
 def standing(x: float, z: float, heading: float, n_frames: int = 31, speed: float = 0.0) -> Motion:

@@ -7,6 +7,7 @@ import pytest
 from matplotlib.patches import Circle
 
 from motiondb.database.scenes import scene_files
+from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.pictures import draw_tactics
 from motiondb.pictures.scenes.tactics import tactics_figure
 from motiondb.scene.language.tactics_file import read_diagram
@@ -77,7 +78,7 @@ def test_who_is_guarded_is_where_they_are_then() -> None:
 
 @pytest.mark.parametrize("name", scene_files.shipped(scene_files.TACTICS))
 def test_every_shipped_diagram_has_all_its_numbers(name: str) -> None:
-    diagram = scene_files.read_tactics(name)
+    diagram = read_scene_text(name).diagram
     (axes,) = tactics_figure(diagram).axes
     steps = sorted(t.get_text() for t in axes.texts if t.get_gid() == "step")
     assert steps == sorted(str(element.step) for element in diagram.elements)

@@ -127,18 +127,6 @@ def test_between_opposites_is_half_a_turn(u: list[float]) -> None:
     assert np.linalg.norm(rotation.log(q)) == pytest.approx(np.pi)
 
 
-@few
-@given(seeds)
-def test_twist_and_swing_make_the_rotation(seed: int) -> None:
-    q = quaternions(seed, 4)
-    axis = rotation.normalize(np.random.default_rng(seed).normal(size=3))
-    twist = rotation.twist(q, axis)
-    swing = rotation.multiply(q, rotation.conjugate(twist))
-    turned = rotation.rotate(twist, np.broadcast_to(axis, (4, 3)))
-    np.testing.assert_allclose(turned, np.broadcast_to(axis, (4, 3)), atol=1e-9)
-    np.testing.assert_allclose(np.sum(swing[:, 1:] * axis, axis=-1), 0.0, atol=1e-9)
-
-
 def test_half_way_between_two_rotations_by_hand() -> None:
     p, q = rotation.from_euler([[10.0], [50.0]], "X")
     np.testing.assert_allclose(rotation.slerp(p, q, 0.5), rotation.from_euler([30.0], "X"))

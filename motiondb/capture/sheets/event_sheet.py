@@ -14,8 +14,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
-from motiondb.capture.input.text import MAX_FAULTS, number, quoted
-from motiondb.capture.sheets.sheet import Rows, all_faults, capture_name, read_rows, shown_row
+from motiondb.capture.input.text import number, quoted
+from motiondb.capture.sheets.sheet import (
+    Rows,
+    all_faults,
+    capture_name,
+    read_rows,
+    shown_row,
+    unknown_files,
+)
 from motiondb.errors import SheetError, suggestion
 from motiondb.pose import body
 from motiondb.records import MOTION_FPS, Event
@@ -54,14 +61,8 @@ class EventSheet:
 
     def unknown(self, names: Iterable[str]) -> list[str]:
         """Return a sentence for every file that is not among the captures."""
-        known = set(names)
-        unknown = [(name, rows) for name, rows in self.entries.items() if name not in known]
-        return [
-            f"{self.path}:{rows[0][0]}: expected a capture that is there, found "
-            f"{quoted(name, 200)}.{suggestion(name, known) if place < MAX_FAULTS else ''} "
-            "Correct the file column."
-            for place, (name, rows) in enumerate(unknown)
-        ]
+        files = {name: (rows[0][0], name) for name, rows in self.entries.items()}
+        return unknown_files(self.path, files, names, "a capture that is there")
 
     def within(self, name: str, n_frames: int, problems: list[str]) -> tuple[Event, ...]:
         """Return the events of a capture that lie within it.

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
@@ -88,18 +88,36 @@ class Sheet:
         return self.entries.get(name)
 
     def unknown(self, names: Iterable[str]) -> list[str]:
-        """Return a sentence for every entry whose file is not among the captures.
+        """Return a sentence for every entry whose file is not among the captures."""
+        files = {name: (entry.line, entry.file) for name, entry in self.entries.items()}
+        return unknown_files(self.path, files, names, "a capture of the added folder")
 
-        The first of them suggest names; that takes too long for the thousands of a wrong folder.
-        """
-        known = set(names)
-        unknown = [(name, entry) for name, entry in self.entries.items() if name not in known]
-        return [
-            f"{self.path}:{entry.line}: expected a capture of the added folder, found "
-            f"{quoted(entry.file, 200)}.{suggestion(name, known) if place < MAX_FAULTS else ''} "
-            "Correct the file column."
-            for place, (name, entry) in enumerate(unknown)
-        ]
+
+def unknown_files(
+    path: str, files: Mapping[str, tuple[int, str]], names: Iterable[str], expected: str
+) -> list[str]:
+    """Return a sentence for every file of a sheet that is not among the captures.
+
+    The first of them suggest names; that takes too long for the thousands of a wrong folder.
+
+    Parameters
+    ----------
+    path : str
+        The sheet.
+    files : mapping of str to (int, str)
+        Name of a capture -> its line in the sheet, and how it is written there.
+    names : iterable of str
+        Names of the captures.
+    expected : str
+        What the file should be.
+    """
+    known = set(names)
+    unknown = [(name, *place) for name, place in files.items() if name not in known]
+    return [
+        f"{path}:{line}: expected {expected}, found {quoted(file, 200)}."
+        f"{suggestion(name, known) if number < MAX_FAULTS else ''} Correct the file column."
+        for number, (name, line, file) in enumerate(unknown)
+    ]
 
 
 def capture_name(file: str) -> str:

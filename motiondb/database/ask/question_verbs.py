@@ -275,6 +275,58 @@ class QuestionVerbs(CatalogueVerbs):
         with self.session.reading():
             return showing.draw_capture(self, name, path)
 
+    def draw_matches(
+        self,
+        answer: word_answers.WordAnswer | example_answers.ExampleAnswer,
+        path: str | Path,
+        title: str = "",
+        example: Motion | None = None,
+    ) -> Path:
+        """Draw the first matches of an answer as rows of stick figures, as PNG.
+
+        Parameters
+        ----------
+        answer : WordAnswer or ExampleAnswer
+            The answer of ``search`` or ``like``.
+        path : str or Path
+            The picture.
+        title : str
+            Title of the picture.
+        example : Motion, optional
+            The example, which is drawn above the matches.
+
+        Raises
+        ------
+        MotionDBError
+            When the answer has no matches, or the picture cannot be written.
+        """
+        from motiondb.database.ask import answer_pictures
+
+        return answer_pictures.draw_matches(self, answer.matches, path, title, example)
+
+    def draw_reasons(
+        self, answer: word_answers.WordAnswer, path: str | Path, title: str = ""
+    ) -> Path:
+        """Draw the best match over a timeline of contributions for each word, as PNG.
+
+        Parameters
+        ----------
+        answer : WordAnswer
+            The answer of ``search``, but not one by symbols.
+        path : str or Path
+            The picture.
+        title : str
+            Title of the picture.
+
+        Raises
+        ------
+        QueryError
+            When the answer has no reasons.
+        """
+        from motiondb.database.ask import answer_pictures
+
+        return answer_pictures.draw_reasons(self, answer, path, title)
+
     def animate(
         self, name: str, path: str | Path, start: float | None = None, end: float | None = None
     ) -> Path:

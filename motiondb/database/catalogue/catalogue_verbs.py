@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from motiondb import capture, store
 from motiondb.capture.sheets.event_sheet import read_event_sheet
@@ -138,11 +139,19 @@ class CatalogueVerbs:
             full = store.load_capture(self.store, name).name if name else None
             return store.load_relations(self.store, full)
 
-    def duplicates(self) -> tuple[DuplicateGroup, ...]:
-        """Groups of captures that repeat one another, in each the one to keep first."""
+    def duplicates(self, where: str = "") -> tuple[DuplicateGroup, ...]:
+        """Groups of captures that repeat one another, in each the one to keep first.
+
+        Parameters
+        ----------
+        where : str
+            Filter on the catalogue; groups with at least one such capture are returned.
+        """
         with self.session.reading():
             durations = {info.name: info.duration for info in self.captures()}
-            return group_duplicates(self.relations(), durations)
+            groups = group_duplicates(self.relations(), durations)
+            wanted = {info.name for info in self.captures(where)}
+            return tuple(group for group in groups if wanted & set(group.captures))
 
     def motion(
         self, example: str | Path | Motion, start: float | None = None, end: float | None = None
@@ -326,6 +335,16 @@ class CatalogueVerbs:
         """Instants of all captures that have any, by capture number."""
         with self.session.reading():
             return dict(store.load_events(self.store))
+
+    def event_rows(self) -> list[dict[str, Any]]:
+        """The kinds of events, each with its number of events and of captures, by name."""
+        known = self.all_events().values()
+        events = Counter(event.name for of_one in known for event in of_one)
+        captures = Counter(name for of_one in known for name in {e.name for e in of_one})
+        return [
+            {"event": name, "count": count, "captures": captures[name]}
+            for name, count in sorted(events.items())
+        ]
 
     def import_events(self, sheet: str | Path) -> importing.EventReport:
         """Replace the events of the captures that a sheet names.

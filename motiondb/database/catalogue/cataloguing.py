@@ -74,25 +74,12 @@ def add_captures(
     settings: AddSettings,
     progress: Progress | None = None,
 ) -> AddReport:
-    """Add a file, or all captures below a folder, with the words and the events of sheets.
+    """Add a file, or all captures below a folder, as ``MotionDB.add`` does.
 
     Parameters
     ----------
-    opened : Store
-        The open store.
-    folder : Path
-        A file or a folder.
     sheets : Sheets
         Words and events.
-    settings : AddSettings
-        How files are read.
-    progress : callable, optional
-        Called with what is being done, how many are done, and how many there are.
-
-    Raises
-    ------
-    MotionDBError
-        When there is nothing to add at the path. Broken files do not raise: they are reported.
     """
     tell = progress or (lambda _what, _done, _total: None)
     files, unusable = _text_names(_files(folder))

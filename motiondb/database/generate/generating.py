@@ -143,29 +143,7 @@ class Generated:
 def generate(
     session: Session, words: str, seed: int, method: str, exact: bool = False
 ) -> Generated:
-    """Make a motion that shows what a sentence says.
-
-    Parameters
-    ----------
-    session : Session
-        The open database.
-    words : str
-        The sentence.
-    seed : int
-        The same seed gives the same motion.
-    method : str
-        One of ``METHODS``.
-    exact : bool
-        Whether words that no caption holds are left out; otherwise a word that may be taken as a
-        known one is replaced by the likeliest.
-
-    Raises
-    ------
-    QueryError
-        For an unknown method, no known word, or words that no symbols can show.
-    NotLearnedError
-        When the database has not learned, or learned no words.
-    """
+    """Make a motion that shows what a sentence says, as ``MotionDB.generate`` does."""
     with session.reading():
         learned, takings = session.learned, dict[str, Taking]()
         if not exact:

@@ -88,7 +88,7 @@ def compare(learned: store.LearnedGrammar, seed: int = 0) -> tuple[ComparedGramm
     Returns
     -------
     tuple of ComparedGrammar
-        The learned grammar first, then the finite state machine, Sequitur and the flat grammar.
+        In this order, the learned grammar first.
     """
     sentences = learned.strings
     kinds: dict[str, tuple[Grammar, Callable[[list[tuple[str, ...]]], Grammar]]] = {

@@ -104,37 +104,7 @@ def offer(
     n: int = N_ALTERNATIVES,
     seed: int = 0,
 ) -> Edit:
-    """Find alternatives for the region around a position of a sequence.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    sequence : str, sequence of str or GrammarSequence
-        The name of a saved sequence, a string of terminals, or a generated sequence.
-    at : int
-        The picked position, from 0.
-    levels : tuple of (int, int)
-        By how many ancestors the region is widened, and then by how many descendants it is
-        narrowed.
-    n : int
-        Most alternatives.
-    seed : int
-        Seed of the search for alternatives.
-
-    Returns
-    -------
-    Edit
-        The region with its alternatives.
-
-    Raises
-    ------
-    QueryError
-        When the capture does not exist, the sequence belongs to another grammar, a name is not a
-        terminal, or the region lies outside the sequence.
-    ParseError
-        When the grammar does not derive the string.
-    """
+    """Find alternatives for a region of a sequence, as ``Grammars.edit`` does."""
     tree, clips = _before(material, sequence)
     try:
         region = edit.region_at(tree, at)
@@ -160,11 +130,6 @@ def play_alternative(material: Material, edited: Edit, number: int, seed: int) -
         Number of the alternative, from 0.
     seed : int
         Seed of the greedy choice with which the choice of segments is compared.
-
-    Returns
-    -------
-    GrammarSequence
-        The edited sequence.
 
     Raises
     ------

@@ -131,36 +131,11 @@ def terminal_facts(
     return facts
 
 
-def format_tree(tree: context_free.Tree) -> str:
-    r"""Return a tree as one line, with the children of each nonterminal in brackets.
-
-    Parameters
-    ----------
-    tree : Tree
-        A derivation.
-
-    >>> toy = context_free.read_grammar("S -> a B c\nB -> b | empty")
-    >>> format_tree(context_free.derive_by(toy, (0, 1)))
-    'S(a B(b) c)'
-    """
-    parts: list[str] = []
-    waiting: list[context_free.Tree | str] = [tree]
-    while waiting:  # a loop, because derivations can be too deep for recursion
-        item = waiting.pop()
-        if isinstance(item, str):
-            parts.append(item)
-        elif item.is_leaf:
-            parts.append(item.symbol)
-        else:
-            inner: list[context_free.Tree | str] = [f"{item.symbol}("]
-            for number, child in enumerate(item.children):
-                inner += [" ", child] if number else [child]
-            waiting.extend(reversed([*inner, ")"]))
-    return "".join(parts)
-
-
 def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
-    """Return how a sequence was generated.
+    """Return how a sequence was generated, for JSON.
+
+    String, tree, costs of the joins, foot slip (m/s), the time of each terminal (seconds) and the
+    sources of the frames.
 
     Parameters
     ----------
@@ -168,19 +143,13 @@ def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
         The sequence.
     seed : int
         The seed from which it was generated.
-
-    Returns
-    -------
-    dict
-        Values for JSON: string, tree, costs of the joins, foot slip (m/s), the time of each
-        terminal (seconds) and the sources of the frames.
     """
     made = sequence.made
     return {
         "grammar": sequence.grammar,
         "seed": seed,
         "string": list(sequence.string),
-        "tree": format_tree(sequence.tree),
+        "tree": str(sequence.tree),
         "seconds": round(sequence.motion.n_frames / MOTION_FPS, 3),
         "join_cost": sequence.choice.cost,
         "greedy_join_cost": sequence.greedy,
@@ -195,25 +164,5 @@ def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
 
 
 def write_sequence(sequence: GrammarSequence, seed: int, path: Path) -> dict[str, Any]:
-    """Write the motion of a sequence, and the origin of its frames to ``NAME.provenance.json``.
-
-    Parameters
-    ----------
-    sequence : GrammarSequence
-        The sequence.
-    seed : int
-        The seed from which it was generated.
-    path : Path
-        File of the motion: .bvh, .glb or .gltf.
-
-    Returns
-    -------
-    dict
-        The facts of the sequence with the names of both files.
-
-    Raises
-    ------
-    MotionDBError
-        When the ending of the path is not one of these, or a file cannot be written.
-    """
+    """Write a sequence, and the origin of its frames, as ``Grammars.write`` does."""
     return write_with_provenance(sequence, sequence_facts(sequence, seed), path)

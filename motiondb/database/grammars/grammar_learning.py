@@ -94,35 +94,7 @@ def learn_grammar(
     settings: GrammarSettings,
     progress: Progress | None = None,
 ) -> tuple[store.LearnedGrammar, list[str]]:
-    """Learn a grammar from captures and save it, replacing a grammar of the same name.
-
-    Parameters
-    ----------
-    database : Store
-        The open store.
-    captures : sequence of str
-        Names of the captures.
-    name : str or None
-        Name of the grammar. None takes the last part of the first capture's name.
-    settings : GrammarSettings
-        Settings that decide what is learned.
-    progress : callable, optional
-        Called with the name of the step, the amount done and the total amount.
-
-    Returns
-    -------
-    grammar : LearnedGrammar
-        The grammar as it was saved.
-    lost : list of str
-        Names of the generated captures that were derived by the replaced grammar.
-
-    Raises
-    ------
-    QueryError
-        When a capture is unknown, generated or given twice, a name or setting is not valid, the
-        takes are too short for the number of terminals, or nothing can be learned from them.
-        Nothing is saved then.
-    """
+    """Learn a grammar from captures and save it, as ``Grammars.learn`` does."""
     tell = progress or (lambda _what, _done, _total: None)
     infos = _sources(database, captures)
     name = infos[0].name.rpartition("/")[2] if name is None else name

@@ -1,4 +1,8 @@
-"""Draw grammars: sentences as trees, captures as strings, generated sequences and their edits."""
+"""Draw grammars: sentences as trees, captures as strings, generated sequences and their edits.
+
+Every function takes the grammar with its takes (``material``) and the name of a PNG file
+(``path``), and returns the file.
+"""
 
 from __future__ import annotations
 
@@ -22,31 +26,12 @@ SHOWN_TREES = 12
 
 
 def colours(learned: store.LearnedGrammar) -> dict[str, int]:
-    """Return the tint number of each terminal, which is the same in all pictures of a grammar.
-
-    Parameters
-    ----------
-    learned : LearnedGrammar
-        The grammar.
-    """
+    """Return the tint number of each terminal, which is the same in all pictures of a grammar."""
     return {name: k for k, name in enumerate(learned.terminals.names)}
 
 
 def draw_sentences(material: Material, path: str | Path) -> Path:
-    """Draw the trees of the sentences as PNG: each different tree once, the most frequent first.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    path : str or Path
-        The file, with the ending .png.
-
-    Returns
-    -------
-    Path
-        The file that was written.
-    """
+    """Draw the trees of the sentences: each different tree once, the most frequent first."""
     learned = material.learned
     counts: dict[tuple[int, ...], list[int]] = {}
     for number, rules in enumerate(learned.parses, start=1):
@@ -73,22 +58,9 @@ def _caption(numbers: Sequence[int]) -> str:
 
 
 def draw_strings(material: Material, meanings: Sequence[Meaning], path: str | Path) -> Path:
-    """Draw the terminals with figures of their medoids, and the takes as strings, as PNG.
+    """Draw the terminals with figures and meanings, and the takes as strings.
 
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes. A terminal is left out above the strings if the capture of its
-        medoid was removed.
-    meanings : sequence of Meaning
-        The meaning of each terminal.
-    path : str or Path
-        The file, with the ending .png.
-
-    Returns
-    -------
-    Path
-        The file that was written.
+    A terminal is left out above the strings if the capture of its medoid was removed.
     """
     learned, terminals = material.learned, material.learned.terminals
     cards, bars = [], []
@@ -121,22 +93,7 @@ def draw_strings(material: Material, meanings: Sequence[Meaning], path: str | Pa
 
 
 def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Path) -> Path:
-    """Draw a strip of the motion over its terminals and sources as PNG.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    sequence : GrammarSequence
-        The sequence.
-    path : str or Path
-        The file, with the ending .png.
-
-    Returns
-    -------
-    Path
-        The file that was written.
-    """
+    """Draw a strip of a generated motion over its terminals and sources."""
     names = colours(material.learned)
     spans = [
         (a / MOTION_FPS, b / MOTION_FPS, terminal, names[terminal])
@@ -151,43 +108,13 @@ def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Pat
 
 
 def draw_parse(material: Material, trees: Sequence[context_free.Tree], path: str | Path) -> Path:
-    """Draw the trees of a capture's sentences as PNG.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    trees : sequence of Tree
-        The derivation of each sentence; at least one.
-    path : str or Path
-        The file, with the ending .png.
-
-    Returns
-    -------
-    Path
-        The file that was written.
-    """
+    """Draw the trees of a capture's sentences, at least one."""
     found = [pictures.TreePicture(f"sentence {n}", tree) for n, tree in enumerate(trees, start=1)]
     return pictures.draw_trees(found, path, material.learned.name, colours(material.learned))
 
 
 def draw_edit(material: Material, edited: Edit, path: str | Path) -> Path:
-    """Draw the edited tree and those with the alternatives as PNG, with the region marked in each.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    edited : Edit
-        The region with its alternatives.
-    path : str or Path
-        The file, with the ending .png.
-
-    Returns
-    -------
-    Path
-        The file that was written.
-    """
+    """Draw the edited tree and those with the alternatives, with the region marked in each."""
     trees = [edited.before, *(edited.tree(n) for n in range(len(edited.alternatives)))]
     captions = ["as it is", *(str(n + 1) for n in range(len(edited.alternatives)))]
     found = [

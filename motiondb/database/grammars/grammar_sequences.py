@@ -106,19 +106,7 @@ class Material:
 
 
 def load_material(database: store.Store, name: str) -> Material:
-    """Load a grammar with its takes.
-
-    Parameters
-    ----------
-    database : Store
-        The open store.
-    name : str
-        Name of the grammar.
-
-    Returns
-    -------
-    Material
-        The grammar with its takes; the motions are loaded when they are first needed.
+    """Load a grammar with its takes; the motions are loaded when they are first needed.
 
     Raises
     ------
@@ -173,31 +161,7 @@ def play(
 def keep(
     material: Material, sequence: GrammarSequence, name: str, seed: int, how: Mapping[str, object]
 ) -> CaptureInfo:
-    """Save a sequence as a generated capture with its derivation, in one transaction.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    sequence : GrammarSequence
-        The sequence.
-    name : str
-        Name of the new capture.
-    seed : int
-        The seed from which the sequence was generated.
-    how : mapping of str to object
-        Further parameters that are saved with the run.
-
-    Returns
-    -------
-    CaptureInfo
-        The record of the new capture.
-
-    Raises
-    ------
-    QueryError
-        When the name is not valid, or a capture of this name exists.
-    """
+    """Save a sequence with its derivation in one transaction, as ``Grammars.save`` does."""
     database, learned = material.database, material.learned
     _check_name(name)
     check_name_free(database, name)

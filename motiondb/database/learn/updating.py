@@ -109,22 +109,6 @@ def counted(opened: store.Store, run_id: int, touched: Iterable[int] = ()) -> It
     store.save_learning(opened, to_stored(model))
 
 
-def recount(opened: store.Store) -> LearnedModel:
-    """What was learned, with all captures counted anew; nothing is saved.
-
-    Raises
-    ------
-    NotLearnedError
-        When the database has not learned.
-    """
-    model = from_stored(store.load_learning(opened))
-    if model.counted is None:
-        return model
-    reference = model.counted.reference
-    counts = _count(opened, model.segments, reference)
-    return with_counts(model, model.run_id, model.segments, Counted(counts, reference))
-
-
 def _load_counted(opened: store.Store) -> LearnedModel | None:
     """What was learned, where its counts were kept."""
     if not store.is_learned(opened) or not store.load_parameters(opened, COUNTED_NAME):

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from motiondb import store
-from motiondb.scene.language.motion_grammar import MotionGrammar, Terminal
+from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.words.lexicon.vocabulary import split_actions, words_of
 
 if TYPE_CHECKING:
@@ -54,19 +54,6 @@ class ShownAction:
     start: float | None
     end: float | None
     stretch: str = ""
-
-
-def shows(terminal: Terminal, caption: str, synonyms: Mapping[str, str] | None = None) -> bool:
-    """Return whether a caption says that its part of a capture shows the action.
-
-    >>> shoot = Terminal("shoot", ("shoot", "jump shot"), ("fake",))
-    >>> [shows(shoot, text) for text in ("takes a jump shot", "fakes a shot", "runs, shoots")]
-    [True, False, False]
-    >>> [shows(Terminal("walk", ("walk",)), text) for text in ("walk, veer left", "turn left")]
-    [True, False]
-    """
-    named = _named_actions(caption, synonyms)
-    return _all_show(named, _words(terminal.phrases, synonyms), _words(terminal.without, synonyms))
 
 
 def find_actions(session: Session, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:

@@ -10,7 +10,6 @@ from motiondb.file_names import is_file
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram
-from motiondb.scene.language.tactics_file import read_diagram
 
 GRAMMAR, TACTICS = ".grammar", ".tactics"
 _FOLDERS = {GRAMMAR: "grammars", TACTICS: "diagrams"}
@@ -37,22 +36,6 @@ def read_grammar(name: str | Path) -> MotionGrammar:
         There is none, or it has a fault.
     """
     return read_motion_grammar(*text_of(name, GRAMMAR))
-
-
-def read_tactics(name: str | Path) -> Diagram:
-    """Read a tactics diagram from a file, or the shipped one of this name.
-
-    Raises
-    ------
-    SceneError
-        There is none, it has a fault, or it cannot be played.
-    """
-    return read_diagram(*text_of(name, TACTICS))
-
-
-def grammar_of(diagram: Diagram, beside: str | Path = "") -> MotionGrammar:
-    """Read the grammar of a diagram: a file beside the diagram's, or a shipped one."""
-    return read_grammar(grammar_file(diagram, beside))
 
 
 def grammar_file(diagram: Diagram, beside: str | Path = "") -> str | Path:

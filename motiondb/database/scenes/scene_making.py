@@ -21,23 +21,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motiondb.database.scenes.scene_files import GRAMMAR, TACTICS, grammar_file, text_of
 from motiondb.database.scenes.scene_library import SceneClips
+from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.errors import SceneError
-from motiondb.scene.energy.binding import Binder
+from motiondb.scene.energy.binding import bind
 from motiondb.scene.energy.rule_table import RuleTable
 from motiondb.scene.energy.scene_state import SceneState
-from motiondb.scene.language.grammar_file import read_motion_grammar
-from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram
-from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.polish import PolishedScene, polish
 from motiondb.scene.report.report_records import SceneReport
 from motiondb.scene.report.scene_report import report_scene
 from motiondb.scene.sampling.play import Play, make_play
 from motiondb.scene.sampling.tempering import SamplerSettings, Trace, sample, warm_up
 from motiondb.scene.sampling.warm_start import WARM, warm_start
-from motiondb.scene.services import services
 
 SceneProgress = Callable[[str, float, float], None]
 """Called with what is being done, the fraction of it that is done, and the error (NaN if
@@ -112,16 +108,6 @@ class SceneSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class SceneText:
-    """A diagram and its grammar, with the texts that they were read from."""
-
-    diagram: Diagram
-    grammar: MotionGrammar
-    diagram_text: str
-    grammar_text: str
-
-
-@dataclass(frozen=True, eq=False)
 class MadeScene:
     """A scene, and how it was made.
 
@@ -184,22 +170,6 @@ class MadeScene:
     def n_frames(self) -> int:
         """Frames of the scene."""
         return self.polished.timeline.n_frames
-
-
-def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
-    """Read a diagram by its file or name, with its grammar, which must allow it.
-
-    Raises
-    ------
-    SceneError
-        Either has a fault, or the grammar does not allow what is drawn.
-    """
-    text, where = text_of(str(diagram), TACTICS)
-    read = read_diagram(text, where)
-    grammar_text, grammar_where = text_of(grammar_file(read, str(diagram)), GRAMMAR)
-    grammar = read_motion_grammar(grammar_text, grammar_where)
-    services.cast(read, grammar, where)
-    return SceneText(read, grammar, text, grammar_text)
 
 
 def make(
@@ -304,7 +274,7 @@ def _attempt(
     began = time.monotonic()
     progress("polishing", 0.0, trace.final)
     spans = [player.spans for player in state.players]
-    table = Binder(text.diagram, text.grammar).bind(list(state.trees), spans)
+    table = bind(text.diagram, text.grammar, list(state.trees), spans)
     polished = polish(state, clips.library, clips.motions, table, settings.gaze, start is not None)
     found = report_scene(state, clips.library, clips.motions, table, polished)
     seconds["polishing"] += time.monotonic() - began

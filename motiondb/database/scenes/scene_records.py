@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from motiondb import store
-from motiondb.database.scenes.scene_making import MadeScene, SceneSettings, SceneText
+from motiondb.database.scenes.scene_making import MadeScene, SceneSettings
+from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import choices_of, derive_by
 from motiondb.records import IntArray

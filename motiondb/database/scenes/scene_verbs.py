@@ -21,24 +21,21 @@ from motiondb.database.learn import updating
 from motiondb.database.scenes.scene_clips import ShownAction, find_actions
 from motiondb.database.scenes.scene_facts import action_captions, report_details
 from motiondb.database.scenes.scene_folder import (
-    check_scene_folder,
     fill_scene_folder,
-    read_scene_folder,
     whole_folder,
 )
+from motiondb.database.scenes.scene_folder_verbs import SceneFolderVerbs
 from motiondb.database.scenes.scene_library import scene_clips
 from motiondb.database.scenes.scene_making import (
     MadeScene,
     SceneProgress,
     SceneSettings,
-    SceneText,
     make,
-    read_scene_text,
 )
 from motiondb.database.scenes.scene_records import record_state, record_text, scene_record
 from motiondb.database.scenes.scene_reports import source_list
+from motiondb.database.scenes.scene_texts import SceneTextVerbs, read_scene_text
 from motiondb.errors import QueryError, suggestion
-from motiondb.file_names import is_folder
 from motiondb.pose import body
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
@@ -76,8 +73,11 @@ def _quiet(_what: str, _share: float, _error: float) -> None:
     """Ignore the progress."""
 
 
-class Scenes:
-    """The scenes of a database; reached as ``db.scenes``."""
+class Scenes(SceneTextVerbs, SceneFolderVerbs):
+    """The scenes of a database; reached as ``db.scenes``.
+
+    Verbs on motion grammars, diagrams and folders need no database: ``Scenes.validate(...)``.
+    """
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -260,16 +260,18 @@ class Scenes:
             if (capture := f"{name}/{player}") not in replaced:
                 check_name_free(database, capture)
 
-    def find_actions(self, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
+    def find_actions(
+        self, grammar: str | Path | MotionGrammar
+    ) -> dict[str, tuple[ShownAction, ...]]:
         """Parts of captures whose captions show the terminals of a grammar.
 
         Parameters
         ----------
-        grammar : MotionGrammar
+        grammar : str, Path or MotionGrammar
             A motion grammar.
         """
         with self._session.reading():
-            return find_actions(self._session, grammar)
+            return find_actions(self._session, self.read_grammar(grammar))
 
     def names(self) -> list[str]:
         """Return the names of the kept scenes."""
@@ -295,8 +297,8 @@ class Scenes:
         SceneError
             The folder's record has a fault.
         """
-        if is_folder(place):
-            return read_scene_folder(Path(place))
+        if self.is_folder(place):
+            return self.read_folder(place)
         names = self.names()
         if str(place) not in names:
             there = suggestion(str(place), names) or (
@@ -347,17 +349,3 @@ class Scenes:
         return pictures.draw_scene_paths(
             read_diagram(record.diagram, name), motions, png, record.ball
         )
-
-
-def check_folder(folder: str | Path) -> None:
-    """Refuse a folder that cannot hold a scene.
-
-    Raises
-    ------
-    MotionDBError
-        It cannot be written, or holds something else.
-    """
-    check_scene_folder(Path(folder))
-
-
-__all__ = ["Scene", "SceneSettings", "SceneText", "Scenes", "check_folder"]

@@ -46,15 +46,7 @@ def observed_transitions(sentences: Sentences) -> Counter[Transition]:
 def finite_state_grammar(sentences: Sentences) -> Grammar:
     """Return the right-linear grammar of the machine, its rules in order of first appearance.
 
-    Parameters
-    ----------
-    sentences : sequence of sequence of str
-        Names of terminals.
-
-    Raises
-    ------
-    GrammarError
-        There is no sentence.
+    Errors as in :func:`motiondb.grammar.baselines.flat.flat_grammar`.
 
     >>> from motiondb.grammar.cfg.context_free import format_grammar
     >>> print(format_grammar(finite_state_grammar(["ab", "abb"])))

@@ -40,18 +40,7 @@ def flat_grammar(sentences: Sentences) -> Grammar:
 
 
 def counted(sentences: Sentences) -> Counter[tuple[str, ...]]:
-    """Count the different sentences, in order of appearance.
-
-    Parameters
-    ----------
-    sentences : sequence of sequence of str
-        Names of terminals.
-
-    Raises
-    ------
-    GrammarError
-        There is no sentence.
-    """
+    """Count the different sentences, in order of appearance; errors as :func:`flat_grammar`."""
     counts = Counter(tuple(sentence) for sentence in sentences)
     if not counts:
         raise GrammarError(

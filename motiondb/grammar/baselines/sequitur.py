@@ -26,17 +26,8 @@ _MARK = ""  # no terminal has this name
 def sequitur_grammar(sentences: Sentences) -> Grammar:
     """Return the Sequitur grammar of the different sentences.
 
-    The probability of a sentence is its relative frequency.
-
-    Parameters
-    ----------
-    sentences : sequence of sequence of str
-        Names of terminals.
-
-    Raises
-    ------
-    GrammarError
-        There is no sentence.
+    The probability of a sentence is its relative frequency. Errors as in
+    :func:`motiondb.grammar.baselines.flat.flat_grammar`.
 
     >>> from motiondb.grammar.cfg.context_free import format_grammar
     >>> print(format_grammar(sequitur_grammar(["abcdbcabcdbc"])))

@@ -49,11 +49,33 @@ class Rule:
 
 @dataclass(frozen=True)
 class Tree:
-    """A derivation; ``rule`` is the number of the rule that rewrites ``symbol``, -1 at a leaf."""
+    r"""A derivation; ``rule`` is the number of the rule that rewrites ``symbol``, -1 at a leaf.
+
+    >>> toy = read_grammar("S -> a B c\nB -> b | empty")
+    >>> print(derive_by(toy, (0, 1)))
+    S(a B(b) c)
+    """
 
     symbol: str
     rule: int = -1
     children: tuple[Tree, ...] = ()
+
+    def __str__(self) -> str:
+        """Return the tree as one line, with the children of each nonterminal in brackets."""
+        parts: list[str] = []
+        waiting: list[Tree | str] = [self]
+        while waiting:  # a loop, because derivations can be too deep for recursion
+            item = waiting.pop()
+            if isinstance(item, str):
+                parts.append(item)
+            elif item.is_leaf:
+                parts.append(item.symbol)
+            else:
+                inner: list[Tree | str] = [f"{item.symbol}("]
+                for number, child in enumerate(item.children):
+                    inner += [" ", child] if number else [child]
+                waiting.extend(reversed([*inner, ")"]))
+        return "".join(parts)
 
     @property
     def is_leaf(self) -> bool:

@@ -164,23 +164,17 @@ def nearest_length(grammar: AnyGrammar, length: int) -> int:
         seen = min(length + abs(best - length), farthest)
 
 
-def expected_length(grammar: AnyGrammar) -> float:
-    """Return the mean length of the strings of random derivations.
+def mean_length(compiled: CompiledGrammar, chances: FloatArray) -> float:
+    """Return the mean length of the strings of random derivations: M = own terminals + M m, solved.
 
     It is infinite if a derivation may not end.
 
-    >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> round(expected_length(read_grammar("S -> a S [0.9] | b [0.1]")), 6)
-    10.0
-    """
-    compiled = compiled_form(grammar)
-    return mean_length(compiled, compiled.probabilities)
-
-
-def mean_length(compiled: CompiledGrammar, chances: FloatArray) -> float:
-    """Return the mean length under other rule probabilities (R,).
-
-    M = own terminals + M m, solved.
+    Parameters
+    ----------
+    compiled : CompiledGrammar
+        The grammar.
+    chances : array (rules in use,)
+        Probability of each rule.
     """
     parts, own = _expected_parts(compiled)
     expected = np.zeros((compiled.n_nonterminals, compiled.n_nonterminals))

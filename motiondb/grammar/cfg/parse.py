@@ -139,16 +139,6 @@ def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
     return whole << shift if shift >= 0 else whole >> -shift
 
 
-def tree_log_probability(grammar: AnyGrammar, tree: Tree) -> float:
-    """Return the natural logarithm of a tree's probability: the sum over its rules."""
-    compiled = compiled_form(grammar)
-    chance = np.zeros(len(compiled.grammar.rules))
-    chance[compiled.rule_numbers] = compiled.probabilities
-    rules = [node.rule for node in tree.nodes() if not node.is_leaf]
-    with np.errstate(divide="ignore"):
-        return float(np.log(chance[rules]).sum())
-
-
 def explain(grammar: AnyGrammar, sentence: Sequence[str]) -> ParseError | None:
     """Return where and why a sentence fails, None if it does not.
 

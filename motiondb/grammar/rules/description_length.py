@@ -17,12 +17,10 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Tree, choices_of, derive_by
+from motiondb.grammar.cfg.context_free import Grammar, Tree, choices_of
 from motiondb.grammar.cfg.parse import parse
 
 Sentence = tuple[str, ...]
-Code = tuple[int, ...]
-"""The code of a sentence: for each node in preorder, which rule of its nonterminal, from 0."""
 
 
 @dataclass(frozen=True)
@@ -145,61 +143,3 @@ def description_length(
     else:
         bits = sum(tree_bits(grammar, tree) for tree in trees)
     return DescriptionLength(grammar_bits(grammar), bits)
-
-
-def encode(grammar: Grammar, trees: Iterable[Tree]) -> tuple[Code, ...]:
-    """Return the code of each sentence, given its parse.
-
-    Parameters
-    ----------
-    grammar : Grammar
-        The grammar of the trees.
-    trees : iterable of Tree
-        One parse for each sentence.
-
-    Returns
-    -------
-    tuple of Code
-        A tree that uses the first rule of S and the second rule of A has the code (0, 1).
-    """
-    rank = {
-        number: place
-        for numbers in grammar.rules_of.values()
-        for place, number in enumerate(numbers)
-    }
-    return tuple(tuple(rank[number] for number in choices_of(tree)) for tree in trees)
-
-
-def decode(grammar: Grammar, codes: Iterable[Code]) -> tuple[Sentence, ...]:
-    """Return the sentences that the codes stand for.
-
-    Parameters
-    ----------
-    grammar : Grammar
-        The grammar that the sentences were encoded with.
-    codes : iterable of Code
-        Codes from :func:`encode`.
-
-    Raises
-    ------
-    GrammarError
-        A code names a rule that the grammar does not have.
-    """
-    return tuple(_decode(grammar, code).leaves() for code in codes)
-
-
-def _decode(grammar: Grammar, code: Code) -> Tree:
-    choices: list[int] = []
-    waiting = [grammar.start]
-    for place in code:
-        while waiting and not grammar.is_nonterminal(waiting[-1]):
-            waiting.pop()
-        numbers = grammar.rules_of[waiting.pop()] if waiting else ()
-        if not 0 <= place < len(numbers):
-            raise GrammarError(
-                f"code: expected one of {len(numbers)} alternatives, found number {place}."
-                " The code belongs to another grammar: encode again."
-            )
-        choices.append(numbers[place])
-        waiting.extend(reversed(grammar.rules[numbers[place]].right))
-    return derive_by(grammar, choices)

@@ -11,8 +11,7 @@ simple enough to be induced thousands of times a second:
    taken first, until none saves any. Alternatives are grouped further in the same way.
 
 The bits are those of :mod:`motiondb.grammar.rules.description_length` for that grammar. They are an
-upper bound of the least description length of the same sentences. :func:`context_rules` returns the
-grammar.
+upper bound of the least description length of the same sentences.
 
 Notation: right sides are rows (left, offset, length, count) over one array of symbols. Terminals
 are 0 to T - 1, the start symbol is T, repeat r is T + 1 + r, and further nonterminals follow.
@@ -31,7 +30,6 @@ import numpy.typing as npt
 from numba import njit
 
 from motiondb.grammar.rules.repeats import cover_repeats
-from motiondb.grammar.rules.rule_set import Rules, RuleSet
 from motiondb.grammar.sentences.grouping import Size, group_by_contexts
 
 IntArray = npt.NDArray[np.int64]
@@ -143,44 +141,6 @@ def context_bits(covered: CoveredString, starts: IntArray, ends: IntArray) -> fl
     text = np.empty(_text_at_most(starts, ends, covered), dtype=np.int64)
     bits, _, _ = _context_grammar(_arrays(covered), starts, ends, table, text)
     return float(bits)
-
-
-def context_rules(covered: CoveredString, starts: IntArray, ends: IntArray) -> RuleSet:
-    """Return the grammar whose bits :func:`context_bits` counts.
-
-    Parameters
-    ----------
-    covered : CoveredString
-        The strings with their cover.
-    starts : array (sentences,)
-        First symbol of each sentence.
-    ends : array (sentences,)
-        One past the last symbol of each sentence, separators left out.
-
-    Returns
-    -------
-    RuleSet
-        Rules with the number of times that each is used.
-    """
-    n = _rights_at_most(starts)
-    table = np.empty((n, 4), dtype=np.int64)
-    text = np.empty(_text_at_most(starts, ends, covered), dtype=np.int64)
-    _, n_rights, used = _context_grammar(_arrays(covered), starts, ends, table, text)
-    rules: Rules = {covered.n_terminals: {}}
-    for left, offset, length, count in table[:n_rights].tolist():
-        rules.setdefault(left, {})[tuple(text[offset : offset + length].tolist())] = count
-    result = RuleSet(covered.n_terminals, rules)
-    for number in np.flatnonzero(used).tolist():
-        symbol = covered.n_terminals + 1 + number
-        first, length = int(covered.repeat_starts[number]), int(covered.repeat_lengths[number])
-        count = sum(
-            nodes * right.count(symbol)
-            for rights in rules.values()
-            for right, nodes in rights.items()
-        )
-        spelled = tuple(covered.symbols[first : first + length].tolist())
-        result.rules[symbol] = {spelled: count}
-    return result
 
 
 def _arrays(covered: CoveredString) -> _Cover:

@@ -68,6 +68,8 @@ def search_motion(
 ) -> ExampleAnswer:
     """The stored intervals that move like a motion, best first.
 
+    ``limit`` and ``meaning`` are those of ``MotionDB.like``.
+
     Parameters
     ----------
     learned : Learned
@@ -78,11 +80,6 @@ def search_motion(
         The example.
     allowed : sequence of int
         Numbers of the captures to search; those without segments are left out.
-    limit : int
-        Largest number of matches.
-    meaning : bool or None
-        Whether learned words take part in the resemblance, so that the same action in another
-        style counts as alike; None: where there are words.
 
     Raises
     ------

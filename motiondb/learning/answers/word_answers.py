@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.learning.answers import placing, question_search
+from motiondb.learning.answers.explained_answer import Explanation, explain
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode, recognise, understand
 from motiondb.pose.features import FEATURE_STEP
@@ -53,10 +55,11 @@ class WordAnswer:
         Strength below which nothing in the database matches; None where it could not be learned
         (``search.certainty``).
     taken : dict
-        Word that no caption holds -> what it was taken as; its words follow the vocabulary in
-        ``reasons``, in this order.
+        Word that no caption holds -> what it was taken as.
     suggested : dict
         Word that no caption holds -> what is made of it where it was not taken.
+    vocabulary : tuple of str
+        The words by number: those learned, then the taken ones.
     """
 
     matches: tuple[Match, ...]
@@ -69,6 +72,12 @@ class WordAnswer:
     threshold: float | None = None
     taken: Mapping[str, Taking] = field(default_factory=dict)
     suggested: Mapping[str, Taking] = field(default_factory=dict)
+    vocabulary: tuple[str, ...] = ()
+
+    @cached_property
+    def explanations(self) -> tuple[Explanation, ...]:
+        """Per match the parts of the log-odds that rank it; none for a search by symbols."""
+        return tuple(explain(why, self.vocabulary) for why in self.reasons)
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -100,6 +109,8 @@ def search_words(
 ) -> WordAnswer:
     """The intervals that show what a text asks for, best first.
 
+    ``limit``, ``by_symbols`` and ``written`` are those of ``MotionDB.search``.
+
     Parameters
     ----------
     learned : Learned
@@ -108,12 +119,6 @@ def search_words(
         The question.
     allowed : sequence of int
         Numbers of the captures to search; those without segments are left out.
-    limit : int
-        Largest number of matches.
-    by_symbols : bool
-        Decode the words to symbols and align these with the captures, as in paper A.
-    written : bool
-        Whether captions count as evidence beside the motion.
 
     Raises
     ------
@@ -140,7 +145,7 @@ def search_words(
         reasons=tuple(each.why for each in found),
         strength=max((question_search.strength(learned, each.why, threshold) for each in found),
                      default=None),
-        threshold=threshold,
+        threshold=threshold, vocabulary=learned.association.words,
     )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ from motiondb.learning.counting import capture_rows
 from motiondb.learning.place_fitting import Places, Written
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
 from motiondb.search.certainty import Certainty, fit_probability
-from motiondb.search.questions import by_words
+from motiondb.search.questions import by_question
 from motiondb.search.questions.by_words import WINDOW_MARGIN, TakeScores, lower_quartile
 from motiondb.search.vectors.score_vectors import interval_vectors
 from motiondb.symbols.models.hmm_jobs import one_blas_thread
@@ -281,7 +281,7 @@ def tell_place(
         take.ends + WINDOW_MARGIN,
     )  # fmt: skip
     evidence = fitted.evidence(vectors)
-    hit = by_words.search_take(
+    hit = by_question.search_order(
         TakeScores(take.starts, take.ends, evidence, evidence.max(axis=0)), [list(words)]
     )
     assert hit is not None  # a take has a segment

@@ -48,6 +48,7 @@ from motiondb.scene.language.expressions import (
     assignments,
     auxiliary_rules,
     expressions,
+    g_user,
     spans,
 )
 from motiondb.scene.language.motion_grammar import MotionGrammar
@@ -221,9 +222,11 @@ class Binder:
         parts = chosen or spans(actions, items)
         if not actions or parts is None:
             wanted = "".join(map(str, items)) or "at least one action"
+            missed = g_user(actions, [item.actions for item in items])
             raise SceneError(
                 f"{self.diagram.name}: expected of {name} actions that fit {wanted}, found"
-                f" '{' '.join(actions)}'. Take a tree with g_user = 0, as cast() finds it."
+                f" '{' '.join(actions)}', with g_user = {missed}. Take a tree with g_user = 0, as"
+                " cast() finds it."
             )
         item_of = [-1] * len(actions)
         for item, (first, last) in enumerate(parts):
@@ -327,9 +330,14 @@ class Binder:
 
 
 def bind(
-    diagram: Diagram, grammar: MotionGrammar, trees: Sequence[Tree] | Mapping[str, Tree]
+    diagram: Diagram,
+    grammar: MotionGrammar,
+    trees: Sequence[Tree] | Mapping[str, Tree],
+    chosen: Sequence[Spans | None] | None = None,
 ) -> RuleTable:
     """Return the table of the players' trees, given in the order of the diagram or by name.
+
+    ``chosen`` is that of :meth:`Binder.bind`.
 
     Raises
     ------
@@ -338,7 +346,7 @@ def bind(
     """
     if isinstance(trees, Mapping):
         trees = [trees[player.name] for player in diagram.players]
-    return Binder(diagram, grammar).bind(trees)
+    return Binder(diagram, grammar).bind(trees, chosen)
 
 
 @dataclass(frozen=True)

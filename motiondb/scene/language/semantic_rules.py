@@ -31,6 +31,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motiondb.records import FloatArray
 
@@ -200,7 +201,7 @@ def bearing(position: FloatArray, target: FloatArray) -> FloatArray:
     return np.asarray(np.arctan2(away[..., 0], away[..., 1]))
 
 
-def synchronisation_error(first: FloatArray, second: FloatArray, lag: FloatArray) -> FloatArray:
+def synchronisation_error(first: ArrayLike, second: ArrayLike, lag: ArrayLike) -> FloatArray:
     """Return f_synch, s: the deviation of the time from ``first`` to ``second`` from ``lag``.
 
     >>> round(float(synchronisation_error(1.0, 1.5, 0.4)), 6)

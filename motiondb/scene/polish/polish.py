@@ -46,7 +46,7 @@ They depend on each other through the flight of balls. Chosen by hand."""
 _MIDDLE = 0.3
 """Radius of the discs, m, between :data:`COMFORT` and :data:`RADIUS`. Chosen by hand."""
 _WAYS = (
-    *((hurry, radius, True) for radius, hurry in product((COMFORT, _MIDDLE), (1.0, 0.5))),
+    *((frame_cost, radius, True) for radius, frame_cost in product((COMFORT, _MIDDLE), (1.0, 0.5))),
     *product((1.0,), (COMFORT, _MIDDLE), (False,)),
     *product((0.2,), (COMFORT, RADIUS), (True, False)),
     *product((0.0,), (RADIUS,), (True, False)),
@@ -55,9 +55,9 @@ _WAYS = (
 radius of the discs that players keep apart, and whether catchers turn to the ball and guards to the
 opponent. Chosen by hand, from the best looking to the most permissive."""
 _FAR, _NEARLY = 1.0, 2e-3
-"""Limits of the fault of a way (see :func:`_fault`) for ``haste``. Above the first, other radii and
-facings will not help, and the next schedule is tried at once. Up to the second, the way is accepted
-although a rule fails slightly. Chosen by hand."""
+"""Limits of the fault of a way (see :func:`_fault`) if polishing is approximate. Above the first,
+other radii and facings will not help, and the next schedule is tried at once. Up to the second, the
+way is accepted although a rule fails slightly. Chosen by hand."""
 _FASTEST = 7.0
 """Speed of the pelvis, m/s, above which a way counts as faulty: a fast run of untrained people."""
 CATCH_FACING = np.radians(75.0)
@@ -98,7 +98,7 @@ def polish(
     motions: Mapping[str, Motion],
     table: RuleTable,
     gaze: bool = True,
-    haste: bool = False,
+    approximate: bool = False,
 ) -> PolishedScene:
     """Return a sampled scene as motions in which its rules hold as far as possible.
 
@@ -114,7 +114,7 @@ def polish(
         The rules of the state's trees.
     gaze : bool
         Whether heads follow the ball.
-    haste : bool
+    approximate : bool
         Leave out attempts that seldom help, for a scene that was polished before and changed
         little.
 
@@ -123,7 +123,7 @@ def polish(
     SceneError
         A capture is not among the motions.
     """
-    best = _best(state, library, motions, table, haste)
+    best = _best(state, library, motions, table, approximate)
     timeline = best.edited.timeline
     acts = ball_acts(state, library, table, timeline)
     clock = _clock(timeline)
@@ -163,23 +163,23 @@ def _best(
     library: ClipLibrary,
     motions: Mapping[str, Motion],
     table: RuleTable,
-    haste: bool = False,
+    approximate: bool = False,
 ) -> _Tried:
     """Return the first of :data:`_WAYS` in which every rule holds, else that of least fault.
 
-    Work that ways have in common is done once: schedules of the same hurry, their splices, and
-    everything if two hurries lead to the same schedule. With ``haste`` a schedule that fails by far
-    is abandoned, and one that nearly holds is accepted.
+    Work shared by several ways is done once: schedules of the same frame cost, their splices, and
+    everything if two frame costs lead to the same schedule. With ``approximate`` a schedule that
+    fails by far is abandoned, and one that nearly holds is accepted.
     """
     schedules: dict[float, Scheduled] = {}
     spliced: dict[_Plan, list[Spliced]] = {}
     shelf: Shelf = {}
     found: dict[tuple[_Plan, float, bool], _Tried] = {}
     given_up: set[_Plan] = set()
-    for hurry, radius, facing in _WAYS:
-        if hurry not in schedules:
-            schedules[hurry] = schedule_scene(state, library, table, hurry)
-        scheduled = schedules[hurry]
+    for frame_cost, radius, facing in _WAYS:
+        if frame_cost not in schedules:
+            schedules[frame_cost] = schedule_scene(state, library, table, frame_cost)
+        scheduled = schedules[frame_cost]
         plan = tuple(own.parts for own in scheduled.playing), scheduled.delays
         if (plan, radius, facing) in found or plan in given_up:
             continue
@@ -187,9 +187,9 @@ def _best(
             spliced[plan] = _spliced(state, library, motions, scheduled, shelf)
         maps, edited = _edit(state, library, table, (scheduled, spliced[plan]), (radius, facing))
         tried = _Tried(spliced[plan], maps, edited, _fault(table, edited))
-        if tried.fault <= (_NEARLY if haste else 0.0):
+        if tried.fault <= (_NEARLY if approximate else 0.0):
             return tried
-        if haste and tried.fault > _FAR:
+        if approximate and tried.fault > _FAR:
             given_up.add(plan)
         found[plan, radius, facing] = tried
     return min(found.values(), key=lambda tried: tried.fault)

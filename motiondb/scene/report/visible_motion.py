@@ -67,9 +67,6 @@ CROSSING = 0.01
 _BLEND = 5
 """Frames around a seam in which either neighbour's limits hold: half a blend."""
 
-Intervals = Mapping[str, Sequence[tuple[int, int]]]
-"""Frames [start, end) by capture."""
-
 
 def natural_ranges(
     library: ClipLibrary, motions: Mapping[str, Motion], actions: set[str]

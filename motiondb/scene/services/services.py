@@ -13,7 +13,7 @@ from math import exp, inf
 from motiondb.errors import SceneError, suggestion
 from motiondb.grammar.cfg import prefix
 from motiondb.grammar.cfg.context_free import Tree, nullable_symbols, reachable_symbols
-from motiondb.grammar.cfg.parse import explain, parse
+from motiondb.grammar.cfg.parse import count_trees, explain, parse
 from motiondb.grammar.cfg.prefix import prefix_log_probability
 from motiondb.scene.language.expressions import MOST_ACTIONS, Item, expressions
 from motiondb.scene.language.motion_grammar import MotionGrammar
@@ -75,6 +75,10 @@ class GrammarReport:
         Symbols that no start symbol leads to.
     nullable : tuple of str
         Nonterminals that derive the empty string.
+    rules : tuple of str
+        The context-free rules.
+    n_semantic_rules : int
+        Number of semantic rules.
     starts : tuple of StartReport
         Properties of each start symbol.
     """
@@ -84,6 +88,8 @@ class GrammarReport:
     terminals: tuple[str, ...]
     useless: tuple[str, ...]
     nullable: tuple[str, ...]
+    rules: tuple[str, ...]
+    n_semantic_rules: int
     starts: tuple[StartReport, ...]
 
 
@@ -106,6 +112,8 @@ class Validation:
         The actions that are allowed there.
     message : str
         The fault as a sentence; "" if the string is allowed.
+    n_trees : float
+        Number of parse trees, perhaps infinite; the string is ambiguous if there is more than one.
     """
 
     allowed: bool
@@ -114,6 +122,7 @@ class Validation:
     position: int = -1
     expected: tuple[str, ...] = ()
     message: str = ""
+    n_trees: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -154,7 +163,10 @@ def check(grammar: MotionGrammar) -> GrammarReport:
     names = tuple(terminal.name for terminal in grammar.terminals)
     useless = tuple(s for s in (*whole.nonterminals, *names) if s not in reached)
     nullable = tuple(s for s in whole.nonterminals if s in nullable_symbols(whole))
-    return GrammarReport(grammar.name, whole.nonterminals, names, useless, nullable, tuple(starts))
+    return GrammarReport(
+        grammar.name, whole.nonterminals, names, useless, nullable,
+        tuple(map(str, whole.rules)), len(grammar.annotations), tuple(starts),
+    )  # fmt: skip
 
 
 def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> Validation:
@@ -179,7 +191,8 @@ def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") ->
             faults.append(Validation(False, symbol, None, fault.position, fault.expected))
             may_end |= {symbol} if fault.may_end else set()
         elif actions:
-            return Validation(True, symbol, parse(rules, actions))
+            n_trees = count_trees(rules, actions)
+            return Validation(True, symbol, parse(rules, actions), n_trees=n_trees)
         else:
             first = tuple(name for name, _ in prefix.suggest(rules, ()) if name is not None)
             faults.append(Validation(False, symbol, None, 0, first))

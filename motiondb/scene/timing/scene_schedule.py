@@ -56,9 +56,9 @@ class Scheduled:
 
 
 def schedule_scene(
-    state: SceneState, library: ClipLibrary, table: RuleTable, hurry: float
+    state: SceneState, library: ClipLibrary, table: RuleTable, frame_cost: float
 ) -> Scheduled:
-    """Return the schedule of a sampled scene; ``hurry`` is the cost of a frame of it."""
+    """Return the schedule of a sampled scene; ``frame_cost`` is the cost of a frame of it."""
     now = sampled_timeline(state, library)
     partners = tuple(measure(table, n, now).partner_clip for n in range(len(table.rows)))
     strings = [_string(state, library, table, player) for player in range(len(state.players))]
@@ -70,7 +70,7 @@ def schedule_scene(
             lag = lag_of(row, now, partners[number]) * MOTION_FPS
             thrown, caught = frames[own][row["first"]], frames[partner][partners[number]]
             meetings.append(Meeting(own, float(thrown), partner, float(caught), lag))
-    found = schedule(strings, meetings, _beside(state, table, now), hurry)
+    found = schedule(strings, meetings, _beside(state, table, now), frame_cost)
     playing = tuple(_played(state, library, n, one) for n, one in enumerate(found))
     return Scheduled(playing, tuple(one.delay for one in found), partners)
 

@@ -87,7 +87,7 @@ def schedule(
     strings: Sequence[Strings],
     meetings: Sequence[Meeting],
     beside: Sequence[Meeting] = (),
-    hurry: float = 1.0,
+    frame_cost: float = 1.0,
 ) -> tuple[Schedule, ...]:
     """Return the schedules of all players; see the module.
 
@@ -99,7 +99,7 @@ def schedule(
         Synchronisations, in frames of the strings as sampled, end to end.
     beside : sequence of Meeting
         Frames of two strings that show the same moment as sampled; their lags are 0.
-    hurry : float
+    frame_cost : float
         C, the cost of a frame of the scene.
 
     Examples
@@ -113,7 +113,7 @@ def schedule(
     """
     most = [np.where(own.pauses[:-1] > 0, np.inf, 0.0) for own in strings]
     least = [np.zeros(len(own.lengths) - 1) for own in strings]
-    problem = _Problem(strings, meetings, beside, hurry)
+    problem = _Problem(strings, meetings, beside, frame_cost)
     problem.solve(least, most)
     for own, high, low in zip(range(len(strings)), most, least, strict=True):
         found = problem.pauses(own)
@@ -131,14 +131,14 @@ class _Problem:
         strings: Sequence[Strings],
         meetings: Sequence[Meeting],
         beside: Sequence[Meeting],
-        hurry: float,
+        frame_cost: float,
     ) -> None:
         self._strings = strings
         self._costs: list[float] = []
         self._bounds: list[tuple[float, float]] = []
         self._rows: list[dict[int, float]] = []
         self._equals: list[float] = []
-        self._last = self._column(hurry)
+        self._last = self._column(frame_cost)
         self._marks: list[list[tuple[float, int]]] = []
         self._begins: list[list[int]] = []
         self._ends: list[list[int]] = []

@@ -30,6 +30,7 @@ from motiondb.scene.language.semantic_rules import (
     flight_time,
     line_error,
     position_error,
+    synchronisation_error,
 )
 
 SYNCHRONOUS = 2.0
@@ -199,8 +200,8 @@ def measure(table: RuleTable, number: int, timeline: Timeline) -> Measured:
         return Measured(float(values.mean()), int(frames[int(np.argmax(values))]))
     best = Measured(math.inf, int(frames[0]))
     for clip in table.partners[row["partner_first"] : row["partner_last"]].tolist():
-        later = timeline.instants[row["partner"]][clip] - frames[0]
-        error = abs(float(later) / MOTION_FPS - lag_of(row, timeline, clip))
+        later = float(timeline.instants[row["partner"]][clip] - frames[0]) / MOTION_FPS
+        error = float(synchronisation_error(0.0, later, lag_of(row, timeline, clip)))
         if error < best.value:
             best = Measured(error, int(frames[0]), clip)
     return best

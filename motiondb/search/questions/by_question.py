@@ -124,6 +124,33 @@ def search_take(
     return max(fitting, key=lambda hit: hit.log_odds, default=None)
 
 
+def search_order(take: TakeScores, actions: Sequence[Sequence[int]]) -> QuestionHit | None:
+    """The best interval of a capture for actions in order.
+
+    Parameters
+    ----------
+    take : TakeScores
+        Log-odds of the words in the capture.
+    actions : sequence of sequence of int
+        Columns of the words of each action; an empty action stands for any motion.
+
+    Returns
+    -------
+    hit : QuestionHit or None
+        None where the capture has fewer frames than there are actions.
+
+    >>> take = TakeScores(np.array([0, 10]), np.array([10, 20]), np.diag([4.0, 2.0]), np.ones(2))
+    >>> search_order(take, [[0], [1]]).parts
+    ((0, 10), (10, 20))
+    """
+    number = {str(word): word for action in actions for word in action}
+    parts = tuple(
+        Part((tuple(map(str, action)),) if action else (), repeat_of=k)
+        for k, action in enumerate(actions)
+    )
+    return search_take(take, [Reading(parts)], number)
+
+
 @dataclass(frozen=True, eq=False)
 class PlacedReading:
     """Where a capture shows the parts of one reading.

@@ -55,36 +55,6 @@ class TakeScores:
     whole: FloatArray
 
 
-@dataclass(frozen=True)
-class Hit:
-    """An answer within one capture.
-
-    Attributes
-    ----------
-    start : int
-        First frame.
-    end : int
-        One past the last frame.
-    log_odds : float
-        Log-odds that the capture shows all actions.
-    parts : tuple of (int, int)
-        Frames [start, end) of every action.
-    peaks : tuple of int
-        First frame of the segment of largest value for every action.
-    """
-
-    start: int
-    end: int
-    log_odds: float
-    parts: tuple[tuple[int, int], ...]
-    peaks: tuple[int, ...] = ()
-
-    @property
-    def probability(self) -> float:
-        """The log-odds as a probability."""
-        return float(1.0 / (1.0 + np.exp(-self.log_odds)))
-
-
 def motion_log_odds(
     fit: WordMap, standardised: FloatArray, starts: IntArray, ends: IntArray, margin: int
 ) -> FloatArray:
@@ -144,39 +114,6 @@ def written_evidence(
     evidence[covered] = UNWRITTEN
     evidence[said] = WRITTEN
     return evidence
-
-
-def search_take(take: TakeScores, actions: Sequence[Sequence[int]]) -> Hit | None:
-    """Best interval of a capture for actions in order; None if there are too few frames.
-
-    Parameters
-    ----------
-    take : TakeScores
-        Log-odds of the words in the capture. If it has fewer segments than there are actions, the
-        segments are divided into equal parts.
-    actions : sequence of sequence of int
-        Word numbers of each action; an empty action stands for any motion. At least one action has
-        words.
-    """
-    take = split_segments(take, len(actions))
-    values = np.stack(
-        [
-            take.windows[:, list(words)].mean(axis=1) if words else np.zeros(len(take.starts))
-            for words in actions
-        ]
-    )
-    peaks = ordered_peaks(values)
-    if peaks is None:
-        return None
-    runs = [(peak, peak + 1) for peak in peaks]
-    parts = place_parts(values, runs, [bool(words) for words in actions])
-    wholes = [float(take.whole[list(words)].mean()) for words in actions if words]
-    largest = [a + int(np.argmax(values[k][a:b])) for k, (a, b) in enumerate(parts)]
-    inner = [float(values[k][largest[k]]) for k in range(len(parts)) if actions[k]]
-    log_odds = joint_log_odds([0.5 * i + 0.5 * w for i, w in zip(inner, wholes)])
-    frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
-    peaks_at = tuple(int(take.starts[i]) for i in largest)
-    return Hit(frames[0][0], frames[-1][1], log_odds, frames, peaks_at)
 
 
 def joint_log_odds(log_odds: Sequence[float]) -> float:

@@ -144,30 +144,6 @@ def segment_shares(evidence: Evidence, low: int, high: int) -> FloatArray:
     return weights * (evidence.standardised @ evidence.slope) / (length if length > 0 else 1.0)
 
 
-def explain_word(
-    evidence: Evidence, word: int, action: int, window: tuple[int, int], peak: int, weight: float
-) -> WordReason:
-    """Decompose the contribution of one word to an answer.
-
-    Parameters
-    ----------
-    evidence : Evidence
-        The capture and the word.
-    word : int
-        Number of the word in the vocabulary.
-    action : int
-        Number of its action in the query.
-    window : tuple of int
-        First frame, and one past the last, of the action's window.
-    peak : int
-        Number of the segment that the window surrounds.
-    weight : float
-        Weight of the word in the answer: 1 / (actions with words * words of the action).
-    """
-    look = Look((window,), (peak,), (1.0,), 0.5)
-    return explain_look(evidence, word, look, Place(action, weight))
-
-
 @dataclass(frozen=True)
 class Look:
     """Where an action is looked at.
@@ -211,7 +187,19 @@ class Place:
 
 
 def explain_look(evidence: Evidence, word: int, look: Look, place: Place) -> WordReason:
-    """Take one word's part of an answer apart, said of several windows and the whole capture."""
+    """Decompose the contribution of one word to an answer.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        The capture and the word.
+    word : int
+        Number of the word in the vocabulary.
+    look : Look
+        Windows in which the word is looked for beside the whole capture.
+    place : Place
+        Its place in the question.
+    """
     amounts = (1.0 - look.near) * segment_shares(evidence, 0, int(evidence.ends[-1]))
     said = (1.0 - look.near) * float(evidence.written.max())
     for window, peak, weight in zip(look.windows, look.peaks, look.weights):

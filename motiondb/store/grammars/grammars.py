@@ -20,7 +20,7 @@ from motiondb.records import MOTION_FPS, IntArray
 from motiondb.store.catalogue.names import unknown_name
 from motiondb.store.connection.columns import fetch, insert
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.transactions import read_meta, transaction
+from motiondb.store.connection.transactions import transaction
 
 if TYPE_CHECKING:
     from motiondb.grammar.terminals.terminals import Terminals
@@ -294,22 +294,6 @@ def _load_terminals(
         medoids,
         np.nan if objective is None else objective,
     )
-
-
-def grammar_mark(store: Store, name: str) -> str:
-    """Return a mark that changes when the grammar is learned again or the store's motions change.
-
-    Raises
-    ------
-    QueryError
-        There is no such grammar. The message suggests the nearest names.
-    """
-    row = store.connection.execute(
-        "SELECT grammar_id, run_id FROM grammar WHERE name = ?", [name]
-    ).fetchone()
-    if row is None:
-        raise QueryError(_unknown(store, name))
-    return f"{row[0]} {row[1]} {read_meta(store, 'motion_revision')}"
 
 
 def load_grammar_names(store: Store) -> list[str]:

@@ -20,7 +20,7 @@ from motiondb.records import (
 )
 from motiondb.store.catalogue.runs import finish_run
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.transactions import read_meta, transaction
+from motiondb.store.connection.transactions import content_revision, transaction
 from motiondb.store.learned import segment_tables, symbol_tables, word_tables
 
 DERIVED_TABLES = (
@@ -55,7 +55,7 @@ def save_learning(store: Store, learning: StoredLearning) -> None:
             "INSERT INTO learning VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
             [
                 run_id,
-                read_meta(store, "content_revision"),
+                content_revision(store),
                 symbols.n_symbols,
                 *symbols.means.shape[1:],
                 space.coordinates.shape[1],
@@ -135,7 +135,7 @@ def learning_is_current(store: Store) -> bool:
     NotLearnedError
         ``learn`` has not run.
     """
-    return load_learning_size(store).content_revision == read_meta(store, "content_revision")
+    return load_learning_size(store).content_revision == content_revision(store)
 
 
 def load_symbols(store: Store) -> MotionSymbols:

@@ -14,13 +14,11 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 
 import numpy as np
 
-from motiondb.errors import QueryError
 from motiondb.records import IntArray
 from motiondb.words.lexicon.lemmas import VERBS, lemma
 
@@ -58,26 +56,6 @@ _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
 _WILD = re.compile(r"(?:(?<=[\s,;.])|^)\?(?=[\s,;.?]|$)")
 _PHRASES = ((re.compile(r"\blay[\s-]+ups?\b", re.IGNORECASE), "layup"),)
 _APOSTROPHES = str.maketrans({"’": "'", "`": "'"})
-
-
-@dataclass(frozen=True)
-class ParsedQuery:
-    """A parsed query.
-
-    Attributes
-    ----------
-    words : tuple of str
-        Known words in order, without wildcards.
-    actions : tuple of tuple of str
-        Known words of every action in order; () stands for any action. An action without known
-        words is left out.
-    unknown : dict of str to tuple of str
-        Known words that are similar to each unknown word, the most similar first.
-    """
-
-    words: tuple[str, ...]
-    actions: tuple[tuple[str, ...], ...]
-    unknown: dict[str, tuple[str, ...]]
 
 
 def split_actions(
@@ -185,46 +163,6 @@ def forms_of(text: str) -> list[str]:
     return [token.lower().split("'")[0] for token in tokens]
 
 
-def parse_query(
-    text: str,
-    known: Collection[str],
-    synonyms: Mapping[str, str] | None = None,
-    lemmas: Mapping[str, str] | None = None,
-) -> ParsedQuery:
-    """Parse a query with a vocabulary.
-
-    Parameters
-    ----------
-    text : str
-        The query.
-    known : collection of str
-        The vocabulary.
-    synonyms : dict, optional
-        Lemma -> canonical lemma.
-    lemmas : dict, optional
-        Lemmas that the dictionary gave earlier (:func:`motiondb.words.lexicon.lemmas.lemma`).
-
-    Raises
-    ------
-    QueryError
-        If no word of the query is known; the message names the most similar known ones.
-
-    >>> parse_query("walk, sti", ["sit", "walk"])
-    ParsedQuery(words=('walk',), actions=(('walk',),), unknown={'sti': ('sit',)})
-    """
-    table = known if isinstance(known, (set, frozenset, dict)) else frozenset(known)
-    actions, unknown = [], {}
-    for action in split_actions(text, synonyms, lemmas):
-        found = tuple(word for word in action if word in table)
-        unknown.update({w: nearest_words(w, known) for w in action if w not in table})
-        if found or not action:
-            actions.append(found)
-    words = tuple(word for action in actions for word in action)
-    if not words:
-        raise QueryError(nothing_known(text, unknown))
-    return ParsedQuery(words, tuple(actions), unknown)
-
-
 def nearest_words(word: str, known: Iterable[str], limit: int = 3) -> tuple[str, ...]:
     """Known words of similar spelling, the most similar first.
 
@@ -258,23 +196,6 @@ def count_words(captions: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], Int
     counter = Counter(word for caption in captions for word in set(caption))
     words = tuple(sorted(counter))
     return words, np.array([counter[word] for word in words], dtype=np.int64)
-
-
-def word_numbers(words: Iterable[str], vocabulary: Sequence[str]) -> IntArray:
-    """Numbers of words in a vocabulary, in order; other words are left out.
-
-    Parameters
-    ----------
-    words : iterable of str
-        The words.
-    vocabulary : sequence of str
-        Words in the order of their numbers.
-
-    >>> word_numbers(["walk", "moonwalk", "sit"], ("sit", "walk")).tolist()
-    [1, 0]
-    """
-    numbers = {word: number for number, word in enumerate(vocabulary)}
-    return np.array([numbers[word] for word in words if word in numbers], dtype=np.int64)
 
 
 def _pieces(text: str) -> list[str]:

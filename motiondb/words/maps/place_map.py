@@ -322,13 +322,6 @@ def _gram(centred: FloatArray) -> FloatArray:
     return np.asarray(centred.T @ centred + RIDGE * np.eye(centred.shape[1]))
 
 
-def _predict_left_out(
-    vectors: FloatArray, shown: FloatArray, weights: FloatArray, rows: Sequence[slice]
-) -> FloatArray:
-    """Return predictions (rows, words) for each take by the regression without it, means kept."""
-    return _prepare(vectors, weights, rows).predict(shown)
-
-
 @dataclass(frozen=True, eq=False)
 class _LeftOut:
     """Parts of the regression that all rounds share; they depend on vectors and weights only.

@@ -13,7 +13,7 @@ by their shares. Reasons add up for it as for any word.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,13 +103,6 @@ def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
     if likely or any(table.is_english(form) for form in forms):
         return Taking(word, likely)
     return Taking(word, (), nearest_words(word, known))
-
-
-def take_words(
-    words: Iterable[str], known: Collection[str], table: NearbyTable
-) -> dict[str, Taking]:
-    """What is made of every word that is not known, in order."""
-    return {word: take_word(word, known, table) for word in words if word not in known}
 
 
 def mixture(takings: Sequence[Taking], vocabulary: Sequence[str]) -> FloatArray:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from motiondb.errors import QueryError
 from motiondb.words.lexicon.vocabulary import nearest_words, nothing_known
 from motiondb.words.question.manner import adverb_of, known_manner
+from motiondb.words.question.say import say
 from motiondb.words.question.tree import (
     Action,
     Anything,
@@ -18,6 +20,7 @@ from motiondb.words.question.tree import (
     Repeated,
     Without,
     join,
+    to_dict,
     walk,
     without,
 )
@@ -51,6 +54,15 @@ class KnownQuestion:
         actions = (node for node in walk(self.tree) if isinstance(node, Action))
         return tuple(dict.fromkeys(word for action in actions for word in action.all_words))
 
+    @property
+    def understood(self) -> str:
+        """How the question is understood, as one line that is itself a question."""
+        return say(self.tree)
+
+    def tree_facts(self) -> dict[str, Any]:
+        """The tree as plain dictionaries and lists, for JSON."""
+        return to_dict(self.tree)
+
 
 def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestion:
     """Take the words that no caption has out of a question, and name them.
@@ -68,9 +80,8 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
         Where no word of the question is known; names the nearest known ones.
 
     >>> from motiondb.words.question.parse import parse
-    >>> from motiondb.words.question.say import say
     >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
-    >>> say(known.tree), known.unknown
+    >>> known.understood, known.unknown
     ('sit', {'wlak': ('walk',), 'moonwalk': ('walk',)})
     """
     unknown: dict[str, tuple[str, ...]] = {}

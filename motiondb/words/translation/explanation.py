@@ -186,22 +186,6 @@ def smoothed(
     )
 
 
-def word_presence(association: Association, symbols: IntArray) -> FloatArray:
-    """P(word is said | symbols) = 1 - prod_i (1 - t(word | symbol_i)), array (words,)."""
-    t = association.translation[np.asarray(symbols, dtype=np.int64) + 1]
-    with np.errstate(divide="ignore"):
-        return -np.expm1(np.log1p(-np.minimum(t, 1.0)).sum(axis=0))
-
-
-def word_probabilities(association: Association, symbols: IntArray) -> FloatArray:
-    """P(word | symbols) of a single word, all positions as likely, array (words,), sums to 1.
-
-    Zero everywhere where no symbol was ever seen beside words.
-    """
-    t = association.translation[np.asarray(symbols, dtype=np.int64) + 1].sum(axis=0)
-    return t / max(float(t.sum()), np.finfo(float).tiny)
-
-
 def _joint(association: Association, symbols: IntArray, words: IntArray) -> FloatArray:
     """a(i | j, l, m) t(word_j | symbol_i), array (m, l + 1)."""
     sources = np.append(0, np.asarray(symbols, dtype=np.int64) + 1)

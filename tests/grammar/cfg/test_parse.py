@@ -8,7 +8,7 @@ from math import comb, exp, inf, log
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
-from random_grammars import grammars
+from random_grammars import grammars, tree_log_probability
 
 from motiondb.grammar.cfg.compiled import compile_grammar
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, choices_of, read_grammar
@@ -19,7 +19,6 @@ from motiondb.grammar.cfg.parse import (
     explain,
     log_probability,
     parse,
-    tree_log_probability,
 )
 
 TOY = read_grammar("""

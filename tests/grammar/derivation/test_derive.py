@@ -22,13 +22,13 @@ from motiondb.grammar.cfg.context_free import (
     read_grammar,
 )
 from motiondb.grammar.cfg.lengths import (
-    expected_length,
     length_weights,
     longest_length,
+    mean_length,
     nearest_length,
     shortest_length,
 )
-from motiondb.grammar.cfg.parse import accepts, log_probability
+from motiondb.grammar.cfg.parse import accepts, compiled_form, log_probability
 from motiondb.grammar.derivation.derive import damped, derive
 
 
@@ -91,6 +91,12 @@ def test_longest_by_hand(text: str, longest: float) -> None:
     assert longest_length(compiled) == longest
     if longest < inf:  # at once, however much is wished for
         assert nearest_length(compiled, 10**9) == longest
+
+
+def expected_length(grammar):
+    """Mean length of the strings of random derivations."""
+    compiled = compiled_form(grammar)
+    return mean_length(compiled, compiled.probabilities)
 
 
 def test_lengths_by_hand() -> None:

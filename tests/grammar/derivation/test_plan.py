@@ -7,9 +7,10 @@ from itertools import product
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_grammars import tree_log_probability
 
 from motiondb.grammar.cfg.context_free import GrammarError, read_grammar
-from motiondb.grammar.cfg.parse import ParseError, parse, tree_log_probability
+from motiondb.grammar.cfg.parse import ParseError, parse
 from motiondb.grammar.derivation.plan import plan
 
 BALL = read_grammar("""

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.rules.rule_set import RuleSet
+from motiondb.grammar.sentences import context_bits
 from motiondb.grammar.sentences.borders import recurring_splits
-from motiondb.grammar.sentences.context_bits import context_bits, context_rules
 from motiondb.grammar.sentences.cutting import cutting_room, draw_best, draw_cuts, search_cuts
 from motiondb.grammar.sentences.partition import find_sentences, sentences_between
 from motiondb.grammar.sentences.recutting import cheapest_cuts, recut, shared_symbols
@@ -49,10 +50,35 @@ def test_quick_bits_are_those_of_the_rules_they_stand_for(letters, seed):
     room = cutting_room([string], 1, 6)
     spans = room.spans(draw_cuts(room, np.random.default_rng(seed)))
     rules = context_rules(room.covered, *spans)
-    assert context_bits(room.covered, *spans) == pytest.approx(rules.bits())
+    assert context_bits.context_bits(room.covered, *spans) == pytest.approx(rules.bits())
     assert rules.lawful()
     sentences = [tuple(room.covered.symbols[a:b].tolist()) for a, b in zip(*spans, strict=True)]
     assert language(rules, rules.start) == set(sentences)
+
+
+def context_rules(covered, starts, ends):
+    """The grammar whose bits context_bits counts, as rules with the number of their uses."""
+    n = context_bits._rights_at_most(starts)
+    table = np.empty((n, 4), dtype=np.int64)
+    text = np.empty(context_bits._text_at_most(starts, ends, covered), dtype=np.int64)
+    _, n_rights, used = context_bits._context_grammar(
+        context_bits._arrays(covered), starts, ends, table, text
+    )
+    rules = {covered.n_terminals: {}}
+    for left, offset, length, count in table[:n_rights].tolist():
+        rules.setdefault(left, {})[tuple(text[offset : offset + length].tolist())] = count
+    result = RuleSet(covered.n_terminals, rules)
+    for number in np.flatnonzero(used).tolist():
+        symbol = covered.n_terminals + 1 + number
+        first, length = int(covered.repeat_starts[number]), int(covered.repeat_lengths[number])
+        count = sum(
+            nodes * right.count(symbol)
+            for rights in rules.values()
+            for right, nodes in rights.items()
+        )
+        spelled = tuple(covered.symbols[first : first + length].tolist())
+        result.rules[symbol] = {spelled: count}
+    return result
 
 
 def language(rules, symbol):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from motiondb.database.scenes import scene_files
+from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.energy.binding import Binder, bind
@@ -35,8 +36,8 @@ DIAGRAMS = scene_files.shipped(".tactics")
 
 def table_of(name: str, **strings: str):
     """The table of a shipped diagram, some players' strings given."""
-    diagram = scene_files.read_tactics(name)
-    grammar = scene_files.grammar_of(diagram)
+    text = read_scene_text(name)
+    diagram, grammar = text.diagram, text.grammar
     trees = services.cast(diagram, grammar)
     for player, string in strings.items():
         start = grammar.start_of(diagram.player[player].team)
@@ -176,8 +177,8 @@ def test_actions_that_no_element_asks_for_are_counted() -> None:
 
 
 def test_binding_again_gives_the_same() -> None:
-    diagram = scene_files.read_tactics("figure-3")
-    grammar = scene_files.grammar_of(diagram)
+    text = read_scene_text("figure-3")
+    diagram, grammar = text.diagram, text.grammar
     trees = services.cast(diagram, grammar)
     binder = Binder(diagram, grammar)
     ordered = [trees[name] for name in binder.names]
@@ -190,8 +191,8 @@ def test_binding_again_gives_the_same() -> None:
 
 
 def test_strings_that_do_not_fit_are_refused() -> None:
-    diagram = scene_files.read_tactics("give-and-go")
-    grammar = scene_files.grammar_of(diagram)
+    text = read_scene_text("give-and-go")
+    diagram, grammar = text.diagram, text.grammar
     trees = services.cast(diagram, grammar)
     with pytest.raises(SceneError, match="expected 6 trees, one for each player, found 1"):
         bind(diagram, grammar, [trees["A1"]])

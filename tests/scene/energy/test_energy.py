@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scene_energy import energy
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.scene.clips import ground
 from motiondb.scene.energy import energy as energies
 from motiondb.scene.energy.binding import bind
@@ -57,8 +58,8 @@ LONG = {
 @lru_cache
 def cast(name: str):
     """A shipped diagram's table and trees, with longer strings than cast() finds."""
-    diagram = scene_files.read_tactics(name)
-    grammar = scene_files.grammar_of(diagram)
+    text = read_scene_text(name)
+    diagram, grammar = text.diagram, text.grammar
     trees = services.cast(diagram, grammar)
     for player, string in LONG.get(name, {}).items():
         start = grammar.start_of(diagram.player[player].team)
@@ -205,7 +206,7 @@ def test_energies_are_those_of_the_slow_twin(wandering, name: str, every: int) -
     rng = np.random.default_rng(3)
     for spread in (1.0, 1.0, 0.2):
         state, library, table = random_scene(wandering, name, rng, spread)
-        found = energies.energy(state, clip_arrays(library), table, WEIGHTS, every)
+        found = energy(state, clip_arrays(library), table, WEIGHTS, every)
         twin = Twin(state, library, table, WEIGHTS, every)
         np.testing.assert_allclose(found.rules, twin.rules, rtol=0, atol=1e-9)
         assert found.smooth == pytest.approx(twin.smooth, abs=1e-6)
@@ -267,7 +268,7 @@ def test_incremental_energies_are_those_from_nothing(wandering, seed, name, ever
             assert found == scene.total[0]
         if step % 20 == 19:
             state = scene_state(scene, state.trees)
-            fresh = energies.energy(state, arrays, table, WEIGHTS, every)
+            fresh = energy(state, arrays, table, WEIGHTS, every)
             assert abs(scene.total[0] - fresh.total) < 1e-9
             np.testing.assert_allclose(scene.cost, fresh.rules, rtol=0, atol=1e-9)
             np.testing.assert_array_equal(scene.overlaps, fresh.overlaps)
@@ -358,9 +359,7 @@ def test_rules_by_hand(wandering, columns, value) -> None:
     """Equations (1), (2), (4), (5) for somebody at (1, 2) who faces +z."""
     state, library, table = random_scene(wandering, "carrying", np.random.default_rng(0))
     player = replace(state.players[0], origin=(1.0, 2.0, 0.0))
-    found = energies.energy(
-        SceneState((player,)), clip_arrays(library), row(table, **columns), WEIGHTS
-    )
+    found = energy(SceneState((player,)), clip_arrays(library), row(table, **columns), WEIGHTS)
     assert found.rules.tolist() == pytest.approx([value])
 
 
@@ -376,7 +375,7 @@ def test_a_pass_by_hand(wandering) -> None:
     plain = replace(
         plain, partners=np.array([0]), players=("A1", "A2"), contacts=table.contacts[:0]
     )
-    found = energies.energy(SceneState((one, other)), clip_arrays(library), plain, Weights())
+    found = energy(SceneState((one, other)), clip_arrays(library), plain, Weights())
     assert found.rules.tolist() == pytest.approx([0.1 / 0.1])
     assert [errors.tolist() for errors in found.by_token] == [[1.5], [1.5]]
 
@@ -393,8 +392,8 @@ def test_terms_by_hand(wandering) -> None:
     )
     weights = Weights(smooth=1.0, collision=0.1, effort=3.0)
     scene = SceneState((one, other))
-    found = energies.energy(scene, clip_arrays(library), nothing, weights)
+    found = energy(scene, clip_arrays(library), nothing, weights)
     assert (found.smooth, found.collision, found.effort) == (0.5, 10.0, 2.0)
     assert found.total == 12.5
     free = SceneState((one, replace(other, origin=(0.5, 2.0, 0.0))))
-    assert energies.energy(free, clip_arrays(library), nothing, weights).total == 2.5
+    assert energy(free, clip_arrays(library), nothing, weights).total == 2.5

@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scene_energy import energy
 
 from motiondb.database.scenes import scene_files
+from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.scene.clips import ground
 from motiondb.scene.energy.binding import bind
-from motiondb.scene.energy.energy import energy, scene_arrays
+from motiondb.scene.energy.energy import scene_arrays
 from motiondb.scene.energy.placement import clip_arrays
 from motiondb.scene.energy.rule_table import POSITION, SYNCHRONISATION
 from motiondb.scene.energy.scene_arrays import scene_state
@@ -23,8 +25,8 @@ from motiondb.scene.services import services
 
 def scene_of(wandering, name: str, seed: int = 0):
     """A diagram's shortest strings with clips drawn at random, everybody at the origin."""
-    diagram = scene_files.read_tactics(name)
-    grammar = scene_files.grammar_of(diagram)
+    text = read_scene_text(name)
+    diagram, grammar = text.diagram, text.grammar
     trees = services.cast(diagram, grammar)
     table = bind(diagram, grammar, trees)
     library = wandering([t.name for t in grammar.terminals], seed=seed)

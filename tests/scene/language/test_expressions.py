@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.database.scenes import scene_files
+from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.scene.language.expressions import (
     MOST_ASSIGNMENTS,
     Item,
@@ -81,7 +82,7 @@ def test_spans_are_disjoint_and_match(string: list[str], expression: list[set[st
 
 
 def test_figure_3_asks_what_the_paper_says() -> None:
-    diagram = scene_files.read_tactics("figure-3")
+    diagram = read_scene_text("figure-3").diagram
     assert texts(diagram) == {
         "A1": "(hold)(pass)",
         "A2": "(run)*(catch)(dribble)*(shoot)",
@@ -103,19 +104,19 @@ def test_a_move_is_what_its_player_can_do() -> None:
 
 
 def test_both_ends_of_a_link_know_one_another() -> None:
-    found = expressions(scene_files.read_tactics("give-and-go"))
+    found = expressions(read_scene_text("give-and-go").diagram)
     passed, caught = found["A1"][1], found["A2"][0]
     assert (passed.actions, passed.other, passed.other_item) == (("pass",), "A2", 0)
     assert (caught.actions, caught.other, caught.other_item) == (("catch",), "A1", 1)
     back = found["A2"][1]
     assert (back.other, found["A1"][back.other_item].actions) == ("A1", ("catch",))
-    screen = expressions(scene_files.read_tactics("figure-3"))
+    screen = expressions(read_scene_text("figure-3").diagram)
     assert screen["A3"][1].other_item == 1
     assert screen["D2"][1].other == "A3"
 
 
 def test_the_rules_of_figure_3() -> None:
-    diagram = scene_files.read_tactics("figure-3")
+    diagram = read_scene_text("figure-3").diagram
     rules = auxiliary_rules(diagram)
     starts = {r.player: r.rule.target for r in rules if r.item == -1}
     assert starts == {player.name: player.at for player in diagram.players}
@@ -148,7 +149,7 @@ def test_the_rules_of_figure_3() -> None:
 
 def test_what_the_grammar_says_already_is_said_once() -> None:
     grammar = scene_files.read_grammar("basketball")
-    diagram = scene_files.read_tactics("give-and-go")
+    diagram = read_scene_text("give-and-go").diagram
     rest = auxiliary_rules(diagram, grammar)
     assert {type(r.rule) for r in rest} == {PositionRule}
     more = [r for r in auxiliary_rules(diagram) if r not in rest]
@@ -156,8 +157,8 @@ def test_what_the_grammar_says_already_is_said_once() -> None:
 
 
 def test_a_move_may_be_against_somebody_else() -> None:
-    found = expressions(scene_files.read_tactics("double-team"))
-    assert scene_files.read_tactics("double-team").opponent_of("D2") == "A2"
+    found = expressions(read_scene_text("double-team").diagram)
+    assert read_scene_text("double-team").diagram.opponent_of("D2") == "A2"
     assert [str(item) for item in found["D2"]] == ["(run)*", "(guard)*"]
     assert [item.other for item in found["D2"]] == ["A1", "A1"]
     assert [item.other_item for item in found["D2"]] == [-1, -1]

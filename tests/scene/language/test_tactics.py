@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from motiondb.database.scenes import scene_files
+from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.scene.energy import collisions
 from motiondb.scene.language.curves import path_fractions, smooth_curve
@@ -47,10 +48,10 @@ def test_the_shipped_diagrams_have_the_characters_of_the_paper() -> None:
     names = scene_files.shipped(scene_files.TACTICS)
     assert set(names) == {*TABLE_2, "figure-3", "carrying"}
     for name, count in TABLE_2.items():
-        diagram = scene_files.read_tactics(name)
+        diagram = read_scene_text(name).diagram
         assert len(diagram.players) == count
         assert first_holder(diagram) == "A1"
-    assert {"A1", "A2", "A3", "D2"} <= set(scene_files.read_tactics("figure-3").player)
+    assert {"A1", "A2", "A3", "D2"} <= set(read_scene_text("figure-3").diagram.player)
 
 
 def test_elements_are_read_with_their_ways() -> None:

@@ -126,7 +126,7 @@ def test_every_rule_holds_that_did_not(told) -> None:
     assert told.n_instances == 5
 
 
-def test_nobody_is_hurried_beyond_reason(told) -> None:
+def test_nobody_moves_faster_than_the_limit(told) -> None:
     assert [pace.player for pace in told.paces] == ["A1", "A2"]
     assert told.paces[1].before == pytest.approx(2.0, abs=0.05)  # gliding
     assert max(pace.after for pace in told.paces) < 4.0
@@ -227,7 +227,7 @@ def test_meetings_that_no_pace_allows_are_reported(library) -> None:
     assert not found.clean
 
 
-def test_who_is_in_haste_leaves_out_ways_and_takes_one_that_nearly_holds(
+def test_approximate_polishing_leaves_out_ways_and_takes_one_that_nearly_holds(
     library, monkeypatch
 ) -> None:
     state, table = scene(library)
@@ -239,19 +239,25 @@ def test_who_is_in_haste_leaves_out_ways_and_takes_one_that_nearly_holds(
         return tried[-1]
 
     monkeypatch.setattr(polishing, "_fault", fault)
-    hurries = []
+    frame_costs = []
     whole = polishing.schedule_scene
 
-    def schedule(state, library, table, hurry):
-        hurries.append(hurry)
-        scheduled = whole(state, library, table, hurry)
-        return replace(scheduled, delays=tuple(d + 10.0 * len(hurries) for d in scheduled.delays))
+    def schedule(state, library, table, frame_cost):
+        frame_costs.append(frame_cost)
+        scheduled = whole(state, library, table, frame_cost)
+        return replace(
+            scheduled, delays=tuple(d + 10.0 * len(frame_costs) for d in scheduled.delays)
+        )
 
     monkeypatch.setattr(polishing, "schedule_scene", schedule)
-    best = polishing._best(state, library, MOTIONS, table, haste=True)
-    assert tried == [5.0, 0.5, 0.001]  # of the first hurry one way, of the second until it is good
+    best = polishing._best(state, library, MOTIONS, table, approximate=True)
+    assert tried == [
+        5.0,
+        0.5,
+        0.001,
+    ]  # with the first frame cost one way, with the second until it is good
     assert best.fault == 0.001
-    assert hurries == [1.0, 0.5]
+    assert frame_costs == [1.0, 0.5]
 
 
 def test_a_capture_that_is_gone_is_named(library) -> None:
@@ -337,8 +343,8 @@ def test_which_hand_dribbles() -> None:
 def each_way_anew(state, library, table):
     """The slow twin of the search for the best way: nothing is kept from one to the next."""
     tried = []
-    for hurry, *how in polishing._WAYS:
-        scheduled = schedule_scene(state, library, table, hurry)
+    for frame_cost, *how in polishing._WAYS:
+        scheduled = schedule_scene(state, library, table, frame_cost)
         spliced = polishing._spliced(state, library, MOTIONS, scheduled, {})
         maps, edited = polishing._edit(state, library, table, (scheduled, spliced), tuple(how))
         tried.append((polishing._fault(table, edited), spliced, maps, edited))

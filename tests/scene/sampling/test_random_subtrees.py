@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from motiondb.database.scenes import scene_files
+from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Grammar, choices_of, derive_by, read_grammar
 from motiondb.scene.language.expressions import ONLY_ASKED, Item, expressions, g_user, spans
@@ -96,8 +97,8 @@ def test_recursion_without_end_has_its_least_solution() -> None:
 
 @pytest.mark.parametrize("name", list(scene_files.shipped(".tactics")))
 def test_every_draw_does_what_the_diagram_asks_and_nothing_with_strangers(name: str) -> None:
-    diagram = scene_files.read_tactics(name)
-    grammar = scene_files.grammar_of(diagram)
+    text = read_scene_text(name)
+    diagram, grammar = text.diagram, text.grammar
     rng = np.random.default_rng(2)
     for player in diagram.players:
         items = expressions(diagram)[player.name]

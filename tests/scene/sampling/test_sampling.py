@@ -17,11 +17,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scene_energy import energy
 
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.records import MOTION_FPS
 from motiondb.scene.energy.binding import bind
-from motiondb.scene.energy.energy import energy
 from motiondb.scene.energy.rule_table import ROW, SYNCHRONISATION
 from motiondb.scene.energy.scene_state import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from motiondb.database.scenes import scene_files
+from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.records import IntArray
 from motiondb.scene.energy.scene_state import SceneState
 from motiondb.scene.language.expressions import ONLY_ASKED, g_user
@@ -29,8 +30,8 @@ SHORT = SamplerSettings(
 
 
 def read(name: str):
-    diagram = scene_files.read_tactics(name)
-    return diagram, scene_files.grammar_of(diagram)
+    text = read_scene_text(name)
+    return text.diagram, text.grammar
 
 
 def library_for(grammar, wandering, **options):

@@ -7,6 +7,7 @@ from itertools import product
 import pytest
 
 from motiondb.database.scenes import scene_files
+from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.scene.language.expressions import expressions, g_user
 from motiondb.scene.language.grammar_file import read_motion_grammar
@@ -156,8 +157,8 @@ def test_every_plan_begins_as_asked_and_is_allowed(basketball) -> None:
 
 @pytest.mark.parametrize("name", scene_files.shipped(scene_files.TACTICS))
 def test_every_player_of_the_shipped_diagrams_can_be_cast(name: str) -> None:
-    diagram = scene_files.read_tactics(name)
-    grammar = scene_files.grammar_of(diagram)
+    text = read_scene_text(name)
+    diagram, grammar = text.diagram, text.grammar
     strings = services.cast(diagram, grammar)
     assert set(strings) == set(diagram.player)
     for player, tree in strings.items():

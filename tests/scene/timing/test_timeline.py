@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scene_energy import energy
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.scene.energy.binding import bind
-from motiondb.scene.energy.energy import energy
 from motiondb.scene.energy.placement import clip_arrays
 from motiondb.scene.energy.rule_table import (
     AT_START,
@@ -84,8 +84,8 @@ def test_values_worked_by_hand(kind: int, values: dict[str, float], wanted: floa
 
 @pytest.mark.parametrize("name", ["give-and-go", "screen", "pass-and-shoot"])
 def test_compiled_rules_measure_the_same(name: str, wandering) -> None:
-    diagram = scene_files.read_tactics(name)
-    grammar = scene_files.grammar_of(diagram)
+    text = read_scene_text(name)
+    diagram, grammar = text.diagram, text.grammar
     library = wandering([terminal.name for terminal in grammar.terminals], seed=4)
     trees = services.cast(diagram, grammar)
     table = bind(diagram, grammar, trees)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.records import FloatArray
-from motiondb.search.questions import by_words
+from motiondb.search.questions import by_question, by_words
 from motiondb.search.vectors import score_vectors
 from motiondb.words.maps import word_map
 
@@ -38,15 +38,15 @@ def all_of(*log_odds: float) -> float:
 
 
 def test_one_action_is_found_where_it_is() -> None:
-    hit = by_words.search_take(WALK_TURN_SIT, [[TURN]])
+    hit = by_question.search_order(WALK_TURN_SIT, [[TURN]])
     assert hit is not None
     assert (hit.start, hit.end, hit.parts) == (30, 40, ((30, 40),))
     assert hit.log_odds == pytest.approx(0.5 * 4.0 + 0.5 * 1.0)
-    assert hit.probability == pytest.approx(1 / (1 + np.exp(-2.5)))
+    assert 1 / (1 + np.exp(-hit.log_odds)) == pytest.approx(1 / (1 + np.exp(-2.5)))
 
 
 def test_ordered_actions_are_found_in_order() -> None:
-    hit = by_words.search_take(WALK_TURN_SIT, [[WALK], [TURN], [SIT]])
+    hit = by_question.search_order(WALK_TURN_SIT, [[WALK], [TURN], [SIT]])
     assert hit is not None
     assert hit.parts == ((0, 30), (30, 40), (40, 60))
     assert (hit.start, hit.end) == (0, 60)
@@ -54,8 +54,8 @@ def test_ordered_actions_are_found_in_order() -> None:
 
 
 def test_actions_in_the_wrong_order_score_less() -> None:
-    right = by_words.search_take(WALK_TURN_SIT, [[WALK], [SIT]])
-    wrong = by_words.search_take(WALK_TURN_SIT, [[SIT], [WALK]])
+    right = by_question.search_order(WALK_TURN_SIT, [[WALK], [SIT]])
+    wrong = by_question.search_order(WALK_TURN_SIT, [[SIT], [WALK]])
     assert right is not None
     assert wrong is not None
     assert right.log_odds == pytest.approx(all_of(2.0 + 1.0, 2.0 + 1.5))
@@ -65,14 +65,14 @@ def test_actions_in_the_wrong_order_score_less() -> None:
 
 def test_words_of_one_action_hold_together() -> None:
     """A window that says both words is better than one that says only one of them loudly."""
-    found = by_words.search_take(take([[9.0, -9, 0], [3, 3, 0], [-9, 9, 0]]), [[WALK, TURN]])
+    found = by_question.search_order(take([[9.0, -9, 0], [3, 3, 0], [-9, 9, 0]]), [[WALK, TURN]])
     assert found is not None
     assert (found.start, found.end) == (10, 20)
 
 
 def test_more_actions_than_segments_share_a_segment() -> None:
     one = take([[2.0, 4, 0]])
-    hit = by_words.search_take(one, [[WALK], [TURN]])
+    hit = by_question.search_order(one, [[WALK], [TURN]])
     assert hit is not None
     end = int(one.ends[0])
     assert hit.parts == ((0, end // 2), (end // 2, end))
@@ -81,30 +81,31 @@ def test_more_actions_than_segments_share_a_segment() -> None:
 
 def test_more_actions_than_frames_are_not_found() -> None:
     one = by_words.TakeScores(np.array([0]), np.array([1]), np.ones((1, 3)), np.ones(3))
-    assert by_words.search_take(one, [[WALK], [TURN]]) is None
+    assert by_question.search_order(one, [[WALK], [TURN]]) is None
 
 
 def test_an_empty_action_fills_the_gap() -> None:
-    hit = by_words.search_take(WALK_TURN_SIT, [[WALK], [], [SIT]])
+    hit = by_question.search_order(WALK_TURN_SIT, [[WALK], [], [SIT]])
     assert hit is not None
     assert hit.parts == ((0, 30), (30, 40), (40, 60))
     assert hit.log_odds == pytest.approx(all_of(2.0 + 1.0, 2.0 + 1.5))
 
 
 def test_a_capture_that_says_the_same_throughout_is_found_whole() -> None:
-    hit = by_words.search_take(take([[2.0, 0, 0], [2.4, 0, 0], [2.1, 0, 0]]), [[WALK]])
+    hit = by_question.search_order(take([[2.0, 0, 0], [2.4, 0, 0], [2.1, 0, 0]]), [[WALK]])
     assert hit is not None
     assert (hit.start, hit.end) == (0, 30)
 
 
 def test_anything_before_and_after() -> None:
-    hit = by_words.search_take(WALK_TURN_SIT, [[], [TURN], [], []])
+    hit = by_question.search_order(WALK_TURN_SIT, [[], [TURN], [], []])
     assert hit is not None
     assert hit.parts == ((0, 30), (30, 40), (40, 50), (50, 60))
 
 
 def test_anything_leaves_room_for_itself() -> None:
-    hit = by_words.search_take(take([[4.0, 0, 0], [4, 0, 0], [0, 0, 4], [0, 0, 4]]), [[0], [], [2]])
+    scores = take([[4.0, 0, 0], [4, 0, 0], [0, 0, 4], [0, 0, 4]])
+    hit = by_question.search_order(scores, [[0], [], [2]])
     assert hit is not None
     assert hit.parts == ((0, 10), (10, 20), (20, 40))
 
@@ -140,7 +141,7 @@ def test_intervals_lie_inside_and_follow_one_another(
     scores = take(rng.normal(0, 4, (n_segments, 3)).tolist())
     actions = [rng.choice(3, rng.integers(0, 3), replace=False).tolist() for _ in range(n_actions)]
     actions[-1] = [0]
-    hit = by_words.search_take(scores, actions)
+    hit = by_question.search_order(scores, actions)
     assert hit is not None
     assert 0 <= hit.start < hit.end <= 10 * n_segments
     assert len(hit.parts) == n_actions

@@ -44,11 +44,17 @@ def test_shares_sum_to_the_linear_map(window: tuple[int, int]) -> None:
     assert math.isclose(math.fsum(shares), float(vector @ evidence.slope), rel_tol=1e-12)
 
 
+def near_and_whole(window: tuple[int, int], peak: int) -> reasons.Look:
+    """One window, which counts as much as the whole capture."""
+    return reasons.Look((window,), (peak,), (1.0,), 0.5)
+
+
 def test_all_parts_sum_exactly_to_the_total() -> None:
+    here, there = near_and_whole((10, 70), 1), near_and_whole((60, 120), 3)
     words = [
-        reasons.explain_word(make_evidence(4.0), 7, 0, (10, 70), 1, 0.25),
-        reasons.explain_word(make_evidence(-1.0), 2, 0, (10, 70), 1, 0.25),
-        reasons.explain_word(make_evidence(), 5, 1, (60, 120), 3, 0.5),
+        reasons.explain_look(make_evidence(4.0), 7, here, reasons.Place(0, 0.25)),
+        reasons.explain_look(make_evidence(-1.0), 2, here, reasons.Place(0, 0.25)),
+        reasons.explain_look(make_evidence(), 5, there, reasons.Place(1, 0.5)),
     ]
     parts = [part for word in words for part in word.parts]
     joint = reasons.together(words)

@@ -10,6 +10,8 @@ from motiondb.learning.counting import dictionary_lemmas
 from motiondb.learning.parameter_arrays import LEMMA_NAME, lemma_array, lemmas_from
 from motiondb.records import Caption
 from motiondb.words.lexicon import lemmas, vocabulary
+from motiondb.words.question.known import hold_to_known
+from motiondb.words.question.parse import parse
 
 ASKED = """
 import sys, motiondb
@@ -37,7 +39,7 @@ def test_known_lemmas_are_the_answer_of_the_call_they_are_given_to() -> None:
     assert vocabulary.words_of("three frobs and walks", lemmas=known) == ["frob", "walk"]
     assert lemmas.lemma("stairs", {"stairs": "step"}) == "step"
     assert lemmas.lemma("stairs") == "stair"
-    assert vocabulary.parse_query("frobs", ["frob"], lemmas=known).words == ("frob",)
+    assert hold_to_known(parse("frobs", lemmas=known), {"frob": 1}).words == ("frob",)
 
 
 def test_words_that_were_learned_need_no_dictionary(learned_file: Path) -> None:

@@ -3,7 +3,6 @@
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,11 +14,12 @@ from motiondb.words.lexicon.vocabulary import (
     STOP_WORDS,
     count_words,
     nearest_words,
-    parse_query,
     split_actions,
-    word_numbers,
     words_of,
 )
+from motiondb.words.question.known import hold_to_known
+from motiondb.words.question.parse import parse
+from motiondb.words.question.plain import plain_actions
 
 
 @pytest.mark.parametrize(
@@ -76,35 +76,40 @@ def test_any_text_is_read(text):
         assert all(word and word not in STOP_WORDS for word in action)
 
 
+def ask(text, known, synonyms=None):
+    """A question in known words, each in one caption."""
+    return hold_to_known(parse(text, synonyms), dict.fromkeys(known, 1))
+
+
 def test_wildcards_keep_their_place():
     assert split_actions("walk, ?, sit") == [["walk"], [], ["sit"]]
     assert split_actions("walk ? sit") == [["walk"], [], ["sit"]]
     assert split_actions("?, walk") == [[], ["walk"]]
-    parsed = parse_query("walk, ?, sit", ["walk", "sit"])
-    assert parsed.actions == (("walk",), (), ("sit",))
+    parsed = ask("walk, ?, sit", ["walk", "sit"])
+    assert plain_actions(parsed.tree)[0] == (("walk",), (), ("sit",))
     assert parsed.words == ("walk", "sit")
 
 
 def test_unknown_words_are_named_and_the_rest_works():
-    parsed = parse_query("wlak slowly, moonwalk, sit down", ["walk", "sit", "down", "slowly"])
-    assert parsed.words == ("slowly", "sit", "down")
-    assert parsed.actions == (("slowly",), ("sit", "down"))
+    parsed = ask("wlak slowly, moonwalk, sit down", ["walk", "sit", "down", "slowly"])
+    assert parsed.words == ("sit", "down")  # slowly is said of an unknown action
+    assert plain_actions(parsed.tree)[0] == (("sit", "down"),)
     assert parsed.unknown == {"wlak": ("walk",), "moonwalk": ("walk",)}
 
 
 def test_question_without_a_known_word_is_refused():
     with pytest.raises(QueryError) as error:
-        parse_query("wlak, jmup", ["walk", "jump"])
+        ask("wlak, jmup", ["walk", "jump"])
     assert str(error.value) == (
         "query: expected a known word, found wlak, jmup. Did you mean walk or jump?"
     )
     with pytest.raises(QueryError) as error:
-        parse_query("zzz", ["walk"])
+        ask("zzz", ["walk"])
     assert str(error.value) == (
         "query: expected a known word, found zzz. `motiondb words` lists the words that are known."
     )
     with pytest.raises(QueryError) as error:
-        parse_query("the ?", ["walk"])
+        ask("the ?", ["walk"])
     assert str(error.value) == (
         "query: expected words that describe a motion, found 'the ?'. "
         "Ask for example for 'walk, turn left, sit down'."
@@ -123,7 +128,7 @@ def test_synonyms_meet():
     table = parse_synonyms("# mine\njogging = run\nstroll\twalk\nwalk = go\n\n")
     assert table == {"jog": "run", "stroll": "go", "walk": "go"}
     assert words_of("jogs, strolled", table) == ["run", "go"]
-    assert parse_query("jog", ["run"], table).words == ("run",)
+    assert ask("jog", ["run"], table).words == ("run",)
 
 
 def test_faulty_synonyms_are_named_all_at_once():
@@ -149,14 +154,14 @@ def test_counts_are_of_captions_not_of_words():
     words, counts = count_words([["walk", "walk"], ["walk", "sit"], []])
     assert words == ("sit", "walk")
     assert counts.tolist() == [1, 2]
-    assert word_numbers(["walk", "fly", "sit", "walk"], words).tolist() == [1, 0, 1]
-    assert word_numbers([], words).dtype == np.int64
 
 
 def test_usual_questions_do_not_load_the_dictionary():
     program = (
-        "import sys; from motiondb.words.lexicon.vocabulary import parse_query;"
-        "parse_query('a person walks, turns left, then sits down', ['walk', 'sit']);"
+        "import sys; from motiondb.words.question.known import hold_to_known;"
+        "from motiondb.words.question.parse import parse;"
+        "asked = parse('a person walks, turns left, then sits down');"
+        "hold_to_known(asked, {'walk': 1, 'sit': 1});"
         "print('simplemma' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)

@@ -84,7 +84,7 @@ def test_left_out_predictions_are_those_of_a_fit_without_the_take() -> None:
     weights = take_weights(takes)
     centre = weights @ takes.vectors / weights.sum()
     mean = weights @ shown / weights.sum()
-    predicted = place_map._predict_left_out(takes.vectors, shown, weights, takes.rows())
+    predicted = place_map._prepare(takes.vectors, weights, takes.rows()).predict(shown)
     for inside in takes.rows():
         others = np.ones(len(shown), dtype=bool)
         others[inside] = False

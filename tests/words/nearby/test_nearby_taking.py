@@ -13,7 +13,6 @@ from motiondb.words.nearby.taking import (
     Taking,
     mixture,
     take_word,
-    take_words,
     with_virtual_words,
 )
 
@@ -57,11 +56,6 @@ def test_spelling_is_a_hint_for_what_is_not_english() -> None:
 def test_a_form_finds_the_entry_of_its_lemma_or_its_own() -> None:
     assert take_word("Strolling", {"walk"}, SMALL).words == (("walk", 0.9),)
     assert take_word("tired", {"slow"}, SMALL).words == (("slow", 0.6),)
-
-
-def test_only_unknown_words_are_looked_at() -> None:
-    found = take_words(["walk", "stroll", "tax"], {"walk"}, SMALL)
-    assert list(found) == ["stroll", "tax"]
 
 
 WORD_MAP = WordMap(

@@ -18,8 +18,6 @@ from motiondb.words.translation.explanation import (
     pair_counts,
     smoothed,
     with_counts,
-    word_presence,
-    word_probabilities,
 )
 
 
@@ -202,17 +200,6 @@ def test_removal_is_exact_in_any_order(order, n_removed):
     assert total.alignment.keys() == kept.alignment.keys()
     for shape, table in total.alignment.items():
         assert np.array_equal(table, kept.alignment[shape])
-
-
-def test_presence_and_probability_by_hand():
-    fit = fit_association([pair([0], [0]), pair([1], [1])], 2, ["walk", "sit"])
-    t = np.array([[0.5, 0.5], [0.8, 0.2], [0.5, 0.5]])
-    fit = type(fit)(fit.words, fit.counts, t, fit.alignment, fit.log_likelihoods)
-    symbols = np.array([0, 1])
-    np.testing.assert_allclose(word_presence(fit, symbols), [0.9, 0.6])
-    np.testing.assert_allclose(word_probabilities(fit, symbols), [0.65, 0.35])
-    certain = type(fit)(fit.words, fit.counts, np.eye(3, 2), {}, fit.log_likelihoods)
-    assert word_presence(certain, np.array([0, 0])).tolist() == [0.0, 1.0]
 
 
 def test_unseen_lengths_fall_back_to_the_diagonal():

@@ -1,0 +1,260 @@
+"""What commands print: JSON, tables, progress, notes, problems."""
+
+from __future__ import annotations
+
+import json as jsonlib
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from motiondb import Drift, MotionDB, Taking
+
+
+def note_unlearned(db: MotionDB) -> None:
+    """Print on standard error how many captures the answers leave out.
+
+    Parameters
+    ----------
+    db : MotionDB
+        The database.
+    """
+    count = len(db.unlearned())
+    if count:
+        what = "1 capture is" if count == 1 else f"{count} captures are"
+        typer.echo(f"note: {what} not yet learned: run motiondb learn to include them", err=True)
+
+
+def note_drift(found: Drift | None) -> None:
+    """Print whether learning again is worthwhile after changes of captures or words.
+
+    Parameters
+    ----------
+    found : Drift, optional
+        What changed since the database learned.
+    """
+    if found and found.relearn:
+        typer.echo(f"Learning again is worthwhile (motiondb learn): {'; '.join(found.reasons)}.")
+    elif found and found.words:
+        typer.echo(f"New words, counted at the next motiondb learn: {', '.join(found.words)}.")
+
+
+def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:
+    """Print on standard error the unknown words of a query with the most similar known ones.
+
+    Parameters
+    ----------
+    unknown : mapping of str to sequence of str
+        Known words that are similar to each unknown word.
+    """
+    for word, near in unknown.items():
+        hint = f"; the nearest known: {', '.join(near)}" if near else ""
+        typer.echo(f"unknown word {word!r} left out{hint}", err=True)
+
+
+def note_taken(
+    taken: Mapping[str, Taking],
+    suggested: Mapping[str, Taking],
+    unknown: Mapping[str, Sequence[str]],
+) -> None:
+    """Say on standard error what was made of the words of a question that no caption holds.
+
+    Parameters
+    ----------
+    taken : mapping of str to Taking
+        Words that are taken as known ones.
+    suggested : mapping of str to Taking
+        Words for which known ones are suggested.
+    unknown : mapping of str to sequence of str
+        Words that are left out -> nearest known words.
+    """
+    for taking in taken.values():
+        typer.echo(taking.sentence(), err=True)
+    for word, taking in suggested.items():
+        if word in unknown and taking.words:
+            typer.echo(f"{taking.sentence()}; left out", err=True)
+    told = {word for word, taking in suggested.items() if taking.words}
+    note_unknown({word: near for word, near in unknown.items() if word not in told})
+
+
+def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:
+    """What words were taken as, for JSON.
+
+    Parameters
+    ----------
+    taken : mapping of str to Taking
+        Words that are taken as known ones.
+    """
+    return {
+        word: [{"word": known, "probability": p} for known, p in taking.words]
+        for word, taking in taken.items()
+    }
+
+
+def print_json(value: object) -> None:
+    """Print a value as JSON on standard output.
+
+    Parameters
+    ----------
+    value : object
+        What ``json`` can write; other objects are written as text.
+    """
+    typer.echo(jsonlib.dumps(value, indent=2, ensure_ascii=False, default=str))
+
+
+def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
+    """Print a table; it is 160 columns wide if the output is not a terminal.
+
+    Parameters
+    ----------
+    title : str
+        Title, or "".
+    columns : list of str
+        Names of the columns.
+    rows : list of list of str
+        Cells of every row.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title or None, title_justify="left", box=None, pad_edge=False)
+    for column in columns:
+        right = column.lstrip("-") in (
+            "rank", "start", "end", "score", "probability", "interval", "seconds", "fps", "count",
+        )  # fmt: skip
+        table.add_column(column, justify="right" if right else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=160)
+    console.print(table, markup=False, emoji=False)
+
+
+@contextmanager
+def progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
+    """Show progress bars on standard error.
+
+    Parameters
+    ----------
+    enabled : bool
+        Whether to show anything.
+
+    Yields
+    ------
+    callable
+        Call it with the name of the step, how much is done, and how much there is to do.
+    """
+    with _bars(enabled) as show:
+        yield lambda what, done, total: show(what, done / max(total, 1e-9), "")
+
+
+@contextmanager
+def scene_progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
+    """Show the progress of making a scene on standard error.
+
+    Parameters
+    ----------
+    enabled : bool
+        Whether to show anything.
+
+    Yields
+    ------
+    callable
+        Call it with the name of the step, the fraction that is done, and the error, NaN if unknown.
+    """
+    with _bars(enabled) as show:
+        yield lambda what, share, error: show(
+            what, share, "" if math.isnan(error) else f"error {error:8.2f}"
+        )
+
+
+@contextmanager
+def _bars(enabled: bool) -> Iterator[Callable[[str, float, str], None]]:
+    """A bar for every step; call with its name, the fraction that is done, and a remark."""
+    if not enabled:
+        yield lambda _what, _share, _remark: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (
+        TextColumn("{task.description:22}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TextColumn("{task.fields[remark]}"),
+    )
+    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as bar:
+        tasks: dict[str, Any] = {}
+
+        def show(what: str, share: float, remark: str) -> None:
+            for name, task in tasks.items():
+                if name != what:
+                    bar.update(task, completed=1.0)
+                    bar.stop_task(task)
+            if what not in tasks:
+                tasks[what] = bar.add_task(what, total=1.0, remark=remark)
+            bar.update(tasks[what], completed=min(share, 1.0), remark=remark)
+
+        yield show
+        for task in tasks.values():
+            bar.update(task, completed=1.0)
+
+
+def print_sources(facts: Mapping[str, Any]) -> None:
+    """Print the captures that a generated motion is made of.
+
+    Parameters
+    ----------
+    facts : mapping
+        The facts of the motion.
+    """
+    for source in facts["sources"]:
+        typer.echo(
+            f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
+        )
+
+
+def print_notes(notes: Sequence[str]) -> None:
+    """Print what is unusual in what was read.
+
+    Parameters
+    ----------
+    notes : sequence of str
+        A sentence each.
+    """
+    for note in notes:
+        typer.echo(f"  note: {note}")
+
+
+def print_problems(problems: Sequence[str]) -> None:
+    """Print problems on standard error.
+
+    Parameters
+    ----------
+    problems : sequence of str
+        A sentence each, of one or more lines.
+    """
+    for problem in problems:
+        typer.echo("\n".join(f"  {line}" for line in problem.splitlines()), err=True)
+
+
+def refuse(problems: Sequence[str]) -> None:
+    """Print problems on standard error, and exit with 1 if there are any.
+
+    Parameters
+    ----------
+    problems : sequence of str
+        A sentence each, of one or more lines.
+
+    Raises
+    ------
+    typer.Exit
+        There is a problem.
+    """
+    print_problems(problems)
+    if problems:
+        raise typer.Exit(1)

@@ -1,0 +1,157 @@
+"""Why an answer to words has its rank, in words and seconds.
+
+The numbers are those of :mod:`motiondb.search.questions.reasons`; here word numbers become words,
+and frames become seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from motiondb.records import MOTION_FPS
+from motiondb.search.questions import reasons
+
+
+@dataclass(frozen=True)
+class SymbolShare:
+    """Contribution of a motion symbol, in one interval, to the log-odds of an answer.
+
+    Attributes
+    ----------
+    symbol : int
+        The motion symbol.
+    start : float
+        Start of the interval, seconds.
+    end : float
+        End of the interval, seconds.
+    amount : float
+        The contribution, nats.
+    """
+
+    symbol: int
+    start: float
+    end: float
+    amount: float
+
+
+@dataclass(frozen=True)
+class ExplainedWord:
+    """Contribution of one word of a question to an answer.
+
+    Attributes
+    ----------
+    word : str
+        The word.
+    log_odds : float
+        Log-odds of the word alone, nats.
+    log_probability : float
+        Logarithm of the probability that belongs to these log-odds.
+    prior : float
+        Contribution of the word's frequency, before any motion is considered.
+    written : float
+        Contribution of captions.
+    shares : tuple of SymbolShare
+        Contribution of every segment, in order of time.
+    strongest : tuple of SymbolShare
+        The largest shares by absolute value; neighbours with the same symbol count as one.
+    contribution : float
+        Sum of ``prior``, ``written`` and all ``shares``.
+    """
+
+    word: str
+    log_odds: float
+    log_probability: float
+    prior: float
+    written: float
+    shares: tuple[SymbolShare, ...]
+    strongest: tuple[SymbolShare, ...]
+    contribution: float
+
+    @property
+    def other_shares(self) -> float:
+        """Sum of the shares that are not among the strongest."""
+        return self.contribution - self.prior - self.written - sum(s.amount for s in self.strongest)
+
+
+@dataclass(frozen=True)
+class ExplainedExclusion:
+    """What the exclusion of some words adds to an answer's log-odds.
+
+    Attributes
+    ----------
+    words : tuple of ExplainedWord
+        The excluded words.
+    log_odds : float
+        Log-odds that the capture shows them.
+    amount : float
+        What the exclusion adds, nats.
+    """
+
+    words: tuple[ExplainedWord, ...]
+    log_odds: float
+    amount: float
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Parts of the log-odds that rank an answer.
+
+    ``math.fsum`` of the parts of ``words`` (prior, written, shares), of ``together`` and of the
+    amounts of ``excluded`` is exactly ``log_odds``.
+
+    Attributes
+    ----------
+    log_odds : float
+        Log-odds of the answer, nats.
+    words : tuple of ExplainedWord
+        The words that are asked for.
+    together : float
+        Log-odds that all actions occur, less the mean of their log-odds; 0 for one action.
+    excluded : tuple of ExplainedExclusion
+        What every exclusion adds.
+    """
+
+    log_odds: float
+    words: tuple[ExplainedWord, ...]
+    together: float
+    excluded: tuple[ExplainedExclusion, ...]
+
+
+def explain(why: Sequence[reasons.WordReason], vocabulary: Sequence[str]) -> Explanation:
+    """Explain one answer.
+
+    Parameters
+    ----------
+    why : sequence of WordReason
+        The contributions of the words to the answer.
+    vocabulary : sequence of str
+        The words, in the order of their numbers.
+    """
+    excluded = tuple(
+        ExplainedExclusion(
+            tuple(_word(w, vocabulary) for w in why if w.exclusion == lowering.exclusion),
+            lowering.log_odds,
+            lowering.amount,
+        )
+        for lowering in reasons.lowerings(why)
+    )
+    asked = tuple(_word(w, vocabulary) for w in why if w.exclusion < 0)
+    return Explanation(reasons.total(why), asked, reasons.together(why), excluded)
+
+
+def _word(reason: reasons.WordReason, vocabulary: Sequence[str]) -> ExplainedWord:
+    return ExplainedWord(
+        vocabulary[reason.word],
+        reason.log_odds,
+        reason.log_probability,
+        reason.prior,
+        reason.written,
+        tuple(map(_in_seconds, reason.shares)),
+        tuple(map(_in_seconds, reasons.strongest(reason))),
+        reason.contribution,
+    )
+
+
+def _in_seconds(share: reasons.Share) -> SymbolShare:
+    return SymbolShare(share.symbol, share.start / MOTION_FPS, share.end / MOTION_FPS, share.amount)

@@ -1,0 +1,175 @@
+"""Verbs of the public class for everything that a command does."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import motiondb
+from motiondb import Scenes
+from motiondb.grammar.cfg.context_free import derive_by, read_grammar
+
+AMBIGUOUS = 'start S\nS -> S S | a\na := "walk"\n'
+
+
+def test_pictures_of_answers_and_their_reasons(learned_file: Path, tmp_path: Path) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        answer = db.search("kick, not walk", limit=2)
+        drawn = db.draw_matches(answer, tmp_path / "hits.png", "kick")
+        why = db.draw_reasons(answer, tmp_path / "why.png", "kick")
+        alike = db.like("goran/kick_1", limit=1)
+        example = db.motion("goran/kick_1")
+        db.draw_matches(alike, tmp_path / "alike.png", example=example)
+        with pytest.raises(motiondb.MotionDBError, match="expected at least 1 hit"):
+            db.draw_matches(db.search("kick", "performer=nobody"), tmp_path / "none.png")
+        with pytest.raises(motiondb.QueryError, match="expected an answer with reasons"):
+            db.draw_reasons(db.search("kick", by_symbols=True), tmp_path / "none.png", "kick")
+    assert (drawn, why) == (tmp_path / "hits.png", tmp_path / "why.png")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["alike.png", "hits.png", "why.png"]
+
+
+def test_an_answer_explains_itself_in_words_and_seconds(learned_file: Path) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        answer = db.search("walk, turn left, not wave", limit=3)
+        durations = {info.name: info.duration for info in db.captures()}
+    assert answer.explanations
+    for match, why in zip(answer.matches, answer.explanations, strict=True):
+        assert {word.word for word in why.words} == {"walk", "turn", "left"}
+        assert [[w.word for w in one.words] for one in why.excluded] == [["wave"]]
+        parts = [p for w in why.words for p in (w.prior, w.written, *(s.amount for s in w.shares))]
+        amounts = [one.amount for one in why.excluded]
+        assert math.fsum([*parts, why.together, *amounts]) == why.log_odds
+        assert match.score == pytest.approx(1.0 / (1.0 + math.exp(-why.log_odds)))
+        for word in why.words:
+            assert word.shares[-1].end <= durations[match.capture] + 1.0
+            strongest = math.fsum(s.amount for s in word.strongest)
+            rest = word.contribution - word.prior - word.written - strongest
+            assert word.other_shares == pytest.approx(rest, abs=1e-12)
+            assert len(word.strongest) <= 3
+
+
+def test_a_taken_word_is_explained_and_drawn_by_its_name(
+    learned_file: Path, tmp_path: Path
+) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        answer = db.search("stroll", limit=1)
+        assert "stroll" in answer.taken
+        assert [word.word for word in answer.explanations[0].words] == ["stroll"]
+        db.draw_reasons(answer, tmp_path / "why.png", "stroll")
+    assert (tmp_path / "why.png").stat().st_size > 5_000
+
+
+def test_a_question_says_how_it_is_understood(learned_file: Path) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        question = db.search("walks, then kicks twice", limit=1).question
+    assert question.understood == "walk, then (kick 2 times)"
+    assert question.tree_facts()["kind"] == "in_order"
+
+
+def test_kinds_of_events_are_counted(some: Path, tmp_path: Path) -> None:
+    sheet = tmp_path / "events.tsv"
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        first, second = (info.name for info in db.captures()[:2])
+        sheet.write_text(
+            "file\tframe\tevent\n"
+            f"{first}\t15\tcatch\n{first}\t30\tcatch\n{second}\t3\tcatch\n{second}\t4\trelease\n"
+        )
+        assert db.event_rows() == []
+        db.import_events(sheet)
+        assert db.event_rows() == [
+            {"event": "catch", "count": 3, "captures": 2},
+            {"event": "release", "count": 1, "captures": 1},
+        ]
+        assert [event.seconds for event in db.events(first)] == [0.5, 1.0]
+
+
+def test_groups_of_copies_are_filtered_by_their_captures(some: Path, tmp_path: Path) -> None:
+    moved = motiondb.read_capture(some / "boris" / "kick_1.bvh")
+    motiondb.write_bvh(
+        replace(moved, root_positions=moved.root_positions + np.array([2.0, 0.0, 1.0])),
+        some / "boris" / "moved_1.bvh",
+    )
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        (group,) = db.duplicates()
+        assert set(group.captures) == {"boris/kick_1", "boris/moved_1"}
+        assert db.duplicates("name=boris/moved_1") == (group,)
+        assert db.duplicates("name=ana/bow_1") == ()
+
+
+def test_a_grammar_is_checked_asked_and_planned_with_without_a_database(tmp_path: Path) -> None:
+    grammar = Scenes.read_grammar("basketball")
+    report = Scenes.check_grammar("basketball")
+    assert (len(report.rules), report.n_semantic_rules) == (43, 18)
+    assert Scenes.check_grammar(grammar) == report
+    said = Scenes.validate(grammar, "hold shoot")
+    assert (said.allowed, said.n_trees) == (True, 1)
+    assert str(said.tree).startswith("S_A(Attacks(Ball(Catch(hold)")
+    assert Scenes.validate("basketball", ["hold", "shoot"]).tree == said.tree
+    assert Scenes.suggest("basketball", "hold") == Scenes.suggest(grammar, ["hold"])
+    way = Scenes.plan("basketball", "hold", ["pass", ("shoot", "layup")])
+    assert way[0] == "hold"
+    assert way.index("pass") < min(n for n, a in enumerate(way) if a in ("shoot", "layup"))
+    assert Scenes.validate("basketball", way).allowed
+    with pytest.raises(motiondb.SceneError, match="expected an action, found 'yodel'"):
+        Scenes.plan("basketball", "hold", ["yodel"])
+    file = tmp_path / "twice.grammar"
+    file.write_text(AMBIGUOUS)
+    assert [Scenes.validate(file, "a " * n).n_trees for n in (1, 2, 3, 4)] == [1, 1, 2, 5]
+
+
+def test_a_diagram_tells_what_it_asks_of_each_player(tmp_path: Path) -> None:
+    text = Scenes.read_diagram("give-and-go")
+    assert text.first_holder == "A1"
+    assert text.expressions["A1"] == "(hold)(pass)(run)*(catch)(layup)"
+    assert text.shortest["A2"] == ("catch", "pass", "run")
+    assert set(text.actions) <= set(text.grammar.terminal)
+    for name, string in text.shortest.items():
+        start = text.grammar.start_of(text.diagram.player[name].team)
+        assert Scenes.validate(text.grammar, string, start).allowed
+    assert Scenes.draw_diagram(text, tmp_path / "one.png").stat().st_size > 10_000
+    by_name = Scenes.draw_diagram("give-and-go", tmp_path / "two.png")
+    assert by_name.read_bytes() == (tmp_path / "one.png").read_bytes()
+
+
+def test_folders_of_scenes_need_no_database(tmp_path: Path) -> None:
+    assert Scenes.is_folder(tmp_path)
+    assert not Scenes.is_folder("n" * 300)
+    Scenes.check_folder(tmp_path / "new")
+    (tmp_path / "other").write_text("not a scene")
+    with pytest.raises(motiondb.MotionDBError, match="found other files"):
+        Scenes.check_folder(tmp_path)
+    with pytest.raises(motiondb.SceneError, match="expected the record of a scene"):
+        Scenes.read_folder(tmp_path)
+
+
+def test_a_tree_prints_as_one_line() -> None:
+    tree = derive_by(read_grammar("S -> a B\nB -> empty"), (0, 1))
+    assert f"{tree}" == "S(a B())"
+
+
+CHANGES = """
+import sys, motiondb
+before = motiondb.changes_saved()
+with motiondb.open(sys.argv[1]) as db:
+    opened = motiondb.changes_saved()
+    db.add(sys.argv[2])
+print(before, opened, motiondb.changes_saved())
+"""
+
+
+def test_whether_changes_were_saved_is_known(some: Path, tmp_path: Path) -> None:
+    ended = subprocess.run(
+        [sys.executable, "-c", CHANGES, str(tmp_path / "m.duckdb"), str(some / "ana")],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert ended.stdout.split() == ["False", "False", "True"]
