@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -152,10 +151,10 @@ def suggest(
     json: Json = False,
 ) -> None:
     """List the terminals that the grammar allows next, or sentences that complete a pattern."""
-    if like is not None:
-        _suggest_like(name, beginning, like, number, db, json)
-        return
     with database(db) as base:
+        if like is not None:
+            _say_like(base.grammars, name, (beginning, goal), (like, number), json)
+            return
         if goal:
             _say_way(base.grammars, name, beginning, goal, json)
             return
@@ -190,17 +189,18 @@ def _say_way(grammars: Grammars, name: str, beginning: str, goal: str, json: boo
     typer.echo(f"tree:  {way.tree}")
 
 
-def _suggest_like(name: str, beginning: str, like: str, number: int, db: Path, json: bool) -> None:
-    """Print the most probable sentences that match a pattern."""
+def _say_like(
+    grammars: Grammars, name: str, others: tuple[str, str], asked: tuple[str, int], json: bool
+) -> None:
+    """Print the most probable sentences that match a pattern; ``others`` must not be given."""
     from motiondb import QueryError
 
-    if beginning:
+    if any(others):
         raise QueryError(
-            f"STRING: expected none beside --like, found {beginning!r}."
-            " Write it at the beginning of the pattern."
+            f"--like: expected no STRING and no --goal beside it, found"
+            f" {' '.join(others).strip()!r}. Write them into the pattern."
         )
-    with database(db) as base:
-        found = base.grammars.complete(name, like, number)
+    found = grammars.complete(name, *asked)
     if json:
         sentences = [
             {"string": list(one.string), "probability": one.probability} for one in found.found
@@ -209,9 +209,6 @@ def _suggest_like(name: str, beginning: str, like: str, number: int, db: Path, j
             {"probability": found.probability, "proven": found.proven, "sentences": sentences}
         )
         return
-    print_table(
-        "",
-        ["sentence", "probability"],
-        [[" ".join(one.string), f"{one.probability:.3f}"] for one in found.found],
-    )
+    rows = [[" ".join(one.string), f"{one.probability:.3f}"] for one in found.found]
+    print_table("", ["sentence", "probability"], rows)
     typer.echo(f"{found.probability:.2%} of the sentences of {name} match")

@@ -11,19 +11,28 @@ obeys the grammar, to motion.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motiondb.database.grammars.grammar_sequences import LONGEST_STRING, Material
+from motiondb import store
+from motiondb.database.grammars.grammar_sequences import (
+    LONGEST_STRING,
+    GrammarSequence,
+    Material,
+    play,
+)
 from motiondb.database.grammars.grammar_words import Shares, terminal_shares, terminals_for
 from motiondb.errors import QueryError, suggestion
-from motiondb.grammar.cfg.context_free import Tree
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, Place, read_pattern
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import understand
-from motiondb.words.lexicon.vocabulary import motion_word, nearest_words
+from motiondb.words.lexicon.vocabulary import motion_word, nearest_words, nothing_known
 from motiondb.words.question.plain import plain_actions
+
+if TYPE_CHECKING:
+    from motiondb.database.session import Session
 
 
 def playable(material: Material) -> frozenset[str]:
@@ -39,14 +48,16 @@ def playable(material: Material) -> frozenset[str]:
     return frozenset(terminals.names[k] for k in set(terminals.labels[there].tolist()))
 
 
-def best(material: Material, pattern: Pattern, n: int) -> Completions:
+def best(session: Session, material: Material, like: str, n: int) -> Completions:
     """Return the most probable sentences that match a pattern.
 
     Parameters
     ----------
+    session : Session
+        The session, for what the database has learned.
     material : Material
         The grammar with its takes.
-    pattern : Pattern
+    like : str
         The pattern.
     n : int
         How many sentences.
@@ -54,35 +65,38 @@ def best(material: Material, pattern: Pattern, n: int) -> Completions:
     Raises
     ------
     QueryError
-        When the number is below 1.
+        When the number is below 1, or the pattern is not valid.
     GrammarError
         When no sentence matches.
     """
     if n < 1:
         raise QueryError(f"number: expected 1 sentence or more, found {n}. Ask for more.")
+    pattern = pattern_of(material, _learned(session), like)
     return complete(material.learned.grammar, pattern, n, allowed=playable(material))
 
 
-def draw(
-    material: Material, pattern: Pattern, length: int | None, rng: np.random.Generator
-) -> Tree:
-    """Draw a sentence that matches a pattern, as probable as it is among all that match.
+def generate(
+    session: Session, material: Material, like: str, length: int | None, seed: int
+) -> GrammarSequence:
+    """Draw a sentence that matches a pattern, as probable as it is among all that match; play it.
 
     Parameters
     ----------
+    session : Session
+        The session, for what the database has learned.
     material : Material
         The grammar with its takes.
-    pattern : Pattern
+    like : str
         The pattern.
     length : int or None
         Must be None: the pattern says how many terminals there are.
-    rng : numpy.random.Generator
-        Draws the sentence.
+    seed : int
+        The same seed gives the same motion.
 
     Raises
     ------
     QueryError
-        When a length is given.
+        When a length is given, or the pattern is not valid.
     GrammarError
         When no sentence matches.
     """
@@ -91,7 +105,14 @@ def draw(
             f"length: expected none beside a pattern, found {length}. Write the wanted number of"
             " terminals as places: '? ? ?'."
         )
-    return sample_completion(material.learned.grammar, pattern, rng, allowed=playable(material))
+    pattern, rng = pattern_of(material, _learned(session), like), np.random.default_rng(seed)
+    grammar, allowed = material.learned.grammar, playable(material)
+    return play(material, sample_completion(grammar, pattern, rng, allowed=allowed), rng)
+
+
+def _learned(session: Session) -> Learned | None:
+    with session.reading():
+        return session.learned if store.is_learned(session.store) else None
 
 
 def pattern_of(material: Material, learned: Learned | None, text: str) -> Pattern:
@@ -134,7 +155,10 @@ def pattern_of(material: Material, learned: Learned | None, text: str) -> Patter
 
 def _words_in_order(learned: Learned, text: str) -> list[str]:
     """Return the words of a sentence; whatever is more than an order of actions is refused."""
-    actions, not_used = plain_actions(understand(learned, text).tree)
+    known = understand(learned, text)
+    if known.unknown:
+        raise QueryError(nothing_known(text, known.unknown))
+    actions, not_used = plain_actions(known.tree)
     if not_used:
         told = "; ".join(f"{left.text!r}: {left.reason}" for left in not_used)
         raise QueryError(

@@ -10,14 +10,21 @@ segment is unlike everything from which the grammar was learned (see
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from motiondb import store
+from motiondb.database.grammars.grammar_sequences import Material
+from motiondb.file_names import is_file
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.parse import ParseError, parse_passage
-from motiondb.grammar.terminals.labelling import Reading
-from motiondb.records import MOTION_FPS
+from motiondb.grammar.terminals.labelling import Reader, Reading, make_reader, read_string
+from motiondb.records import MOTION_FPS, Motion
+
+if TYPE_CHECKING:
+    from motiondb.database.session import Session
 
 MOST_UNLIKE = 0.5
 """Largest share of a motion's time that may be unlike all terminals before the whole motion is
@@ -75,6 +82,45 @@ class ParsedMotion:
     def is_unlike(self) -> bool:
         """Whether most of the motion is unlike the grammar, so that its string has no meaning."""
         return self.share_unlike > MOST_UNLIKE
+
+
+def take_of(material: Material, example: str | Path | Motion) -> int | None:
+    """Return the take of a capture, or of a file with the same bytes; None if there is none.
+
+    Parameters
+    ----------
+    material : Material
+        The grammar with its takes.
+    example : str, Path or Motion
+        Name of a capture, a motion file, or a motion.
+    """
+    if isinstance(example, Motion):
+        return None
+    if is_file(example):
+        sha256 = store.digest(Path(example).read_bytes())
+        sources = enumerate(material.learned.sources)
+        return next((take for take, source in sources if source.sha256 == sha256), None)
+    info = store.load_capture(material.database, str(example), or_file=True)
+    return next((take for take, n in material.numbers.items() if n == info.capture_id), None)
+
+
+def read(session: Session, material: Material, motion: Motion) -> Reading:
+    """Read a motion as a string of terminals; the session keeps the reader.
+
+    Parameters
+    ----------
+    session : Session
+        The session.
+    material : Material
+        The grammar with its takes.
+    motion : Motion
+        The motion.
+    """
+    reader: Reader = session.kept(
+        ("reader", material.learned.name),
+        lambda: make_reader(material.learned.terminals, material.motions),
+    )
+    return read_string(reader, motion)
 
 
 def parse_reading(grammar: context_free.Grammar, reading: Reading) -> ParsedMotion:

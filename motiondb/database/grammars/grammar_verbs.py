@@ -27,17 +27,14 @@ from motiondb.database.grammars import (
 from motiondb.database.grammars.grammar_editing import Edit
 from motiondb.database.grammars.grammar_learning import GrammarSettings, Progress
 from motiondb.database.grammars.grammar_parsing import ParsedMotion
-from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material, terminals_of
+from motiondb.database.grammars.grammar_sequences import GrammarSequence, terminals_of
 from motiondb.database.grammars.grammar_words import Meaning, terminal_meanings
 from motiondb.database.grammars.sequence_verbs import SequenceVerbs
 from motiondb.errors import QueryError
-from motiondb.file_names import is_file
 from motiondb.grammar.cfg import prefix
 from motiondb.grammar.derivation.complete import Completions
 from motiondb.grammar.derivation.derive import derive
-from motiondb.grammar.derivation.pattern import Pattern
 from motiondb.grammar.derivation.plan import Plan, plan
-from motiondb.grammar.terminals.labelling import Reader, Reading, make_reader, read_string
 from motiondb.records import CaptureInfo, Motion
 
 
@@ -163,30 +160,12 @@ class Grammars(SequenceVerbs):
         """
         with self._session.reading():
             material = self.material(name)
-            take = self._take(material, example)
+            take = grammar_parsing.take_of(material, example)
             if take is not None:
                 return grammar_parsing.as_learned(material.learned, take)
-            reading = self._read(material, CatalogueVerbs(self._session).motion(example))
+            motion = CatalogueVerbs(self._session).motion(example)
+            reading = grammar_parsing.read(self._session, material, motion)
         return grammar_parsing.parse_reading(material.learned.grammar, reading)
-
-    def _take(self, material: Material, example: str | Path | Motion) -> int | None:
-        """Return the take of a capture, or of a file with the same bytes; None if there is none."""
-        if isinstance(example, Motion):
-            return None
-        if is_file(example):
-            sha256 = store.digest(Path(example).read_bytes())
-            sources = enumerate(material.learned.sources)
-            return next((take for take, source in sources if source.sha256 == sha256), None)
-        info = store.load_capture(self._session.store, str(example), or_file=True)
-        return next((take for take, n in material.numbers.items() if n == info.capture_id), None)
-
-    def _read(self, material: Material, motion: Motion) -> Reading:
-        """Read a motion as a string of terminals; the session keeps the reader."""
-        reader: Reader = self._session.kept(
-            ("reader", material.learned.name),
-            lambda: make_reader(material.learned.terminals, material.motions),
-        )
-        return read_string(reader, motion)
 
     def suggest(
         self, name: str, beginning: str | Sequence[str] = ""
@@ -259,14 +238,7 @@ class Grammars(SequenceVerbs):
         GrammarError
             When no sentence matches; with the first place of the pattern that none reaches.
         """
-        material, pattern = self._pattern(name, like)
-        return grammar_completing.best(material, pattern, n)
-
-    def _pattern(self, name: str, like: str) -> tuple[Material, Pattern]:
-        material = self.material(name)
-        with self._session.reading():
-            learned = self._session.learned if store.is_learned(self._session.store) else None
-        return material, grammar_completing.pattern_of(material, learned, like)
+        return grammar_completing.best(self._session, self.material(name), like, n)
 
     def generate(
         self, name: str, seed: int = 0, length: int | None = None, like: str | None = None
@@ -295,10 +267,9 @@ class Grammars(SequenceVerbs):
             When no sentence matches the pattern.
         """
         if like is not None:
-            material, pattern = self._pattern(name, like)
-            rng = np.random.default_rng(seed)
-            tree = grammar_completing.draw(material, pattern, length, rng)
-            return grammar_sequences.play(material, tree, rng)
+            return grammar_completing.generate(
+                self._session, self.material(name), like, length, seed
+            )
         if length is not None and length < 1:
             raise QueryError(f"length: expected at least 1 terminal, found {length}. Ask for more.")
         material, rng = self.material(name), np.random.default_rng(seed)
