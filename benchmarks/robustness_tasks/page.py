@@ -39,7 +39,10 @@ UNKNOWN = """## What is not known
 
 
 def page(folder: Path) -> str:
-    """The page of the logs in a folder; parts without a log are named as not run."""
+    """The page of the logs in a folder; parts without a log are named as not run.
+
+    What whoever ran the parts has to say about the runs stands in ``notes.md`` of the folder.
+    """
     parts: list[tuple[str, str, Callable[[list[Case]], str]]] = [
         ("fuzz", "Odd files and texts", _fuzz),
         ("kills", "Kills", _kills),
@@ -49,6 +52,9 @@ def page(folder: Path) -> str:
     ]
     cases = {name: load(folder, name) for name, _, _ in parts}
     sections = [HEAD, f"{machine()}; {versions('numpy', 'duckdb')}.", _targets(cases)]
+    notes = folder / "notes.md"
+    if notes.exists():
+        sections.append(notes.read_text(encoding="utf-8").strip())
     for name, title, write in parts:
         found = cases[name]
         sections.append(f"## {title}\n\n{write(found) if found else 'Not run.'}")

@@ -8,12 +8,12 @@ then derives without reading more comes from the chains of the compiled grammar,
 and empty rules cost nothing here.
 
 A chart sums the values of derivations (probabilities, or their number) or keeps the greatest.
-:func:`best_choices` reads the best tree from a chart of greatest values; see also :mod:`.forward`.
+:mod:`.best_tree` reads the best tree from a chart of greatest values; see also :mod:`.forward`.
 """
 
 from __future__ import annotations
 
-from math import frexp, inf, ldexp, log
+from math import frexp, inf, ldexp
 from typing import NamedTuple
 
 import numpy as np
@@ -23,8 +23,6 @@ from motiondb.grammar.cfg.closure import Sparse
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import FloatArray, IntArray
 
-TOLERANCE = 2.5e-10
-"""Log-probabilities this near count as equal. It is below the rule penalty."""
 MOST_PRODUCTS = 500_000_000
 """Products of two cells' entries in a chart, at most. They take 3 to 5 s, and a sentence that is
 refused needs two charts, so that the answer comes within 10 s. Learned grammars stay far below: a
@@ -71,30 +69,6 @@ class TailRules(NamedTuple):
 
     by_right: Tails
     left: IntArray
-
-
-class Forms(NamedTuple):
-    """The rules of a compiled grammar, as :func:`best_choices` needs them.
-
-    Attributes
-    ----------
-    left : array (S,)
-        Left child of each symbol that is a tail, else -1.
-    right : array (S,)
-        Right child of each symbol that is a tail, else -1.
-    rule_of : array (S + 1,)
-        Where the rules of a symbol begin.
-    rule_right : array (R,)
-        Right side of a rule, -1 for the empty string.
-    log_weights : array (R,)
-        Log-probability of a rule, less the penalty.
-    """
-
-    left: IntArray
-    right: IntArray
-    rule_of: IntArray
-    rule_right: IntArray
-    log_weights: FloatArray
 
 
 class _Work(NamedTuple):
@@ -313,100 +287,3 @@ def find(chart: Chart, symbol: int, i: int, j: int) -> tuple[float, int]:
     if low < chart.end[i, j] and chart.symbols[low] == symbol:
         return chart.values[low], chart.exponents[i, j]
     return 0.0, 0
-
-
-@njit(cache=True)
-def _log_best(chart: Chart, empties: FloatArray, symbol: int, i: int, j: int) -> float:
-    """Return the log of the best value of a symbol over (i, j), -inf if there is none."""
-    if i == j:
-        return log(empties[symbol]) if empties[symbol] > 0.0 else -inf
-    value, exponent = find(chart, symbol, i, j)
-    return log(value) + exponent * log(2.0) if value > 0.0 else -inf
-
-
-@njit(cache=True)
-def best_choices(chart: Chart, empties: FloatArray, forms: Forms, start: int, n: int) -> IntArray:
-    """Return the rules of the best tree in preorder, as indices among the rules in use.
-
-    Parameters
-    ----------
-    chart : Chart
-        The chart of greatest values.
-    empties : array (S,)
-        The greatest values of the empty string.
-    forms : Forms
-        The rules.
-    start : int
-        The symbol at the root.
-    n : int
-        Length of the sentence.
-    """
-    left, right, rule_of, rule_right, _ = forms
-    choices, used = np.zeros(64, np.int64), 0
-    nodes, begins, ends = np.zeros(64, np.int64), np.zeros(64, np.int64), np.zeros(64, np.int64)
-    depth = 1
-    nodes[0], ends[0] = start, n
-    while depth > 0:
-        depth -= 1
-        symbol, i, j = nodes[depth], begins[depth], ends[depth]
-        if depth + 2 > len(nodes):
-            nodes = np.append(nodes, np.zeros_like(nodes))
-            begins = np.append(begins, np.zeros_like(begins))
-            ends = np.append(ends, np.zeros_like(ends))
-        if used == len(choices):
-            choices = np.append(choices, np.zeros_like(choices))
-        goal = _log_best(chart, empties, symbol, i, j) - TOLERANCE
-        if left[symbol] >= 0:
-            k = _first_split(chart, empties, (left[symbol], right[symbol]), (i, j), goal)
-            nodes[depth], begins[depth], ends[depth] = right[symbol], k, j
-            nodes[depth + 1], begins[depth + 1], ends[depth + 1] = left[symbol], i, k
-            depth += 2
-        elif rule_of[symbol] < rule_of[symbol + 1]:
-            choices[used] = _first_rule(chart, empties, forms, symbol, (i, j), goal)
-            nodes[depth], begins[depth], ends[depth] = rule_right[choices[used]], i, j
-            if nodes[depth] >= 0:
-                depth += 1
-            used += 1
-    return choices[:used]
-
-
-@njit(cache=True)
-def _first_split(
-    chart: Chart,
-    empties: FloatArray,
-    children: tuple[int, int],
-    span: tuple[int, int],
-    goal: float,
-) -> int:
-    """Return the first place at which two children over a span reach the goal."""
-    left, right = children
-    k, j = span
-    while k < j:
-        first = _log_best(chart, empties, left, span[0], k)
-        if first + _log_best(chart, empties, right, k, j) >= goal:
-            break
-        k += 1
-    return k
-
-
-@njit(cache=True)
-def _first_rule(
-    chart: Chart,
-    empties: FloatArray,
-    forms: Forms,
-    symbol: int,
-    span: tuple[int, int],
-    goal: float,
-) -> int:
-    """Return the first rule of a symbol that reaches the goal over a span."""
-    _, _, rule_of, rule_right, log_weights = forms
-    i, j = span
-    for rule in range(rule_of[symbol], rule_of[symbol + 1] - 1):
-        below, value = rule_right[rule], log_weights[rule]
-        if below >= 0:
-            value += _log_best(chart, empties, below, i, j)
-        elif i < j:
-            continue
-        if value >= goal:
-            return rule
-    return rule_of[symbol + 1] - 1
