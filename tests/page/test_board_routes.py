@@ -70,7 +70,7 @@ def test_a_diagram_that_can_be_played_has_strings_and_clips(client: TestClient) 
         ("1 pass A1 to A2", "1 pass A1 to D1", 0, "a receiver of the team of A1"),
         ("2 cut A1 to 0.6 1.4", "2 cut A1 to 60 1.4", 1, "a point on the court"),
         ("3 pass A2 to A1", "3 pass A2 to A9", 2, "one of the players"),
-        ("1 pass A1 to A2", "1 pass A1 to A2 caught 9", 2, "A2 to have the ball"),
+        ("1 pass A1 to A2", "1 pass A1 to A2 caught 9", 2, "one ball holder at the beginning"),
     ],
 )
 def test_an_element_that_cannot_be_played_is_the_one_at_fault(
@@ -85,12 +85,12 @@ def test_an_element_that_cannot_be_played_is_the_one_at_fault(
 
 def test_what_a_grammar_does_not_allow_is_told_of_its_player(client: TestClient) -> None:
     text = 'diagram "D"\ndefence D1 at 0 6\nattack A1 at 0 8\n1 shoot A1\n2 feint D1 to 1 6\n'
-    board = read_board(text)
-    told = {fault.player: fault.line for fault in board.faults}
-    if board.faults:
-        assert set(told) <= {"A1", "D1"}
-        assert all(line in (4, 5) for line in told.values())
-    assert client.post("/api/board/check", json={"text": text}).status_code == 200
+    assert [(fault.line, fault.player) for fault in read_board(text).faults] == [(5, "D1")]
+    board = post(client, "/api/board/check", {"text": text})
+    assert [each["feasible"] for each in board["elements"]] == [True, False]
+    reasons = {player["name"]: player["reason"] for player in board["players"]}
+    assert reasons["A1"] is None
+    assert reasons["D1"].startswith("expected of D1 what the grammar basketball allows")
 
 
 def test_a_text_that_cannot_be_read_is_an_answer_with_its_line(client: TestClient) -> None:
