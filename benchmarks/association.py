@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 from motiondb.records import Association
-from motiondb.words.association import Pair, fit_association
-from motiondb.words.explanation import log_probability
+from motiondb.words.translation.association import Pair, fit_association
+from motiondb.words.translation.explanation import log_probability
 
 TARGET = 50.0
 

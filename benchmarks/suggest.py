@@ -23,8 +23,8 @@ from motiondb.learning import counting
 from motiondb.learning.answers.caption_suggestions import whole_vectors
 from motiondb.learning.learned import Learned
 from motiondb.records import FloatArray, IntArray
+from motiondb.words.maps.word_moments import solve_word_map, word_moments
 from motiondb.words.suggestion import suggest
-from motiondb.words.word_moments import solve_word_map, word_moments
 
 STEPS = (5, 10, 15, 20, 30, 40, 60, 80, 100)
 RANDOM_ORDERS = 10

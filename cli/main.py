@@ -9,17 +9,12 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from motiondb.cli import (
-    asking,
-    cataloguing,
-    events,
-    grammars,
-    keeping,
-    learning,
-    scenes,
-    words,
-)
+from motiondb.cli import learning
+from motiondb.cli.ask import asking
+from motiondb.cli.catalogue import cataloguing, events, keeping, words
+from motiondb.cli.grammars import grammars
 from motiondb.cli.options import Commands
+from motiondb.cli.scenes import motion_grammars
 
 app = Commands(
     name="motiondb",
@@ -50,7 +45,9 @@ def _options(
 
 INTERRUPTED = 130
 
-for module in (cataloguing, learning, asking, words, events, grammars, scenes, keeping):
+for module in (
+    cataloguing, learning, asking, words, events, grammars, motion_grammars, keeping,
+):  # fmt: skip
     module.register(app)
 
 

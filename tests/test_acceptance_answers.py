@@ -13,7 +13,8 @@ import motiondb
 from motiondb import MotionDB
 from motiondb.database.generate.generating import Generated
 from motiondb.records import MOTION_FPS, CaptureInfo
-from motiondb.words import explanation, vocabulary
+from motiondb.words.lexicon import vocabulary
+from motiondb.words.translation import explanation
 
 SENTENCES = (
     "a person walks then kicks",

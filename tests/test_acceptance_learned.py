@@ -15,7 +15,7 @@ from motiondb import MotionDB, store
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode
 from motiondb.records import SymbolSpace
-from motiondb.words import transition
+from motiondb.words.translation import transition
 
 WORDS = ("walk", "jump", "kick", "punch", "bow", "wave", "sit", "run", "dance", "dribble", "guard")
 

@@ -11,8 +11,8 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from motiondb.words.lemmas import FIXED, VERBS, lemma
-from motiondb.words.vocabulary import STOP_WORDS
+from motiondb.words.lexicon.lemmas import FIXED, VERBS, lemma
+from motiondb.words.lexicon.vocabulary import STOP_WORDS
 from nearby_words.wordnet import WordNet, is_plain
 
 N_WORDS = 24_000

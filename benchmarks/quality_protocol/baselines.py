@@ -13,7 +13,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from motiondb.records import Float32Array, FloatArray
-from motiondb.search.score_vectors import unit
+from motiondb.search.vectors.score_vectors import unit
 
 Words = NDArray[np.bool_]
 QUANTILES = (0.1, 0.5, 0.9)

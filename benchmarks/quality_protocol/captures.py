@@ -109,7 +109,7 @@ def _cache_file(folder: Path, sheet: Path) -> Path:
     for path in sorted(folder.rglob("*.*")):
         digest.update(f"{path.name} {path.stat().st_size}".encode())
     package = Path(motiondb.__file__).parent
-    for path in sorted([*package.glob("capture/*.py"), *package.glob("pose/*.py")]):
+    for path in sorted([*package.glob("capture/**/*.py"), *package.glob("pose/*.py")]):
         digest.update(path.read_bytes())
     home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
     return home / "motiondb" / f"quality-{folder.name}-{digest.hexdigest()[:16]}.pickle"

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import Float32Array, FloatArray, IntArray
-from motiondb.search import warping
+from motiondb.search.examples import warping
 from motiondb.symbols.feature_space import FeatureSpace
 from quality_protocol.captures import Capture
 

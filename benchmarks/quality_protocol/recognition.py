@@ -16,10 +16,12 @@ from motiondb.learning.symbol_fitting import (
 )
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
-from motiondb.search import by_words, score_vectors
-from motiondb.search.movement import block_sizes
-from motiondb.symbols import acquisition, feature_space
-from motiondb.words.word_map import WordMap
+from motiondb.search.questions import by_words
+from motiondb.search.vectors import score_vectors
+from motiondb.search.vectors.movement import block_sizes
+from motiondb.symbols import feature_space
+from motiondb.symbols.discovery import acquisition
+from motiondb.words.maps.word_map import WordMap
 from quality_protocol.captures import Capture
 
 

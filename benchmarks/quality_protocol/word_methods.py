@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import FloatArray
-from motiondb.search.by_words import search_take
-from motiondb.search.score_vectors import unit
-from motiondb.words import word_map
+from motiondb.search.questions.by_words import search_take
+from motiondb.search.vectors.score_vectors import unit
+from motiondb.words.maps import word_map
 from quality_protocol import baselines as base
 from quality_protocol.captures import performer_folds
 from quality_protocol.recognition import Recognised

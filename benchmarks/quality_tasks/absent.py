@@ -16,13 +16,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.learning import asked_certainty as simulation
+from motiondb.learning.certainty import asked_certainty as simulation
 from motiondb.records import FloatArray
 from motiondb.search import certainty
-from motiondb.search.by_motion import resemblance
-from motiondb.search.posture_and_travel import N_POSTURE, N_TRAVEL
-from motiondb.search.score_vectors import unit
-from motiondb.words import vocabulary, word_map
+from motiondb.search.examples.by_motion import resemblance
+from motiondb.search.vectors.posture_and_travel import N_POSTURE, N_TRAVEL
+from motiondb.search.vectors.score_vectors import unit
+from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps import word_map
 from quality_protocol import baselines as base
 from quality_protocol.captures import (
     Capture,

@@ -13,7 +13,7 @@ from motiondb.learning.counting import described_intervals
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode
 from motiondb.records import FloatArray
-from motiondb.words import transition
+from motiondb.words.translation import transition
 from quality_protocol.confidence import mean_of, statistic_of
 from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, TaskReport

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import Float32Array, FloatArray
-from motiondb.search.posture_and_travel import N_POSTURE, N_TRAVEL
-from motiondb.search.resemblance import meaning_rows, resemblance
-from motiondb.search.score_vectors import unit
-from motiondb.words import vocabulary, word_map
+from motiondb.search.examples.resemblance import meaning_rows, resemblance
+from motiondb.search.vectors.posture_and_travel import N_POSTURE, N_TRAVEL
+from motiondb.search.vectors.score_vectors import unit
+from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps import word_map
 from quality_protocol import baselines as base
 from quality_protocol.captures import Capture, load_bandai, load_cmu, without_copies
 from quality_protocol.confidence import weighted_draws, weighted_measure

@@ -17,7 +17,7 @@ from motiondb.pictures.strip import strip_figure
 from motiondb.pose import body, retarget
 from motiondb.pose.features import recognition_features
 from motiondb.records import MOTION_FPS, Float32Array, FloatArray, Motion
-from motiondb.search import warping
+from motiondb.search.examples import warping
 from motiondb.symbols import feature_space
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of

@@ -22,7 +22,7 @@ from motiondb.errors import MotionDBError
 from motiondb.learning.symbol_fitting import LearnSettings
 from motiondb.pose.features import FEATURE_FPS
 from motiondb.records import Float32Array, FloatArray
-from motiondb.search import warping
+from motiondb.search.examples import warping
 from motiondb.symbols import feature_space
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of

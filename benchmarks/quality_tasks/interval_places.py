@@ -10,14 +10,15 @@ import numpy as np
 
 import motiondb
 from motiondb.errors import MotionDBError
-from motiondb.learning import place_certainty, place_fitting
+from motiondb.learning import place_fitting
 from motiondb.learning.answers.word_answers import search_words
+from motiondb.learning.certainty import place_certainty
+from motiondb.learning.certainty.place_certainty import Judged
 from motiondb.learning.learned import Learned
-from motiondb.learning.place_certainty import Judged
 from motiondb.records import FloatArray
 from motiondb.search.certainty import probability
-from motiondb.words import vocabulary
-from motiondb.words.place_map import fit_places
+from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps.place_map import fit_places
 from quality_protocol.report import TaskReport
 from quality_protocol.takes import LongTake
 

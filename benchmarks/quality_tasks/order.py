@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from motiondb.records import IntArray, Motion
-from motiondb.search.by_words import search_take
-from motiondb.words import vocabulary, word_map
+from motiondb.search.questions.by_words import search_take
+from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps import word_map
 from quality_protocol.captures import (
     Capture,
     load_cmu,

@@ -21,12 +21,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.learning import asked_certainty
+from motiondb.learning.certainty import asked_certainty
 from motiondb.records import FloatArray
-from motiondb.search import by_question, by_words, certainty
-from motiondb.search.posture_and_travel import N_POSTURE, N_TRAVEL
-from motiondb.search.score_vectors import unit
-from motiondb.words import vocabulary, word_map
+from motiondb.search import certainty
+from motiondb.search.questions import by_question, by_words
+from motiondb.search.vectors.posture_and_travel import N_POSTURE, N_TRAVEL
+from motiondb.search.vectors.score_vectors import unit
+from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps import word_map
 from motiondb.words.question.known import hold_to_known
 from motiondb.words.question.parse import parse
 from motiondb.words.question.readings import readings

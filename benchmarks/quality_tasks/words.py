@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import FloatArray
-from motiondb.search.score_vectors import unit
-from motiondb.words import vocabulary
+from motiondb.search.vectors.score_vectors import unit
+from motiondb.words.lexicon import vocabulary
 from quality_protocol import baselines as base
 from quality_protocol import word_methods as methods
 from quality_protocol.captures import Capture, load_cmu, performer_folds, without_copies
@@ -27,8 +27,8 @@ from quality_protocol.word_methods import Answers, Fold
 OURS = "motiondb"
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
 CHOSEN = (
-    "How posture and travel (`motiondb/search/posture_and_travel.py`) were chosen: about 270 "
-    "settings of blocks, levels, averaging, weights, standardisation, mirrored copies, kernels "
+    "How posture and travel (`motiondb/search/vectors/posture_and_travel.py`) were chosen: about "
+    "270 settings of blocks, levels, averaging, weights, standardisation, mirrored copies, kernels "
     "and ridges were compared by leaving performers out within the five training parts, the folds"
     " themselves in view beside them. The ranking within the training parts decided (mean average"
     " precision there 0.425 before, 0.44 with either, 0.48 with both), and Bandai-Namco's query "

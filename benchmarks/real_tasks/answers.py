@@ -16,7 +16,7 @@ from motiondb.database import MotionDB
 from motiondb.database.generate import generated_files
 from motiondb.database.generate.generating import METHODS, Generated
 from motiondb.records import Match, Motion
-from motiondb.words import vocabulary
+from motiondb.words.lexicon import vocabulary
 from real_tasks.measures import (
     Part,
     Smoothness,

@@ -13,8 +13,10 @@ from motiondb.generate.contact import foot_slip
 from motiondb.learning.learned import Learned
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
-from motiondb.search import by_words, score_vectors
-from motiondb.words import vocabulary, word_map
+from motiondb.search.questions import by_words
+from motiondb.search.vectors import score_vectors
+from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps import word_map
 
 Part = tuple[float, float, str]
 """start, end (seconds), label of a known part of a long take."""

@@ -5,8 +5,6 @@
 ('.bvh', '.amc', '.txt', '.json', '.npz', '.c3d')
 """
 
-from motiondb.capture.amc import AsfFile
-from motiondb.capture.bvh_writer import write_bvh
 from motiondb.capture.folder import (
     CAPTURE_ENDINGS,
     find_captures,
@@ -17,10 +15,12 @@ from motiondb.capture.folder import (
     skeleton_path,
 )
 from motiondb.capture.formats import capture_format, read_capture, read_capture_bytes, read_file
-from motiondb.capture.gltf import write_gltf
-from motiondb.capture.gltf_scene import Character, write_gltf_scene
-from motiondb.capture.limits import NO_LIMITS, ReadLimits, ReadOptions, cap_memory, guarded
-from motiondb.capture.units import UNITS, unit_from_name
+from motiondb.capture.input.limits import NO_LIMITS, ReadLimits, ReadOptions, cap_memory, guarded
+from motiondb.capture.input.units import UNITS, unit_from_name
+from motiondb.capture.readers.amc import AsfFile
+from motiondb.capture.writers.bvh_writer import write_bvh
+from motiondb.capture.writers.gltf import write_gltf
+from motiondb.capture.writers.gltf_scene import Character, write_gltf_scene
 
 __all__ = [
     "CAPTURE_ENDINGS",

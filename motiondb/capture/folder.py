@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import MappingProxyType
 
-from motiondb.capture.text import quoted
+from motiondb.capture.input.text import quoted
 from motiondb.errors import CaptureError
 
 FORMATS = MappingProxyType(

@@ -11,9 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb.capture.amc import AsfFile
 from motiondb.capture.folder import CAPTURE_ENDINGS, FORMATS, skeleton_path
-from motiondb.capture.limits import (
+from motiondb.capture.input.limits import (
     ReadOptions,
     check_clip_size,
     check_duration,
@@ -21,6 +20,7 @@ from motiondb.capture.limits import (
     check_options,
     guarded,
 )
+from motiondb.capture.readers.amc import AsfFile
 from motiondb.errors import CaptureError
 from motiondb.records import Clip
 
@@ -164,23 +164,23 @@ def _read(
 ) -> Clip:
     """Call the reader of a format; each is imported where it is needed."""
     if kind == "bvh":
-        from motiondb.capture.bvh import read_bvh
+        from motiondb.capture.readers.bvh import read_bvh
 
         return read_bvh(data, path, options)
     if kind == "amc":
-        from motiondb.capture.amc import read_amc
+        from motiondb.capture.readers.amc import read_amc
 
         return read_amc(data, path, skeleton, options)
     if kind == "deepmimic":
-        from motiondb.capture.deepmimic import read_deepmimic
+        from motiondb.capture.readers.deepmimic import read_deepmimic
 
         return read_deepmimic(data, path, options)
     if kind == "amass":
-        from motiondb.capture.amass import read_amass
+        from motiondb.capture.readers.amass import read_amass
 
         return read_amass(data, path, options)
     if kind == "c3d":
-        from motiondb.capture.c3d import read_c3d
+        from motiondb.capture.readers.c3d import read_c3d
 
         return read_c3d(data, path, options)
     raise CaptureError(path, f"expected a known format, found {kind!r}.")

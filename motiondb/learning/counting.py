@@ -23,11 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
-from motiondb.search import score_vectors
-from motiondb.words import explanation, lemmas, transition, vocabulary
-from motiondb.words.explanation import ExpectedCounts
-from motiondb.words.word_map import WordMap
-from motiondb.words.word_moments import WordMoments, solve_word_map, word_moments
+from motiondb.search.vectors import score_vectors
+from motiondb.words.lexicon import lemmas, vocabulary
+from motiondb.words.maps.word_map import WordMap
+from motiondb.words.maps.word_moments import WordMoments, solve_word_map, word_moments
+from motiondb.words.translation import explanation, transition
+from motiondb.words.translation.explanation import ExpectedCounts
 
 REFERENCE_SHARE = 0.01
 """Share of every t of the reference that is spread evenly (see ``explanation.smoothed``). Chosen by

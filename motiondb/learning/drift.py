@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
-from motiondb.words import vocabulary
+from motiondb.words.lexicon import vocabulary
 
 STRANGE = 0.1
 """Chosen by hand, from the shares measured on real captures: twice what more of the same gives."""

@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb.learning import counting, drift
-from motiondb.learning.asked_certainty import Certainties
+from motiondb.learning.certainty.asked_certainty import Certainties
+from motiondb.learning.certainty.place_certainty import learn_certainty
 from motiondb.learning.learned import LearnedModel
-from motiondb.learning.place_certainty import learn_certainty
 from motiondb.learning.place_fitting import Places, Written, find_places
 from motiondb.learning.symbol_fitting import (
     FeaturePool,
@@ -21,10 +21,10 @@ from motiondb.learning.symbol_fitting import (
 )
 from motiondb.learning.word_fitting import FittedWords, TaughtWords, fit_words
 from motiondb.records import SegmentTable
-from motiondb.search import extents
+from motiondb.search.examples import extents
 from motiondb.symbols import feature_space
-from motiondb.symbols import space as symbol_spaces
-from motiondb.words import transition
+from motiondb.symbols.distances import space as symbol_spaces
+from motiondb.words.translation import transition
 
 
 def fit_model(

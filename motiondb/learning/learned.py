@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
-from motiondb.learning.asked_certainty import Certainties
+from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.counting import (
     Counts,
     Described,
@@ -37,14 +37,17 @@ from motiondb.records import (
     SegmentTable,
     SymbolSpace,
 )
-from motiondb.search import by_words, certainty, extents, movement
-from motiondb.search.by_words import WINDOW_MARGIN
-from motiondb.search.score_vectors import ScoreSpace
-from motiondb.symbols.acquisition import AcquisitionSettings
+from motiondb.search import certainty
+from motiondb.search.examples import extents
+from motiondb.search.questions import by_words
+from motiondb.search.questions.by_words import WINDOW_MARGIN
+from motiondb.search.vectors import movement
+from motiondb.search.vectors.score_vectors import ScoreSpace
+from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
-from motiondb.words import explanation, transition
-from motiondb.words.place_map import LABELLED
-from motiondb.words.word_map import WordMap
+from motiondb.words.maps.place_map import LABELLED
+from motiondb.words.maps.word_map import WordMap
+from motiondb.words.translation import explanation, transition
 
 
 @dataclass(frozen=True, eq=False)

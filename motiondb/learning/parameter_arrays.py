@@ -12,20 +12,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.learning.asked_certainty import Certainties
+from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.counting import Counts, Reference
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.learned import Counted, LearnedModel
 from motiondb.learning.place_fitting import Places
 from motiondb.records import Association, FloatArray, StoredLearning
 from motiondb.search import certainty
-from motiondb.search.extents import ContextSpace
-from motiondb.search.score_vectors import ScoreSpace
-from motiondb.symbols.acquisition import AcquisitionSettings
+from motiondb.search.examples.extents import ContextSpace
+from motiondb.search.vectors.score_vectors import ScoreSpace
+from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
-from motiondb.words.explanation import ExpectedCounts
-from motiondb.words.word_map import WordMap
-from motiondb.words.word_moments import WordMoments
+from motiondb.words.maps.word_map import WordMap
+from motiondb.words.maps.word_moments import WordMoments
+from motiondb.words.translation.explanation import ExpectedCounts
 
 Arrays = Mapping[str, FloatArray]
 

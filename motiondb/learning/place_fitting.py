@@ -1,8 +1,8 @@
 """Where in their takes the actions of captions happen: found at ``learn``, kept for questions.
 
-Captions of whole takes are laid over the segments (:mod:`motiondb.words.place_map`). Captions of
-intervals say the place: their words are shown at the segments that lie in the interval by half, and
-nowhere else in a take that no caption describes as a whole.
+Captions of whole takes are laid over the segments (:mod:`motiondb.words.maps.place_map`). Captions
+of intervals say the place: their words are shown at the segments that lie in the interval by half,
+and nowhere else in a take that no caption describes as a whole.
 
 What is kept is y, the probability that each listed word is shown at each segment of a take. The map
 follows from it by one ridge regression, and so does the evidence for every take without itself.
@@ -17,11 +17,11 @@ import numpy as np
 
 from motiondb.learning.counting import capture_rows
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
-from motiondb.search.by_words import WINDOW_MARGIN
-from motiondb.search.score_vectors import interval_vectors
-from motiondb.symbols.hmm_jobs import one_blas_thread
-from motiondb.words import vocabulary
-from motiondb.words.place_map import (
+from motiondb.search.questions.by_words import WINDOW_MARGIN
+from motiondb.search.vectors.score_vectors import interval_vectors
+from motiondb.symbols.models.hmm_jobs import one_blas_thread
+from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps.place_map import (
     ListedTakes,
     fit_place_map,
     left_out_evidence,
@@ -94,7 +94,7 @@ class Written:
 
 @dataclass(frozen=True, eq=False)
 class _Take:
-    """One take's part of :class:`~motiondb.words.place_map.ListedTakes`."""
+    """One take's part of :class:`~motiondb.words.maps.place_map.ListedTakes`."""
 
     actions: Actions
     further: list[int]

@@ -18,12 +18,13 @@ from motiondb.records import (
     Motion,
     SegmentTable,
 )
-from motiondb.search import score_vectors
-from motiondb.search.by_words import WINDOW_MARGIN
-from motiondb.symbols import acquisition, hmm
-from motiondb.words import decoding
+from motiondb.search.questions.by_words import WINDOW_MARGIN
+from motiondb.search.vectors import score_vectors
+from motiondb.symbols.discovery import acquisition
+from motiondb.symbols.models import hmm
 from motiondb.words.question.known import KnownQuestion, hold_to_known
 from motiondb.words.question.parse import parse
+from motiondb.words.translation import decoding
 
 LONGEST_DECODED = 12
 """Largest number of symbols of a decoded sequence of up to 6 words. Chosen by hand; not tuned."""

@@ -9,8 +9,10 @@ import numpy as np
 
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
-from motiondb.search import movement, posture_and_travel
-from motiondb.symbols import acquisition, hmm, segmentation
+from motiondb.search.vectors import movement, posture_and_travel
+from motiondb.symbols.discovery import acquisition
+from motiondb.symbols.models import hmm
+from motiondb.symbols.segments import segmentation
 
 Progress = Callable[[str, float], None]
 """Called with the step and the share of it that is done, 0 to 1."""

@@ -16,10 +16,10 @@ import numpy as np
 from motiondb.errors import QueryError
 from motiondb.learning.learned import Learned
 from motiondb.records import Association, FloatArray
-from motiondb.words.lemmas import lemma
+from motiondb.words.lexicon.lemmas import lemma
+from motiondb.words.lexicon.vocabulary import forms_of, split_actions
 from motiondb.words.nearby.table import NearbyTable
 from motiondb.words.nearby.taking import Taking, mixture, take_word, with_virtual_words
-from motiondb.words.vocabulary import forms_of, split_actions
 
 
 @dataclass(frozen=True, eq=False)

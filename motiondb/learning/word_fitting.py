@@ -13,12 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.learning import asked_certainty, counting
-from motiondb.learning.asked_certainty import Certainties
+from motiondb.learning import counting
+from motiondb.learning.certainty import asked_certainty
+from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.learned import Counted
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
-from motiondb.search import movement, score_vectors
-from motiondb.words import association, vocabulary, word_map
+from motiondb.search.vectors import movement, score_vectors
+from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps import word_map
+from motiondb.words.translation import association
 
 
 @dataclass(frozen=True, eq=False)

@@ -70,8 +70,8 @@ class MotionSymbols:
             Number of the symbol.
         exit_state : bool, optional
             Whether the model gets a further state, absorbing and without frames, for a symbol that
-            was left. Then ``score`` is exactly that of ``motiondb.symbols.hmm``. A model without it
-            can be fitted and sampled by hmmlearn; see :mod:`motiondb.hmmlearn_models`.
+            was left. Then ``score`` is exactly that of ``motiondb.symbols.models.hmm``. A model
+            without it can be fitted and sampled by hmmlearn; see :mod:`motiondb.hmmlearn_models`.
 
         Raises
         ------

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import FloatArray
-from motiondb.words.word_map import WordMap
+from motiondb.words.maps.word_map import WordMap
 
 _RIDGE = 1.0  # chosen by hand; not tuned
 _ROUNDS = 100  # Newton steps at most; a handful suffice

@@ -9,9 +9,9 @@ import pytest
 from odd_captures import AMC, ASF, BVH, DEEPMIMIC, case, odd_c3d
 
 from motiondb.capture import AsfFile, capture_format, guarded, read_capture_bytes
-from motiondb.capture.event_sheet import read_event_sheet
-from motiondb.capture.limits import ReadLimits, ReadOptions
-from motiondb.capture.sheet import read_sheet
+from motiondb.capture.input.limits import ReadLimits, ReadOptions
+from motiondb.capture.sheets.event_sheet import read_event_sheet
+from motiondb.capture.sheets.sheet import read_sheet
 from motiondb.errors import CaptureError, MotionDBError
 from motiondb.pose import retarget
 

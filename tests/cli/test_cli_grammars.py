@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.cli import grammars, parsing, sequences
+from motiondb.cli.grammars import grammars, parsing, sequences
 from motiondb.database.grammars.grammar_editing import Edit
 from motiondb.database.grammars.grammar_learning import GrammarSettings
 from motiondb.database.grammars.grammar_parsing import ParsedMotion

@@ -19,7 +19,7 @@ from motiondb.errors import NotLearnedError, QueryError
 from motiondb.learning.learned import Learned
 from motiondb.learning.parameter_arrays import from_stored, to_stored
 from motiondb.learning.symbol_fitting import LearnSettings
-from motiondb.words import vocabulary
+from motiondb.words.lexicon import vocabulary
 
 DIAGRAM = """diagram "Two"
 grammar basketball

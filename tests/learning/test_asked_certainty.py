@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.learning import asked_certainty
-from motiondb.learning.asked_certainty import Certainties
+from motiondb.learning.certainty import asked_certainty
+from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.counting import Described
 from motiondb.learning.learned import Learned
 from motiondb.records import SegmentTable
-from motiondb.words.word_moments import solve_word_map, word_moments
+from motiondb.words.maps.word_moments import solve_word_map, word_moments
 
 
 def made_up(seed: int, n_groups: int = 6, per_group: int = 8) -> asked_certainty.Written:

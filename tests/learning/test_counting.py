@@ -25,9 +25,11 @@ from motiondb.records import (
     StoredLearning,
     SymbolSpace,
 )
-from motiondb.search.score_vectors import fit_score_space
+from motiondb.search.vectors.score_vectors import fit_score_space
 from motiondb.symbols.feature_space import FeatureSpace
-from motiondb.words import association, vocabulary, word_map, word_moments
+from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps import word_map, word_moments
+from motiondb.words.translation import association
 
 SAMPLE = Path(__file__).parents[2] / "sample_data"
 ONE = AddSettings(jobs=1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.learning.place_certainty import (
+from motiondb.learning.certainty.place_certainty import (
     Judged,
     ShortCapture,
     cues_of,
@@ -18,7 +18,7 @@ from motiondb.learning.place_certainty import (
     union_share,
 )
 from motiondb.search.certainty import probability
-from motiondb.words.place_map import PlaceMap
+from motiondb.words.maps.place_map import PlaceMap
 
 N_WORDS = 4
 

@@ -16,7 +16,7 @@ from motiondb.learning.place_fitting import (
     window_vectors,
 )
 from motiondb.records import Caption, FloatArray, SegmentTable
-from motiondb.words.place_map import map_places, take_weights
+from motiondb.words.maps.place_map import map_places, take_weights
 
 NUMBERS = {"walk": 0, "sit": 1, "jump": 2}
 N_COLUMNS = 6

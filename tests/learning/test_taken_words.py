@@ -19,7 +19,7 @@ from motiondb.learning.taken_words import (
     unknown_words,
     with_taken,
 )
-from motiondb.search import reasons
+from motiondb.search.questions import reasons
 from motiondb.words.nearby.taking import Taking
 
 

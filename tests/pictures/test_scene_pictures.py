@@ -11,8 +11,8 @@ from PIL import Image
 from motiondb.database.scenes.scene_files import read_tactics
 from motiondb.errors import MotionDBError
 from motiondb.pictures import draw_scene_animation, draw_scene_paths
-from motiondb.pictures.scene_animation import scene_images
-from motiondb.pictures.scene_paths import performer_colours, scene_paths_figure
+from motiondb.pictures.scenes.scene_animation import scene_images
+from motiondb.pictures.scenes.scene_paths import performer_colours, scene_paths_figure
 from motiondb.pose import pose_vectors, rotation
 from motiondb.records import Motion
 

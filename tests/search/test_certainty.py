@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from motiondb.records import FloatArray
-from motiondb.search import by_motion
 from motiondb.search.certainty import (
     Certainty,
     clearest,
@@ -19,7 +18,8 @@ from motiondb.search.certainty import (
     unpack,
     usual,
 )
-from motiondb.words.word_map import WordMap
+from motiondb.search.examples import by_motion
+from motiondb.words.maps.word_map import WordMap
 
 few = settings(deadline=None, max_examples=25)
 

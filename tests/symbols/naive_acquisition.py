@@ -1,4 +1,4 @@
-"""Captures made of known symbols, and slow, obvious twins of ``motiondb.symbols.acquisition``."""
+"""Captures made of known symbols, and slow, obvious twins of the acquisition of symbols."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from math import log
 import numpy as np
 
 from motiondb.records import Float32Array, IntArray, MotionSymbols
-from motiondb.symbols import hmm
+from motiondb.symbols.models import hmm
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.learning.learned import Learned
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import MOTION_FPS
-from motiondb.symbols.activities import find_activities
+from motiondb.symbols.segments.activities import find_activities
 
 if TYPE_CHECKING:
     from motiondb.database.ask.question_verbs import QuestionVerbs
@@ -84,9 +84,9 @@ def capture_segments(base: QuestionVerbs, capture_id: int) -> list[Row]:
 def capture_activities(base: QuestionVerbs, capture_id: int) -> list[Row]:
     """What a capture does, one thing after another; equal numbers are the same activity.
 
-    Found in the capture alone, without labels (:mod:`motiondb.symbols.activities`); where words
-    were learned, each comes with those that its motion most likely shows. Empty where the capture
-    does one thing throughout.
+    Found in the capture alone, without labels (:mod:`motiondb.symbols.segments.activities`); where
+    words were learned, each comes with those that its motion most likely shows. Empty where the
+    capture does one thing throughout.
     """
     motion = store.load_motion(base.store, capture_id)
     features = recognition_features(motion)

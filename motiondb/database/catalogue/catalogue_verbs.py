@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import capture, store
-from motiondb.capture.event_sheet import read_event_sheet
-from motiondb.capture.sheet import read_sheet
+from motiondb.capture.sheets.event_sheet import read_event_sheet
+from motiondb.capture.sheets.sheet import read_sheet
 from motiondb.database.catalogue import added_sheets, cataloguing, importing
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.catalogue.file_reading import read_stored
@@ -21,7 +21,7 @@ from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
 from motiondb.search.duplicates import DuplicateGroup, group_duplicates
 from motiondb.store import Store
-from motiondb.words.synonyms import parse_synonyms
+from motiondb.words.lexicon.synonyms import parse_synonyms
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import capture, store
-from motiondb.capture.event_sheet import EventSheet
-from motiondb.capture.sheet import Sheet, SheetEntry, capture_name
+from motiondb.capture.sheets.event_sheet import EventSheet
+from motiondb.capture.sheets.sheet import Sheet, SheetEntry, capture_name
 from motiondb.database.catalogue.added_sheets import (
     Sheets,
     captions_within,

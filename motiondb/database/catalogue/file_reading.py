@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from motiondb import capture, store
-from motiondb.capture.sheet import SheetEntry
+from motiondb.capture.sheets.sheet import SheetEntry
 from motiondb.errors import CaptureError, MotionDBError
 from motiondb.pose import retarget
 from motiondb.records import CaptureInfo, Clip, Motion

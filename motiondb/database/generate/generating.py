@@ -20,10 +20,10 @@ from motiondb.database.session import Session
 from motiondb.learning.making.motion_making import METHODS, make_motion
 from motiondb.learning.taken_words import replace_unknown
 from motiondb.records import MOTION_FPS, Motion
-from motiondb.words import decoding
 from motiondb.words.nearby.taking import Taking
 from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.tree import NotUsed
+from motiondb.words.translation import decoding
 
 __all__ = ["METHODS", "Generated", "generate"]
 

@@ -21,7 +21,7 @@ from motiondb.learning.learned import Counted, LearnedModel, with_counts
 from motiondb.learning.parameter_arrays import COUNTED_NAME, from_stored, to_stored
 from motiondb.learning.recognition import recognise_capture
 from motiondb.records import SegmentTable
-from motiondb.words import vocabulary
+from motiondb.words.lexicon import vocabulary
 
 
 @dataclass

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 from motiondb import store
 from motiondb.scene.language.motion_grammar import MotionGrammar, Terminal
-from motiondb.words.vocabulary import split_actions, words_of
+from motiondb.words.lexicon.vocabulary import split_actions, words_of
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

@@ -9,7 +9,7 @@ import numpy as np
 from motiondb.learning import counting
 from motiondb.learning.learned import Learned
 from motiondb.records import FloatArray
-from motiondb.search import score_vectors
+from motiondb.search.vectors import score_vectors
 from motiondb.words import suggestion
 
 

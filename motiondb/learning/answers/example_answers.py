@@ -14,9 +14,11 @@ from motiondb.learning.recognition import recognise
 from motiondb.learning.symbol_fitting import FeaturePool
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import Match, Motion
-from motiondb.search import by_motion, certainty, extents, score_vectors
-from motiondb.symbols.hmm_jobs import one_blas_thread
-from motiondb.words import vocabulary
+from motiondb.search import certainty
+from motiondb.search.examples import by_motion, extents
+from motiondb.search.vectors import score_vectors
+from motiondb.symbols.models.hmm_jobs import one_blas_thread
+from motiondb.words.lexicon import vocabulary
 
 
 @dataclass(frozen=True, eq=False)

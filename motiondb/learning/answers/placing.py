@@ -4,7 +4,7 @@ Which captures answer, and how far, is decided by the word map (``search.by_ques
 the capture is decided by the evidence of places (:mod:`motiondb.learning.place_fitting`), with what
 captions of intervals say. Two probabilities belong to a part: that the capture shows it, and that
 the interval does, which is the first times the probability that the place is right where the
-capture shows it (:mod:`motiondb.learning.place_certainty`).
+capture shows it (:mod:`motiondb.learning.certainty.place_certainty`).
 
 The place is unknown where the interval is likelier wrong than right and only a caption of the whole
 capture speaks for the part: without the caption the motion does not show it more likely than not.
@@ -20,10 +20,11 @@ from math import prod
 
 import numpy as np
 
+from motiondb.learning.certainty.place_certainty import cues_of
 from motiondb.learning.learned import Learned
-from motiondb.learning.place_certainty import cues_of
-from motiondb.search import by_question, certainty, reasons
-from motiondb.search.by_question import PlacedReading, QuestionHit
+from motiondb.search import certainty
+from motiondb.search.questions import by_question, reasons
+from motiondb.search.questions.by_question import PlacedReading, QuestionHit
 from motiondb.words.question.readings import Part, Reading
 
 LIKELY = 0.5

@@ -9,9 +9,10 @@ import numpy as np
 
 from motiondb.learning.answers.placing import counts_or_lasts
 from motiondb.learning.learned import Learned
-from motiondb.search import by_question, certainty, reasons
-from motiondb.search.by_question import QuestionHit
-from motiondb.search.by_words import WINDOW_MARGIN
+from motiondb.search import certainty
+from motiondb.search.questions import by_question, reasons
+from motiondb.search.questions.by_question import QuestionHit
+from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.readings import Reading, readings
 from motiondb.words.question.tree import AnyOf, Node, NotUsed, walk

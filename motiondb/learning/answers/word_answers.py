@@ -13,14 +13,15 @@ from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import decode, recognise, understand
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, MatchPart, Motion
-from motiondb.search import alignment, by_words, reasons
-from motiondb.words import decoding
+from motiondb.search.examples import alignment
+from motiondb.search.questions import by_words, reasons
 from motiondb.words.nearby.taking import Taking
 from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.manner import manner_of
 from motiondb.words.question.plain import plain_actions
 from motiondb.words.question.readings import Reading
 from motiondb.words.question.tree import NotUsed, actions_of
+from motiondb.words.translation import decoding
 
 MOST_DECODED = 50
 """Words that are decoded to symbols at once: 200 take 2 GB, and sequences are short."""

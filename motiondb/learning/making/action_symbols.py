@@ -18,7 +18,7 @@ from motiondb.generate import clarity
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import Place, decode
 from motiondb.records import MOTION_FPS, Association, FloatArray, IntArray
-from motiondb.words import decoding
+from motiondb.words.translation import decoding
 
 SHORTEST, LONGEST = 2.0, 5.0
 """Seconds that an action lasts at least and at most, whatever the captures last."""

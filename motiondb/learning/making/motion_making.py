@@ -31,10 +31,10 @@ from motiondb.learning.making.stitched_motion import (
 from motiondb.learning.recognition import recognise, understand
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import FloatArray, IntArray, Motion
-from motiondb.words import decoding
 from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.plain import plain_actions
 from motiondb.words.question.tree import NotUsed
+from motiondb.words.translation import decoding
 
 METHODS = ("stitched", "trajectory", "montecarlo")
 ATTEMPTS = 4

@@ -20,7 +20,7 @@ from motiondb.learning.symbol_fitting import FeaturePool
 from motiondb.pose import pose_vectors, rotation
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import FloatArray, IntArray, Motion, MotionSymbols
-from motiondb.symbols import hmm
+from motiondb.symbols.models import hmm
 
 MEMBERS = 60
 """Segments per symbol that take part, the most probable ones. Chosen by hand; not tuned."""

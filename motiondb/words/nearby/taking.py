@@ -19,10 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.records import FloatArray
-from motiondb.words.lemmas import lemma
+from motiondb.words.lexicon.lemmas import lemma
+from motiondb.words.lexicon.vocabulary import nearest_words
+from motiondb.words.maps.word_map import WordMap
 from motiondb.words.nearby.table import NearbyTable
-from motiondb.words.vocabulary import nearest_words
-from motiondb.words.word_map import WordMap
 
 TAKEN = 0.5
 SUGGESTED = 0.3

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from motiondb.words.lexicon.vocabulary import MODIFIERS
 from motiondb.words.question.tree import (
     LIMBS,
     SIDES,
@@ -28,7 +29,6 @@ from motiondb.words.question.tree import (
     map_actions,
     without,
 )
-from motiondb.words.vocabulary import MODIFIERS
 
 
 def is_bare(node: Node) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from motiondb.errors import QueryError
+from motiondb.words.lexicon.vocabulary import nearest_words, nothing_known
 from motiondb.words.question.manner import adverb_of, known_manner
 from motiondb.words.question.tree import (
     Action,
@@ -20,7 +21,6 @@ from motiondb.words.question.tree import (
     walk,
     without,
 )
-from motiondb.words.vocabulary import nearest_words, nothing_known
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from motiondb.words.lemmas import FORMS
+from motiondb.words.lexicon.lemmas import FORMS
 
 SPEEDS = (
     ("slow", "slowly"),

@@ -24,7 +24,8 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 from motiondb.errors import QueryError
-from motiondb.words.lemmas import VERBS
+from motiondb.words.lexicon.lemmas import VERBS
+from motiondb.words.lexicon.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 from motiondb.words.question.amounts import (
     match_count,
     match_duration,
@@ -34,7 +35,6 @@ from motiondb.words.question.amounts import (
 from motiondb.words.question.connectives import match_connective
 from motiondb.words.question.manner import manner_of
 from motiondb.words.question.tree import LIMBS, NotUsed
-from motiondb.words.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 
 MOST_CHARACTERS = 5_000
 """Longest question; captions have some 100 characters. Chosen by hand."""

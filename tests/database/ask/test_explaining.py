@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import motiondb
 from motiondb.cli.main import app
-from motiondb.search import by_words, reasons
+from motiondb.search.questions import by_words, reasons
 
 
 @pytest.mark.parametrize("question", ["kick", "walk, turn left, sit down", "walk, ?, wave"])

@@ -13,7 +13,7 @@ import motiondb
 from motiondb.cli.main import app
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
-from motiondb.search import by_question, reasons
+from motiondb.search.questions import by_question, reasons
 from motiondb.words.question.readings import readings
 from motiondb.words.question.say import say
 

@@ -19,7 +19,7 @@ from motiondb.learning import symbol_fitting
 from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings
 from motiondb.pose.features import N_FEATURES
 from motiondb.records import Float32Array, IntArray, MotionSymbols, SegmentTable
-from motiondb.symbols.acquisition import AcquisitionSettings, Cutting
+from motiondb.symbols.discovery.acquisition import AcquisitionSettings, Cutting
 
 LEARN_AND_DIGEST = """
 import hashlib, sys

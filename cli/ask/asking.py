@@ -1,0 +1,297 @@
+"""Commands search, like, describe and generate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    Exact,
+    From,
+    Json,
+    Limit,
+    Png,
+    Seed,
+    To,
+    Where,
+    database,
+    note_taken,
+    note_unlearned,
+    print_json,
+    print_table,
+    progress,
+    taken_facts,
+)
+
+if TYPE_CHECKING:
+    from motiondb.database import MotionDB
+    from motiondb.learning.answers.example_answers import ExampleAnswer
+    from motiondb.learning.answers.word_answers import WordAnswer
+    from motiondb.records import Match, Motion
+
+Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the app.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The app.
+    """
+    app.command()(search)
+    app.command()(like)
+    app.command()(describe)
+    app.command()(generate)
+
+
+def search(
+    words: Annotated[str, typer.Argument(help='Actions to search for, such as "walk, turn left".')],
+    where: Where = "",
+    limit: Limit = 10,
+    by_symbols: Annotated[
+        bool,
+        typer.Option(
+            "--by-symbols", help="Decode the words to symbols and align these (as in paper A)."
+        ),
+    ] = False,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Show the contribution of every symbol to every word.")
+    ] = False,
+    exact: Exact = False,
+    png: Png = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Search for intervals that show actions, given by words, in their order.
+
+    The question may hold "then", "while", "or", "not", "without", "twice", "for ten seconds",
+    "slowly", parentheses, and "?" for any action. How it is understood is printed above the
+    answers; what the search does not use is named.
+
+    Every answer has two probabilities, estimated with performers held out: that the capture shows
+    the actions, and that the interval does. Where only a caption of the whole capture speaks for an
+    action, its place is told as unknown. If no answer is good enough, a line says so, and the
+    nearest ones follow.
+    """
+    from motiondb.cli.ask import explaining, understanding
+
+    if explain and by_symbols:
+        from motiondb.errors import QueryError
+
+        raise QueryError(
+            "search: expected --explain or --by-symbols, found both. An answer by symbols is found "
+            "by aligning sequences: its symbols are its reason."
+        )
+    with database(db) as base:
+        answer = base.search(words, where, limit, by_symbols, exact=exact)
+        note_unlearned(base)
+        vocabulary = (*base.vocabulary(), *answer.taken)
+        if png and explain and answer.reasons:
+            explaining.draw_reason(base, answer, png, words)
+        elif png and answer.matches:
+            _draw(base, answer.matches, png, words)
+    note_taken(answer.taken, answer.suggested, answer.unknown)
+    why = [explaining.reason_facts(vocabulary, r) for r in answer.reasons] if explain else []
+    more = {"question": understanding.question_facts(answer.question, answer.not_used)}
+    if answer.decoding:
+        more["decoding"] = asdict(answer.decoding)
+    if answer.taken:
+        more["taken"] = taken_facts(answer.taken)
+    if not json:
+        understanding.print_question(answer.question, answer.not_used, "search")
+    _print_answer(answer, json, reasons=True, why=why, more=more)
+    if explain and not json:
+        explaining.print_reasons(answer, vocabulary)
+
+
+def like(
+    example: Example,
+    start: From = None,
+    end: To = None,
+    where: Where = "",
+    limit: Limit = 10,
+    meaning: Annotated[
+        bool | None,
+        typer.Option(
+            "--meaning/--by-motion-alone",
+            help="Whether learned words are compared too, which also finds other styles of an "
+            "action.  [default: if there are words]",
+            show_default=False,
+        ),
+    ] = None,
+    png: Png = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Search for intervals that move like an example.
+
+    If captures of two or more performers have captions, every answer has a probability that it
+    shows the same action, and a line says if none is good enough.
+    """
+    with database(db) as base:
+        answer = base.like(example, start, end, where, limit, meaning)
+        note_unlearned(base)
+        if png and answer.matches:
+            motion = base.motion(example, start, end)
+            _draw(base, answer.matches, png, f"like {example}", motion)
+    _print_answer(answer, json, reasons=any(m.reason for m in answer))
+
+
+def _print_answer(
+    answer: WordAnswer | ExampleAnswer,
+    json: bool,
+    reasons: bool = False,
+    why: Sequence[dict[str, Any]] = (),
+    more: Mapping[str, Any] | None = None,
+) -> None:
+    """Print the matches, and whether any is good enough; in JSON one object."""
+    matches, found = answer.matches, answer.matches_anything
+    if json:
+        rows: list[dict[str, Any]] = [
+            {
+                "rank": m.rank, "capture": m.capture, "start": m.start, "end": m.end,
+                "score": m.score, "probability": m.probability, "words": list(m.words),
+            }
+            for m in matches
+        ]  # fmt: skip
+        for row, match in zip(rows, matches):
+            row.update(_place_facts(match))
+        for row, reason in zip(rows, why):
+            row["explain"] = reason
+        print_json(
+            {
+                "matches_anything": found,
+                "strength": answer.strength,
+                "threshold": answer.threshold,
+                "matches": rows,
+                **(more or {}),
+            }
+        )
+        return
+    if found is False:
+        typer.echo("nothing in this database matches" + ("; the nearest:" if matches else ""))
+    if matches:
+        _print_matches(matches, reasons)
+
+
+def _place_facts(match: Match) -> dict[str, Any]:
+    """Where an answer to words is, and how sure, for JSON; nothing for other answers."""
+    if not match.parts:
+        return {}
+    return {
+        "interval_probability": match.interval_probability,
+        "place": match.place,
+        "parts": [asdict(part) for part in match.parts],
+    }
+
+
+def _print_matches(matches: Sequence[Match], reasons: bool) -> None:
+    sure = any(m.probability is not None for m in matches)
+    placed = any(m.interval_probability is not None for m in matches)
+    columns = ["rank", "capture", "start", "end", "score"] + ["probability"] * sure
+    columns += ["interval"] * placed
+    print_table(
+        "",
+        [*columns, "words"] + (["found"] if reasons else []),
+        [
+            [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}"]
+            + [_two_digits(m.probability)] * sure + [_two_digits(m.interval_probability)] * placed
+            + [" ".join(m.words)] + ([m.reason] if reasons else [])
+            for m in matches
+        ],
+    )  # fmt: skip
+
+
+def _two_digits(probability: float | None) -> str:
+    return "" if probability is None else f"{probability:.2f}"
+
+
+def _draw(
+    base: MotionDB, matches: tuple[Match, ...], png: Path, title: str, query: Motion | None = None
+) -> None:
+    from motiondb import pictures
+
+    hits = [(m, base.motion(m.capture)) for m in matches[:8]]
+    example = ("query", query) if query is not None else None
+    pictures.draw_hits(hits, png, title=title, query=example)
+
+
+def describe(
+    example: Example,
+    start: From = None,
+    end: To = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Describe a motion by words, with times and probabilities."""
+    with database(db) as base:
+        answer = base.describe(example, start, end)
+    if json:
+        print_json(
+            [
+                {
+                    "start": d.start, "end": d.end,
+                    "words": [{"word": w, "probability": p} for w, p in d.words],
+                }
+                for d in answer
+            ]
+        )  # fmt: skip
+        return
+    rows = [
+        [f"{d.start:.2f}", f"{d.end:.2f}", "  ".join(f"{w} {p:.2f}" for w, p in d.words)]
+        for d in answer
+    ]
+    print_table("", ["start", "end", "words"], rows)
+
+
+def generate(
+    words: Annotated[str, typer.Argument(help='A sentence, such as "a person walks then kicks".')],
+    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
+    seed: Seed = 0,
+    method: Annotated[
+        str, typer.Option("--method", help="stitched, trajectory or montecarlo.")
+    ] = "stitched",
+    exact: Exact = False,
+    save: Annotated[
+        str | None, typer.Option("--save", help="Keep it as a capture of this name.")
+    ] = None,
+    png: Png = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Generate a motion from a sentence; a file beside it names its sources."""
+    from motiondb.cli.ask import understanding
+
+    with database(db, writing=save is not None) as base, progress(not json) as tell:
+        tell("generating", 0.0, 1.0)
+        if save is not None:
+            base.check_name_free(save)
+        made = base.generate(words, seed, method, exact)
+        facts = made.write(output)
+        if save is not None:
+            base.save_generated(save, words, made, seed)
+            facts["capture"] = save
+        if png:
+            made.draw(png)
+    note_taken(made.taken, made.suggested, made.unknown)
+    if json:
+        facts["question"] = understanding.question_facts(made.question, made.not_used)
+        print_json(facts)
+        return
+    understanding.print_question(made.question, made.not_used, "generation")
+    typer.echo(f"{facts['seconds']:.2f} s of motion written to {output} ({method}, seed {seed})")
+    typer.echo(f"symbols:    {' '.join(map(str, made.symbols))}")
+    typer.echo(f"recognised: {' '.join(map(str, made.recognised))}")
+    for source in facts["sources"]:
+        typer.echo(
+            f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
+        )
+    typer.echo(f"every frame's origin: {facts['provenance']}")

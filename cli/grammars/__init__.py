@@ -1,0 +1,1 @@
+"""Commands of ``motiondb grammar``: grammars learned from captures."""

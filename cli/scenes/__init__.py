@@ -1,0 +1,1 @@
+"""Commands of ``motiondb scene``: motion grammars, tactics diagrams and animated scenes."""

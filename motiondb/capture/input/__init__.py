@@ -1,0 +1,1 @@
+"""Text, units and limits of files, before any format is known."""

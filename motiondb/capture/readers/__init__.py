@@ -1,0 +1,1 @@
+"""Readers of the capture formats, one format a module."""

@@ -1,0 +1,1 @@
+"""Sheets of words and of events."""

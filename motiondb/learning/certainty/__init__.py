@@ -1,0 +1,1 @@
+"""How sure answers and places are, learned from questions with known answers."""

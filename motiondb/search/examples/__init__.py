@@ -1,0 +1,1 @@
+"""Search by example: alignment, warping and the extent of an activity."""

@@ -1,0 +1,1 @@
+"""Vectors that describe an interval of motion."""

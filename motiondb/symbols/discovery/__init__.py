@@ -1,0 +1,1 @@
+"""How many symbols there are and which: first groups, competitive learning, description length."""

@@ -1,0 +1,1 @@
+"""Distances between symbols, the space that approximates them, and its clusters."""

@@ -1,0 +1,1 @@
+"""Left-to-right Gaussian HMMs of all symbols: scoring, fitting, and segmentation of takes."""

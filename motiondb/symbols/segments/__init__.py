@@ -1,0 +1,1 @@
+"""Segments of captures before there are symbols, and activities of long takes."""

@@ -1,0 +1,1 @@
+"""From captions and questions to words: lemmas, synonyms and the vocabulary."""

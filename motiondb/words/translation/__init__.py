@@ -1,0 +1,1 @@
+"""Statistical translation between symbols and words: association, transitions and decoding."""

@@ -1,0 +1,75 @@
+"""Actions of a caption over the segments of a take: against all paths, and what order decides."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as npst
+
+from motiondb.records import FloatArray
+from motiondb.words.maps.ordered_alignment import SKIP, align_in_order
+
+
+def enumerated(log_ratios: FloatArray) -> FloatArray:
+    """The same by all rising sequences of states."""
+    n_segments, n_actions = log_ratios.shape
+    total, posterior = 0.0, np.zeros_like(log_ratios)
+    for path in itertools.product(range(2 * n_actions + 1), repeat=n_segments):
+        if any(later < earlier for earlier, later in itertools.pairwise(path)):
+            continue
+        shown = {state // 2 for state in path if state % 2}
+        weight = SKIP * (n_actions - len(shown))
+        weight += sum(log_ratios[i, s // 2] for i, s in enumerate(path) if s % 2)
+        total += np.exp(weight)
+        for i, state in enumerate(path):
+            if state % 2:
+                posterior[i, state // 2] += np.exp(weight)
+    return posterior / total
+
+
+@pytest.mark.parametrize(("n_segments", "n_actions"), [(1, 1), (1, 3), (3, 1), (4, 2), (4, 3)])
+def test_posteriors_are_those_of_all_paths(n_segments: int, n_actions: int) -> None:
+    ratios = np.random.default_rng(n_segments * 10 + n_actions).normal(
+        0.0, 3.0, (n_segments, n_actions)
+    )
+    assert align_in_order(ratios) == pytest.approx(enumerated(ratios), abs=1e-12)
+
+
+def test_an_action_that_fits_nowhere_is_laid_where_order_leaves_room() -> None:
+    ratios = np.array([[8.0, -1.0, -9.0], [-9.0, -1.0, -9.0], [-9.0, -1.0, 8.0]])
+    placed = align_in_order(ratios)
+    assert placed[1, 1] > 0.9
+    assert placed[0, 0] > 0.9
+    assert placed[2, 2] > 0.9
+
+
+def test_an_action_that_would_cost_more_than_leaving_it_out_is_left_out() -> None:
+    ratios = np.array([[8.0, 2.0 * SKIP], [8.0, 2.0 * SKIP]])
+    assert align_in_order(ratios)[:, 1].max() < 1e-3
+
+
+@given(
+    npst.arrays(
+        np.float64, st.tuples(st.integers(1, 9), st.integers(1, 5)), elements=st.floats(-30, 30)
+    )
+)
+def test_posteriors_are_probabilities(ratios: FloatArray) -> None:
+    placed = align_in_order(ratios)
+    assert np.isfinite(placed).all()
+    assert (placed >= 0.0).all()
+    assert (placed.sum(axis=1) <= 1.0 + 1e-9).all()
+
+
+@given(
+    npst.arrays(
+        np.float64, st.tuples(st.integers(1, 6), st.integers(1, 3)), elements=st.floats(-9, 9)
+    )
+)
+def test_time_reversed_gives_the_same_reversed(ratios: FloatArray) -> None:
+    assert align_in_order(ratios[::-1, ::-1])[::-1, ::-1] == pytest.approx(
+        align_in_order(ratios), abs=1e-9
+    )
