@@ -10,7 +10,8 @@ import numpy as np
 from motiondb.learning import counting, drift
 from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.certainty.place_certainty import learn_certainty
-from motiondb.learning.learned import LearnedModel
+from motiondb.learning.learned import LearnedModel, said_words
+from motiondb.learning.motion_judge import MotionJudge, fit_judge, pool_windows
 from motiondb.learning.place_fitting import Places, Written, find_places
 from motiondb.learning.symbol_fitting import (
     FeaturePool,
@@ -20,7 +21,7 @@ from motiondb.learning.symbol_fitting import (
     segment_table,
 )
 from motiondb.learning.word_fitting import FittedWords, TaughtWords, fit_words
-from motiondb.records import SegmentTable
+from motiondb.records import Float32Array, SegmentTable
 from motiondb.search.examples import extents
 from motiondb.symbols import feature_space
 from motiondb.symbols.distances import space as symbol_spaces
@@ -71,6 +72,7 @@ def fit_model(
     n_symbols = acquired.symbols.n_symbols
     words = fit_words(table, taught, n_symbols)
     places, certainties = _fit_places(table, taught, words, rng)
+    judge = _fit_judge(frames, pool, table, (taught, words), rng)
     return LearnedModel(
         run_id=0,
         symbols=acquired.symbols,
@@ -90,6 +92,7 @@ def fit_model(
         description_lengths=np.array(acquired.description_lengths),
         drift_baseline=drift.fit_baseline(table),
         places=places,
+        judge=judge,
     )
 
 
@@ -106,3 +109,27 @@ def _fit_places(
         return None, words.certainties
     sure = learn_certainty(table, standardised, written, places, taught.performers, rng)
     return places, replace(words.certainties, place=sure)
+
+
+def _fit_judge(
+    frames: Float32Array,
+    pool: FeaturePool,
+    table: SegmentTable,
+    said: tuple[TaughtWords, FittedWords],
+    rng: np.random.Generator,
+) -> MotionJudge | None:
+    """The judge of generated motion; None where no words were written."""
+    taught, words = said
+    numbers = {word: number for number, word in enumerate(words.association.words)}
+    described = counting.described_intervals(
+        table, taught.captions, taught.synonyms, words.counted.reference.lemmas
+    )
+    if not described:
+        return None
+    windows = {
+        int(capture): pool_windows(frames[a:b])
+        for capture, (a, b) in zip(pool.capture_ids, pairwise(pool.bounds))
+    }
+    return fit_judge(
+        windows, said_words(described, numbers), len(numbers), taught.performers, rng
+    )

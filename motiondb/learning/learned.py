@@ -7,7 +7,7 @@ computed at its first use and kept with the record.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -26,6 +26,7 @@ from motiondb.learning.counting import (
     publish_word_map,
 )
 from motiondb.learning.drift import DriftBaseline
+from motiondb.learning.motion_judge import JudgingTable, MotionJudge, Said, judging_table
 from motiondb.learning.place_fitting import Places, Written, label_intervals, place_evidence
 from motiondb.records import (
     Association,
@@ -110,6 +111,9 @@ class LearnedModel:
     places : Places or None
         Where in their takes the actions of captions happen, as ``learn`` found them; None where no
         words were written, and in databases of versions that did not look for them.
+    judge : MotionJudge or None
+        Tells which words a generated motion shows; None where no words were written, and in
+        databases of versions that did not have it.
     """
 
     run_id: int
@@ -130,6 +134,25 @@ class LearnedModel:
     description_lengths: FloatArray = field(default_factory=lambda: np.zeros(0))
     drift_baseline: DriftBaseline | None = None
     places: Places | None = None
+    judge: MotionJudge | None = None
+
+
+def said_words(described: Sequence[Described], numbers: Mapping[str, int]) -> Said:
+    """Numbers of the words in the captions of every capture, and of the actions that they name.
+
+    Parameters
+    ----------
+    described : sequence of Described
+        Captions with the segments they describe.
+    numbers : dict
+        Word -> its number; other words are left out.
+    """
+    said: dict[int, tuple[frozenset[int], int]] = {}
+    for d in described:
+        words, n_actions = said.get(d.capture_id, (frozenset[int](), 1))
+        more = frozenset(numbers[w] for w in d.words if w in numbers)
+        said[d.capture_id] = (words | more, max(n_actions, d.n_actions))
+    return said
 
 
 def with_counts(
@@ -161,6 +184,7 @@ def with_counts(
         lengths=dict(counts.shapes),
         counted=counted,
         places=None if model.places is None else model.places.only(there),
+        judge=None if model.judge is None else model.judge.only(there),
     )
 
 
@@ -383,6 +407,17 @@ class Learned(LearnedModel):
             if said is not None:
                 found[capture] = LABELLED * np.nan_to_num(said)
         return found
+
+    @cached_property
+    def judging(self) -> JudgingTable | None:
+        """The judge of generated motion with what captions say now; None where there is none."""
+        if self.judge is None or not self.described:
+            return None
+        said = said_words(self.described, self.word_numbers)
+        inside = set(self.judge.captures.tolist())
+        return judging_table(
+            self.judge, {c: said[c] for c in said if c in inside}, len(self.word_numbers)
+        )
 
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""
