@@ -260,6 +260,13 @@ def generate(
         str, typer.Option("--method", help="stitched, trajectory or montecarlo.")
     ] = "stitched",
     exact: Exact = False,
+    anyway: Annotated[
+        bool,
+        typer.Option("--anyway", help="Make what can be made where nothing shows an action."),
+    ] = False,
+    variants: Annotated[
+        int, typer.Option("--variants", help="Number of motions: FILE-1, FILE-2, ...", min=1)
+    ] = 1,
     save: Annotated[
         str | None, typer.Option("--save", help="Keep it as a capture of this name.")
     ] = None,
@@ -267,31 +274,29 @@ def generate(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Generate a motion from a sentence; a file beside it names its sources."""
-    from motiondb.cli.ask import understanding
+    """Generate a motion from a sentence, and say which of its actions the motion shows.
+
+    A file beside it names its sources. The exit code is 1 where an action is not shown, or where
+    nothing can confirm that it is.
+    """
+    from motiondb.cli.ask import generation
 
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
-        if save is not None:
-            base.check_name_free(save)
-        made = base.generate(words, seed, method, exact)
-        facts = made.write(output)
-        if save is not None:
-            base.save_generated(save, words, made, seed)
-            facts["capture"] = save
-        if png:
-            made.draw(png)
-    note_taken(made.taken, made.suggested, made.unknown)
-    if json:
-        facts["question"] = understanding.question_facts(made.question, made.not_used)
-        print_json(facts)
-        return
-    understanding.print_question(made.question, made.not_used, "generation")
-    typer.echo(f"{facts['seconds']:.2f} s of motion written to {output} ({method}, seed {seed})")
-    typer.echo(f"symbols:    {' '.join(map(str, made.symbols))}")
-    typer.echo(f"recognised: {' '.join(map(str, made.recognised))}")
-    for source in facts["sources"]:
-        typer.echo(
-            f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
-        )
-    typer.echo(f"every frame's origin: {facts['provenance']}")
+        names = generation.numbered(variants, output, save, png)
+        for _, name, _ in names:
+            if name is not None:
+                base.check_name_free(name)
+        motions = base.generate_variants(words, variants, seed, method, exact, anyway)
+        facts = []
+        for made, (path, name, picture) in zip(motions, names):
+            facts.append(made.write(path))
+            if name is not None:
+                base.save_generated(name, words, made, seed)
+                facts[-1]["capture"] = name
+            if picture is not None:
+                made.draw(picture)
+    note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)
+    generation.print_generated(motions, facts, json)
+    if not all(made.shows_all for made in motions):
+        raise typer.Exit(1)

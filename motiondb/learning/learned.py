@@ -26,7 +26,7 @@ from motiondb.learning.counting import (
     publish_word_map,
 )
 from motiondb.learning.drift import DriftBaseline
-from motiondb.learning.motion_judge import JudgingTable, MotionJudge, Said, judging_table
+from motiondb.learning.motion_judge import MotionJudge, Said
 from motiondb.learning.place_fitting import Places, Written, label_intervals, place_evidence
 from motiondb.records import (
     Association,
@@ -407,17 +407,6 @@ class Learned(LearnedModel):
             if said is not None:
                 found[capture] = LABELLED * np.nan_to_num(said)
         return found
-
-    @cached_property
-    def judging(self) -> JudgingTable | None:
-        """The judge of generated motion with what captions say now; None where there is none."""
-        if self.judge is None or not self.described:
-            return None
-        said = said_words(self.described, self.word_numbers)
-        inside = set(self.judge.captures.tolist())
-        return judging_table(
-            self.judge, {c: said[c] for c in said if c in inside}, len(self.word_numbers)
-        )
 
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""

@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.search.certainty import Certainty, fit_probability, probability
+from motiondb.symbols.models.hmm_jobs import one_blas_thread
 
 WINDOW = 45
 """Feature frames (3 s) of a window; windows overlap by half. Two to three seconds were the best
@@ -311,10 +312,11 @@ def fit_judge(
     spread = np.maximum(spread, 1e-6 + 0.01 * spread.max())
     judge = MotionJudge(rows.mean(axis=0), spread, rows, captures, np.zeros(0))
     table = judging_table(judge, {c: said[c] for c in said if c in windows}, n_words)
-    pairs = _draw_pairs(table, performers, rng)
-    if len(pairs) < LEAST_PAIRS:
-        return judge
-    cues, right = _compare(table, windows, pairs)
+    with one_blas_thread():  # many small systems
+        pairs = _draw_pairs(table, performers, rng)
+        if len(pairs) < LEAST_PAIRS:
+            return judge
+        cues, right = _compare(table, windows, pairs)
     weights, constant = fit_probability(cues, right)
     packed = Certainty(weights, constant, float("nan")).pack()
     return MotionJudge(judge.mean, judge.spread, rows, captures, packed)

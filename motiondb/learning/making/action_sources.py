@@ -300,3 +300,21 @@ def _weighted(columns: FloatArray, values: FloatArray, frames: IntArray) -> Floa
 
 def _peak(source: Source) -> float:
     return float(source.values.max())
+
+
+def all_sources(learned: Learned, of: ActionSources) -> ActionSources:
+    """Every recorded capture as a source, by the evidence of its motion: for ``--anyway``.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    of : ActionSources
+        An action that no caption says.
+    """
+    sources = [
+        _source(learned, capture, [frozenset()], of.action, 0.0)
+        for capture in learned.rows
+        if learned.captures[capture].kind == "captured"
+    ]
+    return replace(of, sources=tuple(sources))

@@ -23,7 +23,7 @@ from motiondb.learning.making.excerpts import LONGEST, Excerpt, Layout, find_exc
 from motiondb.learning.making.action_sources import ActionSources
 from motiondb.learning.making.segment_material import Takes, pose_vectors_of
 from motiondb.learning.making.sentence_plan import PlannedAction
-from motiondb.learning.making.stitched_motion import SequenceMotion
+from motiondb.learning.making.sequence_motion import SequenceMotion
 from motiondb.pose import pose_vectors
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
@@ -268,7 +268,7 @@ def _lay_out(
         fast = action.speed == "fast"
         wanted = tempo.wanted_speed(speeds, fast)
         rate = tempo.natural_rate(own, wanted, speeds, fast)
-        rate = rate if abs(rate - 1.0) >= LEAST_CHANGE else 1.0
+        rate = round(rate, 3) if abs(rate - 1.0) >= LEAST_CHANGE else 1.0
         range_of = (own, float(speeds.min()), float(speeds.max()))
     vectors = material.vectors[excerpt.capture]
     span = excerpt.start, excerpt.end

@@ -1,0 +1,198 @@
+"""Whether a motion shows what was asked: the judge's answer for every action.
+
+The judge (:mod:`motiondb.learning.motion_judge`) has no part in making the motion, and never sees
+the captures that it was made from. An action of several words is judged as one word that all
+captures have whose captions say these words; where no other capture says all of them, by its least
+probable word.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.learning.learned import Learned, said_words
+from motiondb.learning.motion_judge import (
+    WithoutSources,
+    judge_without,
+    judging_table,
+    pool_windows,
+)
+from motiondb.pose.features import FEATURE_STEP, recognition_features
+from motiondb.records import FloatArray, Motion
+
+SHOWN_FROM = 0.5
+"""Probability from which on an action counts as shown: more probable than not."""
+N_DESCRIBED = 3
+"""Words by which a part of the motion is described."""
+
+
+@dataclass(frozen=True)
+class ShownAction:
+    """Whether a motion shows one action.
+
+    Attributes
+    ----------
+    words : tuple of str
+        Words of the action.
+    start : int
+        First frame of its part of the motion.
+    end : int
+        Last frame + 1.
+    shown : bool or None
+        Whether the judge finds it more probable than not, and nothing that was excluded; None
+        where it cannot tell.
+    probability : float or None
+        That the part shows the action; None where the judge cannot tell.
+    described : tuple of (str, float)
+        The words that the part shows most clearly, with their probabilities.
+    reason : str
+        Why it is not shown, or why the judge cannot tell; "" where it is shown.
+    done : tuple of str
+        How counts, durations and speeds were honoured.
+    """
+
+    words: tuple[str, ...]
+    start: int
+    end: int
+    shown: bool | None
+    probability: float | None = None
+    described: tuple[tuple[str, float], ...] = ()
+    reason: str = ""
+    done: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a part of a motion is judged for.
+
+    Attributes
+    ----------
+    groups : tuple of tuple of str
+        Words of the actions that the part is to show.
+    excluded : tuple of tuple of str
+        Words of the actions that it must not show.
+    start : int
+        First frame of the part.
+    end : int
+        Last frame + 1.
+    done : tuple of str
+        How counts, durations and speeds were honoured.
+    """
+
+    groups: tuple[tuple[str, ...], ...]
+    excluded: tuple[tuple[str, ...], ...]
+    start: int
+    end: int
+    done: tuple[str, ...] = ()
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Words of all groups, each once."""
+        return tuple(dict.fromkeys(word for group in self.groups for word in group))
+
+
+def judge_motion(
+    learned: Learned, motion: Motion, asked: Sequence[Asked], sources: Sequence[int]
+) -> tuple[ShownAction, ...]:
+    """Judge every action of a motion.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    motion : Motion
+        The motion.
+    asked : sequence of Asked
+        What its parts are to show.
+    sources : sequence of int
+        Captures that the motion was made from; the judge leaves them out.
+    """
+    numbers = learned.word_numbers
+    known = [
+        tuple(numbers[w] for w in group if w in numbers)
+        for one in asked
+        for group in (*one.groups, *one.excluded)
+    ]
+    groups = {group: len(numbers) + n for n, group in enumerate(dict.fromkeys(known))}
+    judge = _judge(learned, groups, sources)
+    features = learned.feature_space.project(recognition_features(motion))
+    return tuple(_judge_part(learned, judge, groups, features, one) for one in asked)
+
+
+def _judge(
+    learned: Learned, groups: dict[tuple[int, ...], int], sources: Sequence[int]
+) -> WithoutSources | None:
+    """The judge without the sources, with a word more for every group of words."""
+    if learned.judge is None or not learned.described:
+        return None
+    inside = set(learned.judge.captures.tolist())
+    said = {}
+    for capture, (words, n) in said_words(learned.described, learned.word_numbers).items():
+        if capture in inside:
+            whole = {number for group, number in groups.items() if set(group) <= words}
+            said[capture] = (words | whole, n)
+    if not said:
+        return None
+    n_words = len(learned.word_numbers) + len(groups)
+    return judge_without(judging_table(learned.judge, said, n_words), sources)
+
+
+def _judge_part(
+    learned: Learned,
+    judge: WithoutSources | None,
+    groups: dict[tuple[int, ...], int],
+    features: FloatArray,
+    asked: Asked,
+) -> ShownAction:
+    if judge is None or not len(judge.table.judge.calibration):
+        return ShownAction(
+            asked.words, asked.start, asked.end, None, done=asked.done,
+            reason="the database has no judge of motion: learn again, with more captions",
+        )  # fmt: skip
+    last = max(asked.end // FEATURE_STEP, asked.start // FEATURE_STEP + 1)
+    part = features[min(asked.start // FEATURE_STEP, len(features) - 1) : last]
+    scores = judge.scores(pool_windows(part.astype(np.float32)))
+    named = learned.association.words
+    described = tuple(
+        (named[word], p)
+        for word, p in judge.likeliest(scores, N_DESCRIBED + len(groups))
+        if word < len(named)
+    )[:N_DESCRIBED]
+    each = [_probability(learned, judge, groups, scores, group) for group in asked.groups]
+    told = [p for p in each if p is not None]
+    shown: bool | None = None
+    probability = min(told) if len(told) == len(each) else None
+    if probability is None:
+        reason = "no other capture shows it, so that nothing can confirm it"
+    else:
+        shown = probability >= SHOWN_FROM
+        reason = "" if shown else "it does not look like other captures of it"
+    for words in asked.excluded:
+        unwanted = _probability(learned, judge, groups, scores, words)
+        if unwanted is not None and unwanted >= SHOWN_FROM:
+            shown, reason = False, f"it shows {' '.join(words)!r} ({unwanted:.2f}), not wanted"
+    return ShownAction(
+        asked.words, asked.start, asked.end, shown, probability, described, reason, asked.done
+    )
+
+
+def _probability(
+    learned: Learned,
+    judge: WithoutSources,
+    groups: dict[tuple[int, ...], int],
+    scores: FloatArray,
+    words: Sequence[str],
+) -> float | None:
+    """Probability that a part shows a group of words; None where the judge cannot tell."""
+    numbers = tuple(learned.word_numbers[w] for w in words if w in learned.word_numbers)
+    if not numbers:
+        return None
+    whole = judge.probability(scores, groups[numbers])
+    if whole is not None:
+        return whole
+    each = [judge.probability(scores, number) for number in numbers]
+    told = [p for p in each if p is not None]
+    return min(told) if len(told) == len(each) else None
