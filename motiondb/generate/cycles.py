@@ -24,7 +24,7 @@ jumps more than .6. Chosen by hand; not tuned."""
 SHORTEST_PERIOD, LONGEST_PERIOD = 12, 90
 """Frames (0.4 s and 3 s at 30 a second) of a period: faster cycles are trembling. Chosen by
 hand."""
-LEAST_OVERLAP = 0.4
+LEAST_OVERLAP = 0.3
 """Share of a movement that both sides of a lag must cover. Chosen by hand; not tuned."""
 LENGTH_WEIGHT = 0.15
 """Cost by which a loop of one second is worse than one of two, in the units of the poses' squared

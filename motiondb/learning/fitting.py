@@ -10,8 +10,8 @@ import numpy as np
 from motiondb.learning import counting, drift
 from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.certainty.place_certainty import learn_certainty
-from motiondb.learning.learned import LearnedModel, said_words
-from motiondb.learning.motion_judge import MotionJudge, fit_judge, pool_windows
+from motiondb.learning.learned import LearnedModel
+from motiondb.learning.motion_judge import MotionJudge, fit_judge, pool_windows, said_words
 from motiondb.learning.place_fitting import Places, Written, find_places
 from motiondb.learning.symbol_fitting import (
     FeaturePool,

@@ -7,8 +7,8 @@ computed at its first use and kept with the record.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -22,12 +22,17 @@ from motiondb.learning.counting import (
     Reference,
     capture_rows,
     described_intervals,
-    publish_association,
-    publish_word_map,
 )
 from motiondb.learning.drift import DriftBaseline
-from motiondb.learning.motion_judge import MotionJudge, Said
-from motiondb.learning.place_fitting import Places, Written, label_intervals, place_evidence
+from motiondb.learning.motion_judge import MotionJudge
+from motiondb.learning.performer_groups import group_performers
+from motiondb.learning.place_fitting import (
+    Places,
+    Written,
+    evidence_by_others,
+    label_intervals,
+    place_evidence,
+)
 from motiondb.records import (
     Association,
     Caption,
@@ -135,57 +140,6 @@ class LearnedModel:
     drift_baseline: DriftBaseline | None = None
     places: Places | None = None
     judge: MotionJudge | None = None
-
-
-def said_words(described: Sequence[Described], numbers: Mapping[str, int]) -> Said:
-    """Numbers of the words in the captions of every capture, and of the actions that they name.
-
-    Parameters
-    ----------
-    described : sequence of Described
-        Captions with the segments they describe.
-    numbers : dict
-        Word -> its number; other words are left out.
-    """
-    said: dict[int, tuple[frozenset[int], int]] = {}
-    for d in described:
-        words, n_actions = said.get(d.capture_id, (frozenset[int](), 1))
-        more = frozenset(numbers[w] for w in d.words if w in numbers)
-        said[d.capture_id] = (words | more, max(n_actions, d.n_actions))
-    return said
-
-
-def with_counts(
-    model: LearnedModel, run_id: int, table: SegmentTable, counted: Counted
-) -> LearnedModel:
-    """What was learned, with other counts and everything that follows from them.
-
-    Parameters
-    ----------
-    model : LearnedModel
-        What was learned.
-    run_id : int
-        Run that changed the counts.
-    table : SegmentTable
-        Segments of the captures that are there now.
-    counted : Counted
-        The counts that hold now.
-    """
-    fit, counts = model.fitted_word_map, counted.counts
-    there = set(table.capture_ids.tolist())
-    word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
-    return replace(
-        model,
-        run_id=run_id,
-        segments=table,
-        association=publish_association(counts, counted.reference),
-        transition_counts=counts.transitions,
-        fitted_word_map=word_map,
-        lengths=dict(counts.shapes),
-        counted=counted,
-        places=None if model.places is None else model.places.only(there),
-        judge=None if model.judge is None else model.judge.only(there),
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -386,6 +340,25 @@ class Learned(LearnedModel):
             for capture, rows in self.rows.items()
             for of in [evidence[capture]]
         }
+
+    @cached_property
+    def performers(self) -> dict[int, str]:
+        """Capture number -> who performs, of all captures."""
+        said = {c: i.tags["performer"] for c, i in self.captures.items() if "performer" in i.tags}
+        return group_performers({c: i.name for c, i in self.captures.items()}, said)
+
+    @cached_property
+    def place_by_others(self) -> dict[int, FloatArray]:
+        """Evidence for the place of all words, by other performers: arrays (segments, words).
+
+        Empty where no places were learned.
+        """
+        if self.places is None or not self.places.only(self.rows).words:
+            return {}
+        return evidence_by_others(
+            self.places, self.segments, self.standardised, len(self.association.words),
+            self.performers,
+        )
 
     @cached_property
     def placed_words(self) -> frozenset[int]:

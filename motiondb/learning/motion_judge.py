@@ -32,6 +32,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.learning.counting import Described
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.search.certainty import Certainty, fit_probability, probability
 from motiondb.symbols.models.hmm_jobs import one_blas_thread
@@ -95,6 +96,24 @@ class MotionJudge:
         x = np.clip((rows - self.mean) / self.spread, -CLIP, CLIP)
         length = np.linalg.norm(x, axis=1, keepdims=True)
         return np.concatenate([x / np.maximum(length, 1e-12), np.ones((len(x), 1))], axis=1)
+
+
+def said_words(described: Sequence[Described], numbers: Mapping[str, int]) -> Said:
+    """Numbers of the words in the captions of every capture, and of the actions that they name.
+
+    Parameters
+    ----------
+    described : sequence of Described
+        Captions with the segments they describe.
+    numbers : dict
+        Word -> its number; other words are left out.
+    """
+    said: dict[int, tuple[frozenset[int], int]] = {}
+    for d in described:
+        words, n_actions = said.get(d.capture_id, (frozenset[int](), 1))
+        more = frozenset(numbers[w] for w in d.words if w in numbers)
+        said[d.capture_id] = (words | more, max(n_actions, d.n_actions))
+    return said
 
 
 def pool_windows(features: Float32Array) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.learning.learned import Learned
 from motiondb.learning.making.motion_making import METHODS, MadeMotion, make_motion
+from motiondb.learning.making.sentence_plan import speed_of
 from motiondb.learning.making.shown_actions import ShownAction
 from motiondb.learning.taken_words import replace_unknown
 from motiondb.records import MOTION_FPS, Motion
@@ -220,10 +221,8 @@ def generate(
     motions = []
     with session.reading():
         learned, takings = session.learned, dict[str, Taking]()
-        if not settings.exact and not settings.anyway:
-            learned, takings = replace_unknown(learned, words, nearby_table())
-        elif not settings.exact:
-            learned, takings = _replace_if_any(learned, words)
+        if not settings.exact:
+            learned, takings = _replace_unknown(learned, words, settings.anyway)
         for variant in range(number):
             rng = np.random.default_rng([seed, variant] if variant else seed)
             found = make_motion(
@@ -235,12 +234,26 @@ def generate(
     return motions
 
 
-def _replace_if_any(learned: Learned, words: str) -> tuple[Learned, dict[str, Taking]]:
-    """Unknown words as known ones; as they are where nothing may be taken for anything."""
+def _replace_unknown(
+    learned: Learned, words: str, anyway: bool
+) -> tuple[Learned, dict[str, Taking]]:
+    """Unknown words as known ones; words of speed stay, since the tempo can be changed.
+
+    Raises
+    ------
+    QueryError
+        Where no word is known or taken, unless a motion is made all the same.
+    """
     try:
-        return replace_unknown(learned, words, nearby_table())
+        replaced, takings = replace_unknown(learned, words, nearby_table())
     except QueryError:
-        return learned, {}
+        if anyway:
+            return learned, {}
+        raise
+    speeds = {word for word in takings if speed_of(word)}
+    synonyms = {w: s for w, s in replaced.synonyms.items() if w not in speeds}
+    kept = {word: taking for word, taking in takings.items() if word not in speeds}
+    return replace(replaced, synonyms=synonyms), kept
 
 
 def _to_generated(

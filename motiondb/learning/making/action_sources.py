@@ -5,17 +5,23 @@ for segment i of such a capture:
 
     y_i   probability that the words are shown at the segment, by the order of the caption
           (:mod:`motiondb.learning.place_fitting`); the least over the words,
-    e_i   evidence for them in the motion, by the map of all other takes, nats a second,
+    e_i   evidence for them in the motion, nats a second: the mean of that by the map of all other
+          takes and that by the map of other performers, where these show the words too,
     x_i   the largest evidence for an excluded action,
     u     number of words that the captions say beside those of the action,
-    d     distance of posture and travel from those of the other sources, in standard deviations.
+    d     distance of posture and travel from those of the other sources, in standard deviations,
+    r     largest unlikelihood of a segment of the capture among all motion, nats a frame.
 
 The value of a segment is
 
     v_i = log max(y_i, Y) + E e_i - X max(x_i, 0),
 
-and the cost of a capture U u + D d^2. So a bar, a motorcycle or a dance is used for a plain word
-only where no plain capture shows it, and the standing before a jump is not taken for the jump.
+and the cost of a capture U u + D d^2 + R max(r - RARE, 0). So a bar, a motorcycle, a dance or a
+somersault is used for a plain word only where no plain capture shows it, and the standing before a
+jump is not taken for the jump.
+
+Words of direction ("sit down") may be said by no caption. They are left out of the words and kept
+as directions, which are measured in the motion (:mod:`motiondb.generate.direction`).
 """
 
 from __future__ import annotations
@@ -26,6 +32,7 @@ from itertools import combinations
 
 import numpy as np
 
+from motiondb.generate.direction import directions_of
 from motiondb.learning.learned import Learned
 from motiondb.learning.making.sentence_plan import PlannedAction
 from motiondb.learning.place_fitting import Written
@@ -40,7 +47,9 @@ EVIDENCE_WEIGHT = 0.25
 its neighbours. Chosen by hand; not tuned."""
 EXCLUDED_WEIGHT = 0.5
 """X: twice E, because an exclusion is meant strictly. Chosen by hand; not tuned."""
-MOST_EVIDENCE = 12.0
+LEAST_EVIDENCE = 1.0
+"""Evidence in nats a second below which the motion says nothing of the place. Chosen by hand."""
+MOST_EVIDENCE = 16.0
 """Evidence beyond which a segment is not better, nats a second. Chosen by hand; not tuned."""
 UNASKED_WEIGHT = 0.35
 """U. Chosen by hand; not tuned."""
@@ -48,6 +57,11 @@ MOST_UNASKED = 6
 """Words beyond which a caption is no less plain. Chosen by hand; not tuned."""
 UNLIKE_WEIGHT = 0.4
 """D. Chosen by hand; not tuned."""
+RARE_WEIGHT = 0.04
+"""R. Chosen by hand; not tuned."""
+RARE = 60.0
+"""Nats a frame. On CMU the median over the captures of a performer is 30 to 60 in walking,
+exercises and karate, 64 in ballet, 132 in acrobatics."""
 APART = 1.0
 """Cost of a caption that says the words in different actions ("walk, veer left"). By hand."""
 SPEED_SAID = 1.0
@@ -78,7 +92,9 @@ class Source:
     values : array (segments,)
         v.
     cost : float
-        U u + D d^2, and further costs.
+        U u + D d^2 + R max(r - RARE, 0), and further costs.
+    is_placed : bool
+        Whether the motion says where in the capture the action is.
     """
 
     capture: int
@@ -87,6 +103,7 @@ class Source:
     ends: IntArray
     values: FloatArray
     cost: float
+    is_placed: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,11 +118,14 @@ class ActionSources:
         At least one, unless nothing shows the action.
     not_used : tuple of NotUsed
         Words that were left out.
+    directions : tuple of str
+        Words of direction of the action as it was asked for.
     """
 
     action: PlannedAction
     sources: tuple[Source, ...]
     not_used: tuple[NotUsed, ...] = ()
+    directions: tuple[str, ...] = ()
 
 
 def find_sources(learned: Learned, written: Written, action: PlannedAction) -> ActionSources:
@@ -128,6 +148,7 @@ def find_sources(learned: Learned, written: Written, action: PlannedAction) -> A
     """
     listed = _listed(learned, written)
     groups, left_out = [], []
+    directions = tuple(d for group in action.groups for d in directions_of(group))
     for group in action.groups:
         kept = _said_together(listed, group, learned)
         left_out += [
@@ -143,7 +164,8 @@ def find_sources(learned: Learned, written: Written, action: PlannedAction) -> A
         apart = _cost_of_saying(actions, numbers, sides)
         if apart is not None and not _says_excluded(learned, actions, action):
             found.append(_source(learned, capture, actions, action, apart))
-    return ActionSources(action, tuple(_with_distance(learned, found)), tuple(left_out))
+    sources = tuple(_with_distance(learned, found))
+    return ActionSources(action, sources, tuple(left_out), directions)
 
 
 def _listed(learned: Learned, written: Written) -> dict[int, list[frozenset[int]]]:
@@ -227,19 +249,23 @@ def _source(
     asked = [sorted(_numbers(learned, group)) for group in action.groups]
     shown = _shown(learned, capture, len(starts), len(actions), asked)
     values = np.log(np.maximum(shown, LEAST_SHOWN))
-    evidence = _evidence(learned, capture)
+    evidence = _evidence(learned, capture, {word for words in asked for word in words})
+    is_placed = True
     if evidence is not None:
         said = np.min([evidence[:, words].mean(axis=1) for words in asked], axis=0)
+        is_placed = bool(np.abs(said).max() >= LEAST_EVIDENCE)
         values = values + EVIDENCE_WEIGHT * np.clip(said, -MOST_EVIDENCE, MOST_EVIDENCE)
         for words in filter(None, (sorted(_numbers(learned, e)) for e in action.excluded)):
             unwanted = np.maximum(evidence[:, words].mean(axis=1), 0.0)
             values = values - EXCLUDED_WEIGHT * unwanted
     all_said = frozenset().union(*actions)
     others = all_said - {word for words in asked for word in words}
+    rare = float(-learned.segments.backgrounds[rows].min())
     cost = apart + UNASKED_WEIGHT * min(len(others), MOST_UNASKED)
+    cost += RARE_WEIGHT * max(rare - RARE, 0.0)
     if action.speed and all_said & _speed_words(learned, action.speed):
         cost -= SPEED_SAID
-    return Source(capture, rows, starts, ends, values, cost)
+    return Source(capture, rows, starts, ends, values, cost, is_placed)
 
 
 def _speed_words(learned: Learned, speed: str) -> frozenset[int]:
@@ -264,13 +290,25 @@ def _shown(
     return shown
 
 
-def _evidence(learned: Learned, capture: int) -> FloatArray | None:
-    """Evidence (segments, words) by the map of the other takes; None where none was learned."""
+def _evidence(learned: Learned, capture: int, asked: set[int]) -> FloatArray | None:
+    """Evidence (segments, words) by other takes and other performers; None without any."""
     take = learned.place_takes.get(capture)
     if take is None:
         return learned.seen_takes[capture].windows if capture in learned.seen_takes else None
+    evidence = take.windows.copy()
+    by_others = learned.place_by_others.get(capture)
+    if by_others is not None and learned.places is not None:
+        performer = learned.performers[capture]
+        shown = {
+            word
+            for other, words in learned.places.words.items()
+            if learned.performers[other] != performer
+            for word in asked.intersection(words)
+        }
+        columns = sorted(shown)
+        evidence[:, columns] = (evidence[:, columns] + by_others[:, columns]) / 2.0
     said = learned.said_places.get(capture)
-    return take.windows if said is None else take.windows + said
+    return evidence if said is None else evidence + said
 
 
 def _with_distance(learned: Learned, sources: Sequence[Source]) -> list[Source]:

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from motiondb.generate import contact, stitching, tempo
+from motiondb.learning.making.directed_excerpts import complete, direct
 from motiondb.learning.making.excerpts import LONGEST, Excerpt, Layout, find_excerpts, lay_out
 from motiondb.learning.making.action_sources import ActionSources
 from motiondb.learning.making.segment_material import Takes, pose_vectors_of
@@ -42,6 +43,9 @@ SPEED_WEIGHT = 3.0
 tuned."""
 USED_COST = 2.0
 """Cost of a capture for every earlier variant that used it for the same action. By hand."""
+SHORT_WEIGHT = 0.7
+"""Cost of an excerpt that is shorter by a factor e than the duration asked for, because it must be
+repeated. Chosen by hand; not tuned."""
 LEAST_CHANGE = 0.02
 """Changes of the tempo below this share are not made. Chosen by hand."""
 
@@ -63,6 +67,8 @@ class ShownExcerpt:
     speeds : tuple of (float, float, float) or None
         Mean speed of the joints of the excerpt as recorded, and the least and largest of all
         excerpts of the action, m/s; None where no speed was asked for.
+    directions : tuple of str
+        Words of direction that its captures can show.
     """
 
     action: PlannedAction
@@ -70,6 +76,7 @@ class ShownExcerpt:
     layout: Layout
     rate: float = 1.0
     speeds: tuple[float, float, float] | None = None
+    directions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +125,10 @@ def excerpt_motion(
     used : Counter, optional
         How often earlier variants used each (number of the action, capture).
     """
-    excerpts = [_likely(each, number, used or Counter(), rng) for number, each in enumerate(actions)]
-    material = _gather(takes, sorted({e.capture for each in excerpts for e in each}))
+    likely = [_likely(each, number, used or Counter(), rng) for number, each in enumerate(actions)]
+    material = _gather(takes, sorted({e.capture for each in likely for e in each}))
+    directed = [_direct(material, of, each) for of, each in zip(actions, likely)]
+    excerpts = [each for each, _ in directed]
     speeds = [_speeds(material, each) for each in excerpts]
     candidates = [
         _candidates(material, each, _speed_costs(one.action, of), rng)
@@ -134,6 +143,7 @@ def excerpt_motion(
             excerpts[number][n], start=int(found.starts[i]), end=int(found.ends[i])
         )
         one = _lay_out(material, actions[number].action, excerpt, speeds[number])
+        one = replace(one, directions=directed[number][1])
         key = excerpt.capture
         if one.rate != 1.0:
             key = -2 - number
@@ -177,18 +187,44 @@ def _likely(
     rng: np.random.Generator,
 ) -> list[Excerpt]:
     """The best excerpts of an action."""
-    seconds = of.action.seconds
-    longest = LONGEST
-    if seconds is not None:
-        longest = max(round(seconds.wanted * MOTION_FPS), 1)
-    elif of.action.times is not None:
-        longest = round(LONGEST * min(max(of.action.times.wanted, 1.0), 4.0))
+    longest = _longest(of.action)
+    wanted = 0.0 if of.action.seconds is None else of.action.seconds.wanted * MOTION_FPS
     found = [
-        replace(e, score=e.score - USED_COST * used[number, e.capture])
+        replace(
+            e,
+            score=e.score
+            - USED_COST * used[number, e.capture]
+            - SHORT_WEIGHT * max(float(np.log(max(wanted, 1.0) / (e.end - e.start))), 0.0),
+        )
         for e in find_excerpts(of.sources, longest, rng)
     ]
     found.sort(key=lambda e: -e.score)
     return [e for e in found if e.score >= found[0].score - WORST][:MOST_EXCERPTS]
+
+
+def _longest(action: PlannedAction) -> int:
+    """Most frames of an excerpt of an action."""
+    if action.seconds is not None:
+        return max(round(action.seconds.wanted * MOTION_FPS), 1)
+    if action.times is not None:
+        return round(LONGEST * min(max(action.times.wanted, 1.0), 4.0))
+    return LONGEST
+
+
+def _direct(
+    material: _Material, of: ActionSources, excerpts: Sequence[Excerpt]
+) -> tuple[list[Excerpt], tuple[str, ...]]:
+    """Excerpts that go in the directions of an action and begin and end in usual poses."""
+    found, honoured = direct(excerpts, material.paths, of.directions, _longest(of.action))
+    every = np.concatenate(list(material.vectors.values()))
+    centre = every.mean(axis=0)
+    unusual = {
+        c: np.mean(((v - centre) / material.scale) ** 2, axis=1)
+        for c, v in material.vectors.items()
+    }
+    if of.action.seconds is None:
+        found = [complete(e, unusual[e.capture]) for e in found]
+    return found, honoured
 
 
 def _gather(takes: Takes, captures: Sequence[int]) -> _Material:

@@ -54,6 +54,7 @@ def report_excerpt(
     seconds = layout.n_frames / MOTION_FPS
     if layout.said:
         done.append(layout.said)
+    done += [f"{word}: measured in the motion" for word in shown.directions]
     if action.seconds is not None and not _within(seconds, action.seconds):
         text = say_duration(action.seconds.least, action.seconds.most)
         why = "whole repetitions" if action.times is not None else "whole performances"

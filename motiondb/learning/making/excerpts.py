@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.generate.cycles import best_loop, calmest_phase, find_period, repeat
 from motiondb.learning.making.action_sources import Source
@@ -26,6 +27,11 @@ DROP = 1.5
 SHORTEST, LONGEST = 45, 150
 """Frames (1.5 s and 5 s) of an excerpt, unless the sentence says how long or how often. Chosen by
 hand: shorter ones are hard to recognise."""
+UNPLACED = 105
+"""Frames (3.5 s) of an excerpt at least where the motion does not say where the action is. Chosen
+by hand; not tuned."""
+MOVED = 8
+"""Frames by which chance moves a cut. Chosen by hand."""
 MOST_OF_A_CAPTURE = 3
 """Excerpts of one capture. Chosen by hand; not tuned."""
 LEAST_CYCLIC = 90
@@ -50,12 +56,15 @@ class Excerpt:
         Last frame + 1.
     score : float
         Mean value of its segments less the cost of the capture, nats.
+    stretch : tuple of (int, int)
+        First frame and last frame + 1 of the stretch of good segments that it is cut from.
     """
 
     capture: int
     start: int
     end: int
     score: float
+    stretch: tuple[int, int]
 
 
 def find_excerpts(
@@ -70,7 +79,7 @@ def find_excerpts(
     longest : int
         Most frames of an excerpt.
     rng : numpy.random.Generator
-        Draws which part of a longer stretch is taken.
+        Moves the cuts of excerpts within a longer stretch.
     """
     found = []
     for source in sources:
@@ -81,11 +90,11 @@ def find_excerpts(
             peak = int(np.argmax(np.where(free, source.values, -np.inf)))
             first, behind = _grow(source.values, free, peak)
             free[first:behind] = False
-            found.append(_cut(source, first, behind, longest, rng))
+            found += _cut(source, first, behind, longest, rng)
     return sorted(found, key=lambda excerpt: -excerpt.score)
 
 
-def _grow(values: FloatArray, free: FloatArray, peak: int) -> tuple[int, int]:
+def _grow(values: FloatArray, free: NDArray[np.bool_], peak: int) -> tuple[int, int]:
     """Segments [first, behind) around a peak whose values are within DROP of it."""
     first, behind = peak, peak + 1
     while first > 0 and free[first - 1] and values[first - 1] >= values[peak] - DROP:
@@ -97,21 +106,31 @@ def _grow(values: FloatArray, free: FloatArray, peak: int) -> tuple[int, int]:
 
 def _cut(
     source: Source, first: int, behind: int, longest: int, rng: np.random.Generator
-) -> Excerpt:
-    """An excerpt of some segments, not shorter than SHORTEST where the capture is not."""
+) -> list[Excerpt]:
+    """Excerpts of some segments: all of them, or windows where they are longer than allowed."""
     start, end = int(source.starts[first]), int(source.ends[behind - 1])
-    inside = slice(first, behind)
-    frames = (source.ends - source.starts)[inside]
-    score = float(np.average(source.values[inside], weights=frames)) - source.cost
+    least = min(SHORTEST if source.is_placed else UNPLACED, longest)
+    if end - start < least:
+        start = max(start - (least - (end - start)) // 2, int(source.starts[0]))
+        end = min(start + least, int(source.ends[-1]))
+        start = max(min(start, end - least), int(source.starts[0]))
+    spans = [(start, end)]
     if end - start > longest:
-        start += int(rng.integers(end - start - longest + 1))
-        end = start + longest
-    missing = SHORTEST - (end - start)
-    if missing > 0:
-        start = max(start - missing // 2, int(source.starts[0]))
-        end = min(start + SHORTEST, int(source.ends[-1]))
-        start = max(min(start, end - SHORTEST), int(source.starts[0]))
-    return Excerpt(source.capture, start, end, score)
+        ahead = {start, end - longest, *source.starts[first:behind].tolist()}
+        ahead = {low for low in ahead if low <= end - longest}
+        moved = rng.integers(-MOVED, MOVED + 1, size=len(ahead))
+        lows = np.clip(np.sort([*ahead]) + moved, start, end - longest)
+        spans = [(int(low), int(low) + longest) for low in lows]
+    return [
+        Excerpt(source.capture, a, b, _mean_value(source, a, b) - source.cost, (start, end))
+        for a, b in spans
+    ]
+
+
+def _mean_value(source: Source, start: int, end: int) -> float:
+    """Mean value of the segments of an interval, weighted by their frames in it."""
+    frames = np.minimum(source.ends, end) - np.maximum(source.starts, start)
+    return float(np.average(source.values, weights=np.maximum(frames, 0)))
 
 
 @dataclass(frozen=True)

@@ -232,8 +232,9 @@ def _from_excerpts(
     for n, (of, shown) in enumerate(zip(sources, found.shown)):
         done, not_done = report_excerpt(learned, shown)
         part = of.action.groups, of.action.excluded, int(ends[n]), int(ends[n + 1])
-        asked.append(Asked(*part, done))
-        left += [*of.not_used, *not_done]
+        asked.append(Asked(*part, done, shown.directions))
+        left += [one for one in of.not_used if one.text not in shown.directions]
+        left += not_done
         inside = segments_of(learned, shown)
         symbols += inside
         positions += [n] * len(inside)

@@ -200,9 +200,8 @@ def _plan(node: Node, rng: np.random.Generator, notes: _Notes) -> list[PlannedAc
 
 def _plan_action(node: Action, notes: _Notes) -> list[PlannedAction]:
     """One action; manners of speed are no words to show."""
-    speeds = [speed for manner in node.manner if (speed := speed_of(manner))]
-    manners = [manner for manner in node.manner if not speed_of(manner)]
-    words = tuple(dict.fromkeys((*node.words, *manners)))
+    speeds = [speed for word in node.all_words if (speed := speed_of(word))]
+    words = tuple(dict.fromkeys(word for word in node.all_words if not speed_of(word)))
     if not words:
         notes.left.append(NotUsed(say(node), "it names no action"))
         return []

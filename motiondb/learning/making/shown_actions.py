@@ -9,17 +9,21 @@ probable word.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motiondb.learning.learned import Learned, said_words
+from motiondb.generate.direction import gone
+from motiondb.learning.learned import Learned
+from motiondb.learning.making.directed_excerpts import REACHED
 from motiondb.learning.motion_judge import (
     WithoutSources,
     judge_without,
     judging_table,
     pool_windows,
+    said_words,
 )
+from motiondb.pose.pose_vectors import to_path
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import FloatArray, Motion
 
@@ -80,6 +84,8 @@ class Asked:
         Last frame + 1.
     done : tuple of str
         How counts, durations and speeds were honoured.
+    directions : tuple of str
+        Words of direction that are measured in the motion.
     """
 
     groups: tuple[tuple[str, ...], ...]
@@ -87,6 +93,7 @@ class Asked:
     start: int
     end: int
     done: tuple[str, ...] = ()
+    directions: tuple[str, ...] = ()
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -119,7 +126,19 @@ def judge_motion(
     groups = {group: len(numbers) + n for n, group in enumerate(dict.fromkeys(known))}
     judge = _judge(learned, groups, sources)
     features = learned.feature_space.project(recognition_features(motion))
-    return tuple(_judge_part(learned, judge, groups, features, one) for one in asked)
+    path, _ = to_path(motion)
+    return tuple(
+        _against_direction(_judge_part(learned, judge, groups, features, one), one, path)
+        for one in asked
+    )
+
+
+def _against_direction(shown: ShownAction, asked: Asked, path: FloatArray) -> ShownAction:
+    """What the judge says, unless the motion does not go where a word of direction says."""
+    for direction in asked.directions:
+        if gone(path[asked.start : asked.end], direction) < REACHED:
+            return replace(shown, shown=False, reason=f"it does not go {direction}")
+    return shown
 
 
 def _judge(
