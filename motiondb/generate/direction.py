@@ -31,6 +31,8 @@ FULL = {
 }  # fmt: skip
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
+NEARLY = 0.9
+"""Share of the furthest way that is nearly as far. Chosen by hand."""
 LASTING = 31
 """Frames (1 s) over which the median of the height is taken, so that a jump is no way up. By
 hand."""
@@ -92,7 +94,9 @@ def gone(path: FloatArray, direction: str) -> float:
 
 
 def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, int]:
-    """The part of at most ``longest`` frames that goes furthest: first frame, last frame + 1.
+    """The shortest part that goes nearly as far as any part of at most ``longest`` frames.
+
+    First frame and last frame + 1.
 
     Parameters
     ----------
@@ -108,12 +112,13 @@ def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, 
     (79, 81)
     """
     way = progress(path, direction)
-    best, part = -np.inf, (0, len(way))
+    spans = []
     for first in range(len(way)):
-        after = np.abs(way[first : first + longest] - way[first])
-        signed = way[first : first + longest] - way[first]
-        values = after if direction == "sideways" else signed
-        k = int(np.argmax(values))
-        if values[k] > best + 1e-9 or (values[k] > best - 1e-9 and k + 1 < part[1] - part[0]):
-            best, part = max(best, float(values[k])), (first, first + k + 1)
-    return part
+        gain = way[first : first + longest] - way[first]
+        gain = np.abs(gain) if direction == "sideways" else gain
+        far = float(gain.max())
+        spans.append((far, first, first + int(np.argmax(gain >= NEARLY * far)) + 1))
+    best = max(far for far, _, _ in spans)
+    good = [(behind - first, first) for far, first, behind in spans if far >= NEARLY * best]
+    length, first = min(good)
+    return first, first + length

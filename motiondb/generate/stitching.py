@@ -26,6 +26,9 @@ BLEND_FRAMES = 10
 """Frames (1/3 s) of a cross-fade of similar poses. Chosen by hand."""
 MOST_BLEND_FRAMES = 30
 """Frames (1 s) of a cross-fade of poses that are far apart. Chosen by hand."""
+AGAIN_COST = 10.0
+"""Cost of playing frames of the segment before once more. Chosen by hand: more than poses that do
+not fit."""
 NEAR, FAR = 0.15, 0.6
 """Mean angles of the joints, radians, between poses that are similar and that are far apart:
 standing and walking, standing and sitting. Chosen by hand; not tuned."""
@@ -83,7 +86,7 @@ def choose(candidates: Sequence[Candidates], join_weight: float = 1.0) -> list[i
 
 
 def join_costs(before: Candidates, after: Candidates) -> FloatArray:
-    """j(i, i') for all pairs: array (n before, n after).
+    """j(i, i') for all pairs: array (n before, n after); overlapping pairs cost AGAIN_COST more.
 
     Parameters
     ----------
@@ -94,8 +97,11 @@ def join_costs(before: Candidates, after: Candidates) -> FloatArray:
     """
     a, b = before.continuations, after.entries
     squares = np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1)[None] - 2.0 * (a @ b.T)
-    follows = (before.captures[:, None] == after.captures) & (before.ends[:, None] == after.starts)
-    return np.where(follows, 0.0, np.maximum(squares, 0.0) + 1e-3)
+    same = before.captures[:, None] == after.captures
+    follows = same & (before.ends[:, None] == after.starts)
+    again = same & (before.starts[:, None] < after.ends) & (before.ends[:, None] > after.starts)
+    costs = np.maximum(squares, 0.0) + 1e-3 + AGAIN_COST * again
+    return np.where(follows, 0.0, costs)
 
 
 @dataclass(frozen=True, eq=False)

@@ -238,12 +238,15 @@ class WithoutSources:
         m.
     n_captures : array (words,)
         Number of captures left whose captions say each word.
+    captures : frozenset of int
+        Captures left.
     """
 
     table: JudgingTable
     slopes: FloatArray
     mean: FloatArray
     n_captures: FloatArray
+    captures: frozenset[int]
 
     def scores(self, rows: FloatArray) -> FloatArray:
         """z of a motion, from the statistics of its windows: array (words,)."""
@@ -300,7 +303,9 @@ def judge_without(
     inside = set(table.owners[gone].tolist())
     for capture in inside:
         n_captures[sorted(table.said[capture][0])] -= 1.0
-    return WithoutSources(table, np.asarray(slopes), left.words / left.weight, n_captures)
+    there = frozenset(table.owners.tolist()) - inside
+    mean = left.words / left.weight
+    return WithoutSources(table, np.asarray(slopes), mean, n_captures, there)
 
 
 def fit_judge(

@@ -16,7 +16,8 @@ The value of a segment is
 
     v_i = log max(y_i, Y) + E e_i - X max(x_i, 0),
 
-and the cost of a capture U u + D d^2 + R max(r - RARE, 0). So a bar, a motorcycle, a dance or a
+and the cost of a capture U u + D d^2 + R max(r - r0, 0), where r0 is the least median of r over the
+captures of a performer, or RARE where that is more. So a bar, a motorcycle, a dance or a
 somersault is used for a plain word only where no plain capture shows it, and the standing before a
 jump is not taken for the jump.
 
@@ -92,7 +93,7 @@ class Source:
     values : array (segments,)
         v.
     cost : float
-        U u + D d^2 + R max(r - RARE, 0), and further costs.
+        Cost of the module's docstring, and further costs.
     is_placed : bool
         Whether the motion says where in the capture the action is.
     """
@@ -164,7 +165,7 @@ def find_sources(learned: Learned, written: Written, action: PlannedAction) -> A
         apart = _cost_of_saying(actions, numbers, sides)
         if apart is not None and not _says_excluded(learned, actions, action):
             found.append(_source(learned, capture, actions, action, apart))
-    sources = tuple(_with_distance(learned, found))
+    sources = tuple(_with_distance(learned, _with_rarity(learned, found)))
     return ActionSources(action, sources, tuple(left_out), directions)
 
 
@@ -260,9 +261,7 @@ def _source(
             values = values - EXCLUDED_WEIGHT * unwanted
     all_said = frozenset().union(*actions)
     others = all_said - {word for words in asked for word in words}
-    rare = float(-learned.segments.backgrounds[rows].min())
     cost = apart + UNASKED_WEIGHT * min(len(others), MOST_UNASKED)
-    cost += RARE_WEIGHT * max(rare - RARE, 0.0)
     if action.speed and all_said & _speed_words(learned, action.speed):
         cost -= SPEED_SAID
     return Source(capture, rows, starts, ends, values, cost, is_placed)
@@ -309,6 +308,18 @@ def _evidence(learned: Learned, capture: int, asked: set[int]) -> FloatArray | N
         evidence[:, columns] = (evidence[:, columns] + by_others[:, columns]) / 2.0
     said = learned.said_places.get(capture)
     return evidence if said is None else evidence + said
+
+
+def _with_rarity(learned: Learned, sources: Sequence[Source]) -> list[Source]:
+    """Add the cost of motion that is rarer than another performer's motion for the action."""
+    rare = {s.capture: float(-learned.segments.backgrounds[s.rows].min()) for s in sources}
+    of: dict[str, list[float]] = {}
+    for capture, value in rare.items():
+        of.setdefault(learned.performers[capture], []).append(value)
+    usual = max(RARE, min((float(np.median(v)) for v in of.values()), default=RARE))
+    return [
+        replace(s, cost=s.cost + RARE_WEIGHT * max(rare[s.capture] - usual, 0.0)) for s in sources
+    ]
 
 
 def _with_distance(learned: Learned, sources: Sequence[Source]) -> list[Source]:

@@ -20,7 +20,14 @@ import numpy as np
 
 from motiondb.generate import contact, stitching, tempo
 from motiondb.learning.making.directed_excerpts import complete, direct
-from motiondb.learning.making.excerpts import LONGEST, Excerpt, Layout, find_excerpts, lay_out
+from motiondb.learning.making.excerpts import (
+    LONGEST,
+    SHORTEST,
+    Excerpt,
+    Layout,
+    find_excerpts,
+    lay_out,
+)
 from motiondb.learning.making.action_sources import ActionSources
 from motiondb.learning.making.segment_material import Takes, pose_vectors_of
 from motiondb.learning.making.sentence_plan import PlannedAction
@@ -30,7 +37,7 @@ from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 JOIN_WEIGHT = 0.5
 """Weight of join costs beside target costs. Chosen by hand; not tuned."""
-TEMPERATURE = 0.4
+TEMPERATURE = 0.3
 """Nats by which chance moves the score of an excerpt. Chosen by hand; not tuned."""
 MOST_EXCERPTS = 24
 """Excerpts of an action among which the sequence is chosen. Chosen by hand."""
@@ -194,7 +201,7 @@ def _likely(
             e,
             score=e.score
             - USED_COST * used[number, e.capture]
-            - SHORT_WEIGHT * max(float(np.log(max(wanted, 1.0) / (e.end - e.start))), 0.0),
+            - SHORT_WEIGHT * max(float(np.log(max(wanted, SHORTEST) / (e.end - e.start))), 0.0),
         )
         for e in find_excerpts(of.sources, longest, rng)
     ]
@@ -257,10 +264,10 @@ def _candidates(
     rows, targets, owner = [], [], []
     noise = TEMPERATURE * rng.gumbel(size=len(excerpts))
     for n, excerpt in enumerate(excerpts):
-        most = (excerpt.end - excerpt.start) // 6
+        most = min((excerpt.end - excerpt.start) // 3, excerpt.end - excerpt.start - SHORTEST)
         for ahead in CUTS:
             for behind in CUTS:
-                if max(ahead, behind) <= most or ahead == behind == 0:
+                if ahead + behind <= most or ahead == behind == 0:
                     rows.append((excerpt.capture, excerpt.start + ahead, excerpt.end - behind))
                     targets.append(costs[n] - excerpt.score - noise[n])
                     owner.append(n)

@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from motiondb.learning.certainty.place_certainty import cues_of
 from motiondb.learning.learned import Learned
 from motiondb.learning.making.excerpt_motion import ShownExcerpt
 from motiondb.learning.making.sentence_plan import Amount, PlannedAction
 from motiondb.records import MOTION_FPS
+from motiondb.search.certainty import probability
 from motiondb.words.question.manner import adverb_of
 from motiondb.words.question.say import say_count, say_duration
 from motiondb.words.question.tree import NotUsed
@@ -70,6 +72,24 @@ def source_span(shown: ShownExcerpt) -> tuple[float, float]:
     """First and last second of the capture that is played."""
     first = min(start for start, _ in shown.layout.parts) * shown.rate / MOTION_FPS
     return first, max(end for _, end in shown.layout.parts) * shown.rate / MOTION_FPS
+
+
+def place_probability(learned: Learned, shown: ShownExcerpt) -> float | None:
+    """Probability that an excerpt is the right place of its capture for its action.
+
+    None where it was not learned, and where the capture is described with this action alone.
+    """
+    capture, sure = shown.excerpt.capture, learned.certainties.place
+    take = learned.place_takes.get(capture)
+    words = [learned.word_numbers[w] for w in shown.action.words if w in learned.word_numbers]
+    n_actions = max((d.n_actions for d in learned.described if d.capture_id == capture), default=1)
+    if sure is None or take is None or not words or n_actions == 1:
+        return None
+    first, last = (MOTION_FPS * second for second in source_span(shown))
+    inside = np.flatnonzero(np.minimum(take.ends, last) - np.maximum(take.starts, first) > 0.0)
+    values = take.windows[:, words].mean(axis=1)
+    cues = cues_of(values, int(inside[0]), int(inside[-1]) + 1)
+    return float(probability(sure.log_odds(cues)))
 
 
 def segments_of(learned: Learned, shown: ShownExcerpt) -> list[int]:

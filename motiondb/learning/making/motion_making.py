@@ -18,7 +18,7 @@ from motiondb.errors import QueryError
 from motiondb.learning.learned import Learned
 from motiondb.learning.making.action_sources import ActionSources, all_sources, find_sources
 from motiondb.learning.making.excerpt_motion import ExcerptMotion, excerpt_motion
-from motiondb.learning.making.excerpt_report import report_excerpt, segments_of
+from motiondb.learning.making.excerpt_report import place_probability, report_excerpt, segments_of
 from motiondb.learning.making.segment_material import Takes
 from motiondb.learning.making.sentence_plan import PlannedAction, plan_sentence
 from motiondb.learning.making.sequence_motion import SequenceMotion
@@ -232,7 +232,10 @@ def _from_excerpts(
     for n, (of, shown) in enumerate(zip(sources, found.shown)):
         done, not_done = report_excerpt(learned, shown)
         part = of.action.groups, of.action.excluded, int(ends[n]), int(ends[n + 1])
-        asked.append(Asked(*part, done, shown.directions))
+        placed = place_probability(learned, shown)
+        performer = learned.performers[shown.excerpt.capture]
+        name = learned.captures[shown.excerpt.capture].name
+        asked.append(Asked(*part, done, shown.directions, placed, performer, name))
         left += [one for one in of.not_used if one.text not in shown.directions]
         left += not_done
         inside = segments_of(learned, shown)

@@ -4,6 +4,11 @@ The judge (:mod:`motiondb.learning.motion_judge`) has no part in making the moti
 the captures that it was made from. An action of several words is judged as one word that all
 captures have whose captions say these words; where no other capture says all of them, by its least
 probable word.
+
+Captions describe whole captures. Where no other capture (of the same performer, if there are any)
+is described with the action alone, the judge cannot tell it from the actions that are always listed with it ("wave" from "point" where all
+captions say "wave, point"). There its probability is multiplied by the probability that the part
+comes from the right place of its capture (:mod:`motiondb.learning.certainty.place_certainty`).
 """
 
 from __future__ import annotations
@@ -27,8 +32,9 @@ from motiondb.pose.pose_vectors import to_path
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import FloatArray, Motion
 
-SHOWN_FROM = 0.5
-"""Probability from which on an action counts as shown: more probable than not."""
+SHOWN_FROM = 0.6
+"""Probability from which on an action counts as shown. More than one half, because it is worse to
+claim too much than too little. Chosen by hand; not tuned."""
 N_DESCRIBED = 3
 """Words by which a part of the motion is described."""
 
@@ -46,8 +52,8 @@ class ShownAction:
     end : int
         Last frame + 1.
     shown : bool or None
-        Whether the judge finds it more probable than not, and nothing that was excluded; None
-        where it cannot tell.
+        Whether the judge finds it probable enough, and nothing that was excluded; None where it
+        cannot tell.
     probability : float or None
         That the part shows the action; None where the judge cannot tell.
     described : tuple of (str, float)
@@ -86,6 +92,13 @@ class Asked:
         How counts, durations and speeds were honoured.
     directions : tuple of str
         Words of direction that are measured in the motion.
+    placed : float or None
+        Probability that the part comes from the right place of its capture; None where it is not
+        known, and where the capture shows nothing else.
+    performer : str
+        Who performs in that capture.
+    capture : str
+        Name of that capture.
     """
 
     groups: tuple[tuple[str, ...], ...]
@@ -94,6 +107,9 @@ class Asked:
     end: int
     done: tuple[str, ...] = ()
     directions: tuple[str, ...] = ()
+    placed: float | None = None
+    performer: str = ""
+    capture: str = ""
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -182,13 +198,23 @@ def _judge_part(
     )[:N_DESCRIBED]
     each = [_probability(learned, judge, groups, scores, group) for group in asked.groups]
     told = [p for p in each if p is not None]
+    unsure = ""
     shown: bool | None = None
     probability = min(told) if len(told) == len(each) else None
+    if probability is not None and asked.placed is not None:
+        if not all(_is_alone(learned, judge, group, asked.performer) for group in asked.groups):
+            if probability >= SHOWN_FROM:
+                unsure = (
+                    "its captions list other actions too, and how sure it is that this is the right"
+                    f" place of {asked.capture} is {asked.placed:.2f}"
+                )
+            probability *= asked.placed
     if probability is None:
         reason = "no other capture shows it, so that nothing can confirm it"
     else:
         shown = probability >= SHOWN_FROM
-        reason = "" if shown else "it does not look like other captures of it"
+        unlike = "it does not look like other captures of it"
+        reason = "" if shown else unsure or unlike
     for words in asked.excluded:
         unwanted = _probability(learned, judge, groups, scores, words)
         if unwanted is not None and unwanted >= SHOWN_FROM:
@@ -215,3 +241,18 @@ def _probability(
     each = [judge.probability(scores, number) for number in numbers]
     told = [p for p in each if p is not None]
     return min(told) if len(told) == len(each) else None
+
+
+def _is_alone(
+    learned: Learned, judge: WithoutSources, words: Sequence[str], performer: str
+) -> bool:
+    """Whether a capture that the judge knows is described with an action alone.
+
+    Of the captures that say the action, those of the performer count, where there are any: they are
+    the most alike.
+    """
+    numbers = {learned.word_numbers[w] for w in words if w in learned.word_numbers}
+    said = judge.table.said
+    saying = [capture for capture in judge.captures if numbers <= said[capture][0]]
+    own = [capture for capture in saying if learned.performers[capture] == performer]
+    return any(said[capture][1] == 1 for capture in own or saying)
