@@ -78,9 +78,7 @@ def natural_rate(speed: float, wanted: float, speeds: FloatArray, fast: bool) ->
     return float(np.clip(rate, 1.0 / MOST_CHANGE, MOST_CHANGE))
 
 
-def resample(
-    path: FloatArray, rotations: FloatArray, rate: float
-) -> tuple[FloatArray, FloatArray]:
+def resample(path: FloatArray, rotations: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
     """Play a path and its rotations at another rate.
 
     Parameters

@@ -10,8 +10,9 @@ import numpy as np
 from motiondb.learning import counting, drift
 from motiondb.learning.certainty.asked_certainty import Certainties
 from motiondb.learning.certainty.place_certainty import learn_certainty
+from motiondb.learning.judge_fitting import fit_judge
 from motiondb.learning.learned import LearnedModel
-from motiondb.learning.motion_judge import MotionJudge, fit_judge, pool_windows, said_words
+from motiondb.learning.motion_judge import MotionJudge, pool_windows, said_words
 from motiondb.learning.place_fitting import Places, Written, find_places
 from motiondb.learning.symbol_fitting import (
     FeaturePool,
@@ -130,6 +131,4 @@ def _fit_judge(
         int(capture): pool_windows(frames[a:b])
         for capture, (a, b) in zip(pool.capture_ids, pairwise(pool.bounds))
     }
-    return fit_judge(
-        windows, said_words(described, numbers), len(numbers), taught.performers, rng
-    )
+    return fit_judge(windows, said_words(described, numbers), len(numbers), taught.performers, rng)

@@ -356,7 +356,10 @@ class Learned(LearnedModel):
         if self.places is None or not self.places.only(self.rows).words:
             return {}
         return evidence_by_others(
-            self.places, self.segments, self.standardised, len(self.association.words),
+            self.places,
+            self.segments,
+            self.standardised,
+            len(self.association.words),
             self.performers,
         )
 

@@ -12,14 +12,8 @@ from. Notation:
             the ridge regression of g_w on x. Each window weighs 1/sqrt(windows of its capture).
 
 Two cues give a calibrated probability that a motion shows w: z_w, and z_w less the largest z of
-other words. Words that mostly stand in the same captions as w do not count among the others.
-
-The calibration uses real captures in pairs: one whose captions say w, and one of the same performer
-whose captions do not say w nor a word related to it, half of the time one of those that resemble w
-most. Both are judged without the two. The probability is therefore one at even odds. On 645 pairs
-of CMU captures, with the performers left out of the calibration, the area under the curve was .89
-(z_w alone: .84; z_w of a judge that knows no capture of the performer: .62), and probabilities of
-.09, .29, .49, .71 and .94 were right .10, .22, .43, .79 and .93 of the time.
+other words. Words that mostly stand in the same captions as w do not count among the others. How
+they are calibrated is told in :mod:`motiondb.learning.judge_fitting`.
 
 Source: ridge regression on pooled features is the strongest ordinary method of ``docs/quality.md``.
 """
@@ -30,12 +24,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motiondb.learning.counting import Described
 from motiondb.records import Float32Array, FloatArray, IntArray
-from motiondb.search.certainty import Certainty, fit_probability, probability
-from motiondb.symbols.models.hmm_jobs import one_blas_thread
+from motiondb.search.certainty import Certainty, probability
 
 WINDOW = 45
 """Feature frames (3 s) of a window; windows overlap by half. Two to three seconds were the best
@@ -52,10 +44,6 @@ SPREAD_POWER = 0.25
 RELATED = 0.5
 """Share of the captures of one of two words that say the other from which on they are related.
 Chosen by hand; not tuned."""
-MOST_PAIRS = 3_000
-"""Pairs of captures for the calibration. Chosen by hand: more take longer."""
-LEAST_PAIRS = 15
-"""Pairs below which nothing is calibrated, as for answers (``asked_certainty``)."""
 
 Said = Mapping[int, tuple[frozenset[int], int]]
 """Capture number -> numbers of the words in its captions, and of the actions that these name."""
@@ -134,7 +122,7 @@ def pool_windows(features: Float32Array) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class _Sums:
+class Sums:
     """Weighted sums of the regression, from which captures can be subtracted.
 
     gram: array (columns, columns); cross: array (columns, words); words: array (words,); weight.
@@ -145,9 +133,9 @@ class _Sums:
     words: FloatArray
     weight: float
 
-    def less(self, other: _Sums) -> _Sums:
+    def less(self, other: Sums) -> Sums:
         """These sums without those of some captures."""
-        return _Sums(
+        return Sums(
             self.gram - other.gram, self.cross - other.cross, self.words - other.words,
             self.weight - other.weight,
         )  # fmt: skip
@@ -183,11 +171,11 @@ class JudgingTable:
     said: Said
     together: FloatArray
 
-    def sums(self, which: IntArray | slice = slice(None)) -> _Sums:
+    def sums(self, which: IntArray | slice = slice(None)) -> Sums:
         """Sums over some windows."""
         x, w = self.vectors[which], self.weights[which][:, None]
         g = self.targets[which]
-        return _Sums((x * w).T @ x, (x * w).T @ g, (w * g).sum(axis=0), float(w.sum()))
+        return Sums((x * w).T @ x, (x * w).T @ g, (w * g).sum(axis=0), float(w.sum()))
 
     def related(self, word: int) -> frozenset[int]:
         """The words that mostly stand in the same captures as a word, itself among them."""
@@ -279,7 +267,7 @@ class WithoutSources:
 
 
 def judge_without(
-    table: JudgingTable, out: Collection[int], sums: _Sums | None = None
+    table: JudgingTable, out: Collection[int], sums: Sums | None = None
 ) -> WithoutSources | None:
     """The judge without some captures; None if no described capture is left.
 
@@ -289,7 +277,7 @@ def judge_without(
         The judge with all captures.
     out : collection of int
         Captures to leave out.
-    sums : _Sums, optional
+    sums : Sums, optional
         Those of all windows, where they are known.
     """
     gone = np.flatnonzero(np.isin(table.owners, list(out)))
@@ -306,90 +294,3 @@ def judge_without(
     there = frozenset(table.owners.tolist()) - inside
     mean = left.words / left.weight
     return WithoutSources(table, np.asarray(slopes), mean, n_captures, there)
-
-
-def fit_judge(
-    windows: Mapping[int, FloatArray],
-    said: Said,
-    n_words: int,
-    performers: Mapping[int, str],
-    rng: np.random.Generator,
-) -> MotionJudge:
-    """Fit the judge and its calibration.
-
-    Parameters
-    ----------
-    windows : dict
-        Capture number -> statistics of its windows.
-    said : dict
-        Words and number of actions of every described capture.
-    n_words : int
-        Size of the vocabulary.
-    performers : dict
-        Capture number -> who performs.
-    rng : numpy.random.Generator
-        Draws the captures that are compared.
-    """
-    rows = np.concatenate(list(windows.values()))
-    captures = np.repeat(np.array(list(windows), dtype=np.int64), [len(w) for w in windows.values()])
-    spread = rows.std(axis=0)
-    spread = np.maximum(spread, 1e-6 + 0.01 * spread.max())
-    judge = MotionJudge(rows.mean(axis=0), spread, rows, captures, np.zeros(0))
-    table = judging_table(judge, {c: said[c] for c in said if c in windows}, n_words)
-    with one_blas_thread():  # many small systems
-        pairs = _draw_pairs(table, performers, rng)
-        if len(pairs) < LEAST_PAIRS:
-            return judge
-        cues, right = _compare(table, windows, pairs)
-    weights, constant = fit_probability(cues, right)
-    packed = Certainty(weights, constant, float("nan")).pack()
-    return MotionJudge(judge.mean, judge.spread, rows, captures, packed)
-
-
-def _draw_pairs(
-    table: JudgingTable, performers: Mapping[int, str], rng: np.random.Generator
-) -> list[tuple[int, int, int]]:
-    """Pairs of captures for the calibration: (word, one that says it, one that does not)."""
-    own = table.vectors @ judge_all(table)
-    scores = {c: own[table.owners == c].mean(axis=0) for c in table.said}
-    pairs = []
-    for word in np.flatnonzero(np.diag(table.together) >= 2.0).tolist():
-        related = table.related(word)
-        for capture in sorted(c for c in table.said if word in table.said[c][0]):
-            others = [
-                c for c in sorted(table.said)
-                if performers[c] == performers[capture] and not table.said[c][0] & related
-            ]  # fmt: skip
-            if not others:
-                continue
-            if rng.random() < 0.5:
-                others.sort(key=lambda c: -scores[c][word])
-                others = others[: max(3, len(others) // 3)]
-            pairs.append((word, capture, others[int(rng.integers(len(others)))]))
-    chosen = np.sort(rng.permutation(len(pairs))[:MOST_PAIRS])
-    return [pairs[i] for i in chosen]
-
-
-def judge_all(table: JudgingTable) -> FloatArray:
-    """Slopes of the regression on all windows: array (columns + 1, words)."""
-    found = judge_without(table, ())
-    assert found is not None  # a described capture has a window
-    return found.slopes
-
-
-def _compare(
-    table: JudgingTable,
-    windows: Mapping[int, FloatArray],
-    pairs: Sequence[tuple[int, int, int]],
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Cues of both captures of every pair, and whether each says the word."""
-    sums = table.sums()
-    cues, right = [], []
-    for word, says, says_not in pairs:
-        left = judge_without(table, (says, says_not), sums)
-        if left is None or left.n_captures[word] < 1.0:
-            continue
-        for capture, is_right in ((says, True), (says_not, False)):
-            cues.append(left.cues(left.scores(windows[capture]), word))
-            right.append(is_right)
-    return np.array(cues).reshape(-1, 2), np.array(right, dtype=bool)

@@ -20,7 +20,12 @@ from motiondb.database.nearby_words import nearby_table
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.learning.learned import Learned
-from motiondb.learning.making.motion_making import METHODS, MadeMotion, make_motion
+from motiondb.learning.making.motion_making import (
+    METHODS,
+    MadeMotion,
+    MotionRequest,
+    make_motion,
+)
 from motiondb.learning.making.sentence_plan import speed_of
 from motiondb.learning.making.shown_actions import ShownAction
 from motiondb.learning.taken_words import replace_unknown
@@ -104,7 +109,7 @@ class Generated:
 
     @property
     def shows_all(self) -> bool:
-        """Whether the motion shows every action that was asked for, as far as the judge can tell."""
+        """Whether the judge finds every action that was asked for to be shown."""
         return all(one.shown is True for one in self.shown)
 
     def facts(self) -> dict[str, Any]:
@@ -226,8 +231,8 @@ def generate(
         for variant in range(number):
             rng = np.random.default_rng([seed, variant] if variant else seed)
             found = make_motion(
-                learned, session.takes, words, rng, settings.method,
-                anyway=settings.anyway, used=used,
+                learned, session.takes,
+                MotionRequest(words, settings.method, settings.anyway), rng, used,
             )  # fmt: skip
             used.update(enumerate(found.captures))
             motions.append(_to_generated(session, found, (words, seed), settings, takings))

@@ -5,9 +5,9 @@ Notation: action k has candidates i, excerpts with cuts moved by some frames. Dy
 
     sum_k target_k(i_k) + JOIN_WEIGHT sum_k join_k(i_k, i_{k+1}),
 
-where the target cost is minus the score of the excerpt, less a Gumbel variable times ``TEMPERATURE``
-(so that excerpts are drawn about in proportion to exp(score / TEMPERATURE)), and for "slowly" and
-"fast" a cost of the distance from the speed that is asked for.
+where the target cost is minus the score of the excerpt, less a Gumbel variable times
+``TEMPERATURE`` (so that excerpts are drawn about in proportion to exp(score / TEMPERATURE)), and
+for "slowly" and "fast" a cost of the distance from the speed that is asked for.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from motiondb.generate import contact, stitching, tempo
+from motiondb.learning.making.action_sources import ActionSources
 from motiondb.learning.making.directed_excerpts import complete, direct
 from motiondb.learning.making.excerpts import (
     LONGEST,
@@ -28,7 +29,6 @@ from motiondb.learning.making.excerpts import (
     find_excerpts,
     lay_out,
 )
-from motiondb.learning.making.action_sources import ActionSources
 from motiondb.learning.making.segment_material import Takes, pose_vectors_of
 from motiondb.learning.making.sentence_plan import PlannedAction
 from motiondb.learning.making.sequence_motion import SequenceMotion
@@ -146,9 +146,7 @@ def excerpt_motion(
     origins: dict[int, tuple[int, float]] = {c: (c, 1.0) for c in sources}
     for number, (i, (found, owner)) in enumerate(zip(chosen, candidates)):
         n = int(owner[i])
-        excerpt = replace(
-            excerpts[number][n], start=int(found.starts[i]), end=int(found.ends[i])
-        )
+        excerpt = replace(excerpts[number][n], start=int(found.starts[i]), end=int(found.ends[i]))
         one = _lay_out(material, actions[number].action, excerpt, speeds[number])
         one = replace(one, directions=directed[number][1])
         key = excerpt.capture

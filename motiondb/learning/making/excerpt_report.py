@@ -1,5 +1,4 @@
-"""What was done for an action: counts, durations and speeds that are honoured, and those that are
-not."""
+"""What was done for an action: counts, durations and speeds, honoured or not."""
 
 from __future__ import annotations
 
@@ -127,5 +126,3 @@ def _within(seconds: float, asked: Amount) -> bool:
     if seconds < asked.least * (1.0 - NEAR_ENOUGH):
         return False
     return asked.most is None or seconds <= max(asked.most, 0.1) * (1.0 + NEAR_ENOUGH)
-
-

@@ -4,9 +4,9 @@ An excerpt grows from the segment of largest value (:mod:`motiondb.learning.maki
 to its neighbours for as long as their value is within ``DROP`` of it. From one capture up to
 ``MOST_OF_A_CAPTURE`` excerpts are taken.
 
-Repetitions repeat whole cycles. Where the movement has a period, one time is one cycle; otherwise it
-is the whole excerpt, cut where its end and its beginning are alike. A longer duration is reached by
-further cycles.
+Repetitions repeat whole cycles. Where the movement has a period, one time is one cycle; otherwise
+it is the whole excerpt, cut where its end and its beginning are alike. A longer duration is reached
+by further cycles.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,8 +31,7 @@ from motiondb.symbols.models.hmm_jobs import one_blas_thread
 from motiondb.words.lexicon.vocabulary import nearest_words
 from motiondb.words.question.known import KnownQuestion, hold_to_known
 from motiondb.words.question.parse import parse
-from motiondb.words.question.say import say
-from motiondb.words.question.tree import Action, NotUsed, Question, actions_of
+from motiondb.words.question.tree import NotUsed, Question, actions_of
 from motiondb.words.translation import decoding
 
 METHODS = ("stitched", "trajectory", "montecarlo")
@@ -99,14 +98,30 @@ class _Wanted:
     not_used: tuple[NotUsed, ...]
 
 
+@dataclass(frozen=True)
+class MotionRequest:
+    """What is to be made.
+
+    Attributes
+    ----------
+    text : str
+        The sentence.
+    method : str
+        One of ``METHODS``.
+    anyway : bool
+        Make what can be made where nothing in the database shows an action.
+    """
+
+    text: str
+    method: str = "stitched"
+    anyway: bool = False
+
+
 def make_motion(
     learned: Learned,
     takes: Takes,
-    text: str,
+    request: MotionRequest,
     rng: np.random.Generator,
-    method: str = "stitched",
-    *,
-    anyway: bool = False,
     used: Counter[tuple[int, int]] | None = None,
 ) -> MadeMotion:
     """Make a motion that shows what a sentence says.
@@ -117,14 +132,10 @@ def make_motion(
         What was learned.
     takes : Takes
         Motions of the captures.
-    text : str
-        The sentence.
+    request : MotionRequest
+        The sentence, and how it is made.
     rng : numpy.random.Generator
         Draws between alternatives and between excerpts.
-    method : str
-        One of ``METHODS``.
-    anyway : bool
-        Make what can be made where nothing in the database shows an action.
     used : Counter, optional
         How often earlier variants used each (number of the action, capture).
 
@@ -135,20 +146,21 @@ def make_motion(
     NotLearnedError
         When no words were learned.
     """
+    method = request.method
     if method not in METHODS:
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
-    wanted = _understand(learned, text, rng, anyway)
+    wanted = _understand(learned, request.text, rng, request.anyway)
     with one_blas_thread():  # the same sums on any machine
         if method != "stitched":
             return _from_symbols(learned, takes, wanted, rng, method)
-        sources = _sources(learned, wanted.actions, anyway)
+        sources = _sources(learned, wanted.actions, request.anyway)
         found = excerpt_motion(takes, sources, rng, used)
         return _from_excerpts(learned, wanted, sources, found)
 
 
 def _understand(learned: Learned, text: str, rng: np.random.Generator, anyway: bool) -> _Wanted:
     """Read a sentence; words of speed count as known."""
-    counts = {word: 1 for word in SPEED_NAMES}
+    counts = dict.fromkeys(SPEED_NAMES, 1)
     for word, count in zip(learned.association.words, learned.association.counts):
         if count > 0:
             counts[word] = int(count)
@@ -178,7 +190,9 @@ def _missing(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:
 
 def _nothing_shows(missing: Sequence[tuple[str, ...]], learned: Learned) -> str:
     said = ", ".join(repr(" ".join(words)) for words in missing)
-    near = [w for words in missing for word in words for w in nearest_words(word, learned.known_words)]
+    near = [
+        w for words in missing for word in words for w in nearest_words(word, learned.known_words)
+    ]
     hint = f"The nearest known: {', '.join(dict.fromkeys(near))}. " if near else ""
     return (
         f"generate: expected actions that the captures show, found {said}, which nothing in the "

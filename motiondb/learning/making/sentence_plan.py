@@ -221,9 +221,7 @@ def _at_once(
         if part is longest:
             continue
         if len(part) > 1:
-            notes.left.append(
-                NotUsed(say(node), "orders at once are made one after the other")
-            )
+            notes.left.append(NotUsed(say(node), "orders at once are made one after the other"))
             merged += part
             continue
         merged = [_with_groups(action, part[0]) for action in merged]

@@ -11,6 +11,7 @@ from motiondb.learning.making.segment_material import SegmentMaterial
 from motiondb.pose import pose_vectors
 from motiondb.records import FloatArray, IntArray, Motion
 
+
 @dataclass(frozen=True, eq=False)
 class SymbolPlan:
     """Symbols that are to be shown, one after the other.

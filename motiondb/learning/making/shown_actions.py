@@ -6,17 +6,16 @@ captures have whose captions say these words; where no other capture says all of
 probable word.
 
 Captions describe whole captures. Where no other capture (of the same performer, if there are any)
-is described with the action alone, the judge cannot tell it from the actions that are always listed with it ("wave" from "point" where all
-captions say "wave, point"). There its probability is multiplied by the probability that the part
-comes from the right place of its capture (:mod:`motiondb.learning.certainty.place_certainty`).
+is described with the action alone, the judge cannot tell it from the actions that are always listed
+with it ("wave" from "point" where all captions say "wave, point"). There its probability is
+multiplied by the probability that the part comes from the right place of its capture
+(:mod:`motiondb.learning.certainty.place_certainty`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from motiondb.generate.direction import gone
 from motiondb.learning.learned import Learned
@@ -28,9 +27,9 @@ from motiondb.learning.motion_judge import (
     pool_windows,
     said_words,
 )
-from motiondb.pose.pose_vectors import to_path
 from motiondb.pose.features import FEATURE_STEP, recognition_features
-from motiondb.records import FloatArray, Motion
+from motiondb.pose.pose_vectors import to_path
+from motiondb.records import Float32Array, FloatArray, Motion
 
 SHOWN_FROM = 0.6
 """Probability from which on an action counts as shown. More than one half, because it is worse to
@@ -179,7 +178,7 @@ def _judge_part(
     learned: Learned,
     judge: WithoutSources | None,
     groups: dict[tuple[int, ...], int],
-    features: FloatArray,
+    features: Float32Array,
     asked: Asked,
 ) -> ShownAction:
     if judge is None or not len(judge.table.judge.calibration):
@@ -189,7 +188,7 @@ def _judge_part(
         )  # fmt: skip
     last = max(asked.end // FEATURE_STEP, asked.start // FEATURE_STEP + 1)
     part = features[min(asked.start // FEATURE_STEP, len(features) - 1) : last]
-    scores = judge.scores(pool_windows(part.astype(np.float32)))
+    scores = judge.scores(pool_windows(part))
     named = learned.association.words
     described = tuple(
         (named[word], p)
@@ -201,14 +200,13 @@ def _judge_part(
     unsure = ""
     shown: bool | None = None
     probability = min(told) if len(told) == len(each) else None
-    if probability is not None and asked.placed is not None:
-        if not all(_is_alone(learned, judge, group, asked.performer) for group in asked.groups):
-            if probability >= SHOWN_FROM:
-                unsure = (
-                    "its captions list other actions too, and how sure it is that this is the right"
-                    f" place of {asked.capture} is {asked.placed:.2f}"
-                )
-            probability *= asked.placed
+    if probability is not None and asked.placed is not None and _is_mixed(learned, judge, asked):
+        if probability >= SHOWN_FROM:
+            unsure = (
+                "its captions list other actions too, and how sure it is that this is the right "
+                f"place of {asked.capture} is {asked.placed:.2f}"
+            )
+        probability *= asked.placed
     if probability is None:
         reason = "no other capture shows it, so that nothing can confirm it"
     else:
@@ -243,16 +241,17 @@ def _probability(
     return min(told) if len(told) == len(each) else None
 
 
-def _is_alone(
-    learned: Learned, judge: WithoutSources, words: Sequence[str], performer: str
-) -> bool:
-    """Whether a capture that the judge knows is described with an action alone.
+def _is_mixed(learned: Learned, judge: WithoutSources, asked: Asked) -> bool:
+    """Whether the judge knows an action of a part only together with other actions.
 
     Of the captures that say the action, those of the performer count, where there are any: they are
     the most alike.
     """
-    numbers = {learned.word_numbers[w] for w in words if w in learned.word_numbers}
     said = judge.table.said
-    saying = [capture for capture in judge.captures if numbers <= said[capture][0]]
-    own = [capture for capture in saying if learned.performers[capture] == performer]
-    return any(said[capture][1] == 1 for capture in own or saying)
+    for words in asked.groups:
+        numbers = {learned.word_numbers[w] for w in words if w in learned.word_numbers}
+        saying = [capture for capture in judge.captures if numbers <= said[capture][0]]
+        own = [c for c in saying if learned.performers[c] == asked.performer]
+        if all(said[capture][1] > 1 for capture in own or saying):
+            return True
+    return False
