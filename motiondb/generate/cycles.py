@@ -102,8 +102,10 @@ def find_period(poses: FloatArray, periodic: float = PERIODIC) -> int | None:
     return int(lags[0]) if len(lags) else None
 
 
-def best_loop(edges: FloatArray, shortest: int) -> Loop | None:
-    """Find the loop of least cost; None if the movement is not longer than ``shortest``.
+def best_loop(
+    edges: FloatArray, shortest: int, missing: tuple[float, float] | None = None
+) -> Loop | None:
+    """Find the loop of least cost; None if there is none.
 
     Parameters
     ----------
@@ -111,6 +113,8 @@ def best_loop(edges: FloatArray, shortest: int) -> Loop | None:
         Poses and velocities, also at the frame that follows the movement.
     shortest : int
         Fewest frames of a loop.
+    missing : tuple of (float, float), optional
+        Least and most frames that some number of loops is to fill.
 
     >>> loop = best_loop(np.sin(2 * np.pi * np.arange(31) / 10)[:, None], 8)
     >>> loop.length, round(loop.cost, 6)
@@ -125,7 +129,13 @@ def best_loop(edges: FloatArray, shortest: int) -> Loop | None:
     length = frames[None] - frames[:, None]
     cost = distance + LENGTH_WEIGHT * 30.0 / np.maximum(length, 1)
     cost[length < shortest] = np.inf
+    if missing is not None:
+        low, high = missing
+        fills = np.floor(high / np.maximum(length, 1)) * length >= low
+        cost[~fills] = np.inf
     first, behind = np.unravel_index(int(np.argmin(cost)), cost.shape)
+    if not np.isfinite(cost[first, behind]):
+        return None
     return Loop(int(first), int(behind), float(distance[first, behind]))
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.generate.cycles import best_loop, calmest_phase, find_period, repeat
+from motiondb.generate.cycles import Loop, best_loop, calmest_phase, find_period, repeat
 from motiondb.learning.making.action_sources import Source
 from motiondb.learning.making.sentence_plan import PlannedAction
 from motiondb.records import MOTION_FPS, FloatArray
@@ -38,6 +38,10 @@ LEAST_CYCLIC = 90
 """Frames (3 s) that a periodic movement lasts at least. Chosen by hand."""
 SLACK = 20
 """Frames by which a cut may move to where the end and the beginning are alike. By hand."""
+SHORTEST_LOOP = 45
+"""Fewest frames (1.5 s) of a loop of a movement without a period. Chosen by hand."""
+TOLERANCE = 0.05
+"""Share by which a duration may be missed so that a loop fits. Chosen by hand."""
 LEAST_LOOP = 0.6
 """Share of an excerpt without a period that a loop repeats at least. Chosen by hand; not tuned."""
 
@@ -181,19 +185,30 @@ def lay_out(
     wanted = round(max(least, LEAST_CYCLIC if period and not least else 0.0))
     if wanted <= end - start:
         return Layout(((start, start + wanted if least else end),))
-    shortest = period or max(round(LEAST_LOOP * (end - start)), 1)
-    loop = best_loop(edges[start : end + 1], shortest)
+    missing = wanted - (end - start)
+    inside = edges[start : end + 1]
+    loop = _fitting_loop(inside, period, missing, wanted)
     if loop is None:
         return Layout((span,))
-    more = -(-(wanted - (end - start)) // loop.length)
-    if period is None:  # whole performances only
-        more = max(round((wanted - (end - start)) / loop.length), 0)
+    more = -(-missing // loop.length)
+    if period is None:  # nothing is cut off
+        more = max(round(missing / loop.length), 0)
     parts = [(start + a, start + b) for a, b in repeat(0, end - start, loop, more)]
     excess = sum(b - a for a, b in parts) - wanted
     if period is not None and excess > 0:
         parts[-1] = (parts[-1][0], max(parts[-1][1] - excess, parts[-1][0] + 1))
     said = f"{loop.length / MOTION_FPS:.1f} s of it repeated {more} times" if more else ""
     return Layout(tuple(parts), said)
+
+
+def _fitting_loop(edges: FloatArray, period: int | None, missing: int, wanted: int) -> Loop | None:
+    """The loop that lengthens an excerpt: whole cycles, or a part that fills what is missing."""
+    if period is not None:
+        return best_loop(edges, period)
+    near = TOLERANCE * wanted
+    return best_loop(edges, SHORTEST_LOOP, (missing - near, missing + near)) or best_loop(
+        edges, max(round(LEAST_LOOP * (len(edges) - 1)), 1)
+    )
 
 
 def _times(
