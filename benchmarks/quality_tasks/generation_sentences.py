@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +52,8 @@ AMOUNTS = (
     "turn left", "turn right", "sit down",
 )  # fmt: skip
 """Sentences with counts, durations, speeds and directions."""
+Motions = Mapping[str, Generated | None]
+"""Sentence -> its motion; None where it was refused."""
 SENTENCES = (*(word for word, _ in ACTIONS), *JOINED, *AMOUNTS)
 
 
@@ -71,8 +73,13 @@ def measure_sentences(
     db: MotionDB, captures: Sequence[Capture], space: FeatureSpace, seed: int
 ) -> TaskReport:
     """Recognition, the judge's calibration, amounts, and how far seeds differ."""
-    of = make_recogniser(captures, ACTIONS, space)
-    made = {sentence: _generate(db, sentence, seed) for sentence in SENTENCES}
+    made = {sentence: generate_or_none(db, sentence, seed) for sentence in SENTENCES}
+    again = {word: generate_or_none(db, word, seed + 1) for word, _ in ACTIONS}
+    return evaluate(make_recogniser(captures, ACTIONS, space), made, again, seed)
+
+
+def evaluate(of: Recogniser, made: Motions, again: Motions, seed: int) -> TaskReport:
+    """The report of motions; ``again``: those of single actions with another seed."""
     outcomes = [one for s, g in made.items() if g is not None for one in _outcomes(of, s, g)]
     rows: list[tuple[str | float | Measure, ...]] = []
     rng = np.random.default_rng(seed)
@@ -106,12 +113,13 @@ def measure_sentences(
         ("recogniser", "first word right", "real captures", "said to be shown",
          "said not to be"),
         tuple(rows),
-        (_say_judge(outcomes), _say_calibration(told), _say_seeds(db, made, seed),
+        (_say_judge(outcomes), _say_calibration(told), _say_seeds(made, again),
          _say_amounts(made)),
     )  # fmt: skip
 
 
-def _generate(db: MotionDB, sentence: str, seed: int) -> Generated | None:
+def generate_or_none(db: MotionDB, sentence: str, seed: int) -> Generated | None:
+    """A motion; None where nothing shows the sentence."""
     try:
         return db.generate(sentence, seed)
     except QueryError:
@@ -189,26 +197,26 @@ def _say_calibration(told: Sequence[tuple[float, bool]]) -> str:
     )
 
 
-def _say_seeds(db: MotionDB, made: dict[str, Generated | None], seed: int) -> str:
+def _say_seeds(made: Motions, again: Motions) -> str:
     """How many sentences give another motion with another seed."""
-    asked = [s for s in SENTENCES[: len(ACTIONS)] if made[s] is not None]
-    other, sources = 0, 0
-    for sentence in asked:
-        one, two = made[sentence], _generate(db, sentence, seed + 1)
-        assert one is not None
-        if two is None:
-            continue
-        a, b = one.motion.local_rotations, two.motion.local_rotations
-        other += a.shape != b.shape or not np.array_equal(a, b)
-        names = [{s.name for s in g.provenance.sources} for g in (one, two)]
-        sources += names[0] != names[1]
+    pairs = [(made[word], two) for word, two in again.items()]
+    both = [(one, two) for one, two in pairs if one is not None and two is not None]
+    other = sum(
+        one.motion.n_frames != two.motion.n_frames
+        or not np.array_equal(one.motion.local_rotations, two.motion.local_rotations)
+        for one, two in both
+    )
+    sources = sum(
+        {s.name for s in one.provenance.sources} != {s.name for s in two.provenance.sources}
+        for one, two in both
+    )
     return (
-        f"Another seed gives another motion for {other} of the {len(asked)} single actions, from "
+        f"Another seed gives another motion for {other} of the {len(both)} single actions, from "
         f"another capture for {sources}."
     )
 
 
-def _say_amounts(made: dict[str, Generated | None]) -> str:
+def _say_amounts(made: Motions) -> str:
     told = []
     for sentence in AMOUNTS:
         one = made[sentence]

@@ -1,5 +1,7 @@
 """Periods, loops and repetitions of a movement."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -59,4 +61,4 @@ def test_repetition_plays_the_loop_more_often(a: int, length: int, times: int, r
     assert parts[0][0] == 0
     assert parts[-1][1] == a + length + rest
     assert all(after[0] == a and before[1] == a + length
-               for before, after in zip(parts, parts[1:]))  # fmt: skip
+               for before, after in itertools.pairwise(parts))  # fmt: skip

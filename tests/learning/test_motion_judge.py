@@ -50,7 +50,8 @@ def test_a_new_motion_is_told_by_its_word(fitted) -> None:  # type: ignore[no-un
     assert left is not None
     scores = left.scores(_windows(np.random.default_rng(9), WALK))
     walk, run = left.probability(scores, WALK), left.probability(scores, RUN)
-    assert walk is not None and run is not None
+    assert walk is not None
+    assert run is not None
     assert walk > 0.8 > 0.2 > run
     assert left.likeliest(scores, 2)[0][0] == WALK
 
@@ -73,7 +74,8 @@ def test_leaving_captures_out_is_fitting_without_them(fitted) -> None:  # type: 
         judge.mean, judge.spread, judge.rows, judge.captures, judge.calibration
     ).only(set(alone))
     twin = judge_without(judging_table(without, alone, 3), ())
-    assert left is not None and twin is not None
+    assert left is not None
+    assert twin is not None
     np.testing.assert_allclose(left.slopes, twin.slopes, atol=1e-6)
     np.testing.assert_allclose(left.mean, twin.mean, atol=1e-12)
 

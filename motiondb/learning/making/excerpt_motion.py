@@ -53,6 +53,8 @@ USED_COST = 2.0
 SHORT_WEIGHT = 0.7
 """Cost of an excerpt that is shorter by a factor e than the duration asked for, because it must be
 repeated. Chosen by hand; not tuned."""
+LEAST_FRAMES = 15
+"""Frames (0.5 s) of an excerpt of which less is asked for. Chosen by hand."""
 LEAST_CHANGE = 0.02
 """Changes of the tempo below this share are not made. Chosen by hand."""
 
@@ -210,7 +212,7 @@ def _likely(
 def _longest(action: PlannedAction) -> int:
     """Most frames of an excerpt of an action."""
     if action.seconds is not None:
-        return max(round(action.seconds.wanted * MOTION_FPS), 1)
+        return max(round(action.seconds.wanted * MOTION_FPS), LEAST_FRAMES)
     if action.times is not None:
         return round(LONGEST * min(max(action.times.wanted, 1.0), 4.0))
     return LONGEST

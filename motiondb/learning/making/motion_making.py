@@ -31,7 +31,7 @@ from motiondb.symbols.models.hmm_jobs import one_blas_thread
 from motiondb.words.lexicon.vocabulary import nearest_words
 from motiondb.words.question.known import KnownQuestion, hold_to_known
 from motiondb.words.question.parse import parse
-from motiondb.words.question.tree import NotUsed, Question, actions_of
+from motiondb.words.question.tree import Action, AnyOf, Node, NotUsed, Question, Without, parts_of
 from motiondb.words.translation import decoding
 
 METHODS = ("stitched", "trajectory", "montecarlo")
@@ -183,9 +183,19 @@ def _understand(learned: Learned, text: str, rng: np.random.Generator, anyway: b
 
 
 def _missing(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:
-    """Words of the actions of which no caption holds a word."""
-    asked = [action for action in actions_of(read.tree) if action.words]
-    return [a.words for a in asked if not any(word in counts for word in a.words)]
+    """Words of the actions of which no caption holds a word; one known alternative suffices."""
+    return _missing_below(read.tree, counts)
+
+
+def _missing_below(node: Node, counts: dict[str, int]) -> list[tuple[str, ...]]:
+    if isinstance(node, Action):
+        known = any(word in counts for word in node.words)
+        return [] if known or not node.words else [node.words]
+    parts = (node.part,) if isinstance(node, Without) else parts_of(node)
+    below = [_missing_below(part, counts) for part in parts]
+    if isinstance(node, AnyOf) and not all(below):
+        return []
+    return [words for part in below for words in part]
 
 
 def _nothing_shows(missing: Sequence[tuple[str, ...]], learned: Learned) -> str:
