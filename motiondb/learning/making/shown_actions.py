@@ -9,7 +9,9 @@ Captions describe whole captures. Where no other capture (of the same performer,
 is described with the action alone, the judge cannot tell it from the actions that are always listed
 with it ("wave" from "point" where all captions say "wave, point"). There its probability is
 multiplied by the probability that the part comes from the right place of its capture
-(:mod:`motiondb.learning.certainty.place_certainty`).
+(:mod:`motiondb.learning.certainty.place_certainty`). Where all these captures list the same other
+action, which in turn is mostly listed with this one ("sit, stand up"), neither can tell the two
+apart, and nothing is confirmed, unless a word of direction is measured ("up").
 """
 
 from __future__ import annotations
@@ -34,6 +36,9 @@ from motiondb.records import Float32Array, FloatArray, Motion
 SHOWN_FROM = 0.6
 """Probability from which on an action counts as shown. More than one half, because it is worse to
 claim too much than too little. Chosen by hand; not tuned."""
+ENTANGLED = 0.4
+"""Share of the captures of a word that list another one from which on they cannot be told apart,
+where the reverse holds for all. Chosen by hand; not tuned."""
 N_DESCRIBED = 3
 """Words by which a part of the motion is described."""
 
@@ -207,6 +212,12 @@ def _judge_part(
                 f"place of {asked.capture} is {asked.placed:.2f}"
             )
         probability *= asked.placed
+    companion = None if asked.directions else find_companion(learned, judge, asked)
+    if companion is not None:
+        reason = f"all captions that could confirm it list {companion!r} too"
+        return ShownAction(
+            asked.words, asked.start, asked.end, None, None, described, reason, asked.done
+        )
     if probability is None:
         reason = "no other capture shows it, so that nothing can confirm it"
     else:
@@ -241,17 +252,50 @@ def _probability(
     return min(told) if len(told) == len(each) else None
 
 
-def _is_mixed(learned: Learned, judge: WithoutSources, asked: Asked) -> bool:
-    """Whether the judge knows an action of a part only together with other actions.
+def _saying(
+    learned: Learned, judge: WithoutSources, words: Sequence[str], performer: str
+) -> list[int]:
+    """Captures that say an action; those of the performer alone, where there are any.
 
-    Of the captures that say the action, those of the performer count, where there are any: they are
-    the most alike.
+    The performer's captures are the most alike, so that the judge follows them.
     """
+    numbers = {learned.word_numbers[w] for w in words if w in learned.word_numbers}
+    saying = [c for c in sorted(judge.captures) if numbers <= judge.table.said[c][0]]
+    return [c for c in saying if learned.performers[c] == performer] or saying
+
+
+def _is_mixed(learned: Learned, judge: WithoutSources, asked: Asked) -> bool:
+    """Whether the judge knows an action of a part only together with other actions."""
     said = judge.table.said
+    return any(
+        all(said[c][1] > 1 for c in _saying(learned, judge, words, asked.performer))
+        for words in asked.groups
+    )
+
+
+def find_companion(learned: Learned, judge: WithoutSources, asked: Asked) -> str | None:
+    """A word that the captions which could confirm an action list too; None where there is none.
+
+    It counts if all of these captions list several actions, and if at least ``ENTANGLED`` of its
+    own captures list the action.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    judge : WithoutSources
+        The judge without the sources.
+    asked : Asked
+        The part.
+    """
+    said, together = judge.table.said, judge.table.together
     for words in asked.groups:
-        numbers = {learned.word_numbers[w] for w in words if w in learned.word_numbers}
-        saying = [capture for capture in judge.captures if numbers <= said[capture][0]]
-        own = [c for c in saying if learned.performers[c] == asked.performer]
-        if all(said[capture][1] > 1 for capture in own or saying):
-            return True
-    return False
+        numbers = [learned.word_numbers[w] for w in words if w in learned.word_numbers]
+        saying = _saying(learned, judge, words, asked.performer)
+        if not saying or not numbers or any(said[c][1] == 1 for c in saying):
+            continue
+        common = frozenset.intersection(*(said[c][0] for c in saying)) - set(numbers)
+        for other in sorted(number for number in common if number < len(learned.word_numbers)):
+            if together[other, numbers].min() >= ENTANGLED * together[other, other]:
+                return learned.association.words[other]
+    return None
