@@ -214,11 +214,9 @@ def _judge_part(
         probability *= asked.placed
     companion = None if asked.directions else find_companion(learned, judge, asked)
     if companion is not None:
+        probability = None
         reason = f"all captions that could confirm it list {companion!r} too"
-        return ShownAction(
-            asked.words, asked.start, asked.end, None, None, described, reason, asked.done
-        )
-    if probability is None:
+    elif probability is None:
         reason = "no other capture shows it, so that nothing can confirm it"
     else:
         shown = probability >= SHOWN_FROM
