@@ -39,6 +39,9 @@ claim too much than too little. Chosen by hand; not tuned."""
 ENTANGLED = 0.4
 """Share of the captures of a word that list another one from which on they cannot be told apart,
 where the reverse holds for all. Chosen by hand; not tuned."""
+FEWEST_OWN = 3
+"""Captures of a performer that suffice to find what is always listed together; with fewer, those of
+all performers count. Chosen by hand; not tuned."""
 N_DESCRIBED = 3
 """Words by which a part of the motion is described."""
 
@@ -251,15 +254,16 @@ def _probability(
 
 
 def _saying(
-    learned: Learned, judge: WithoutSources, words: Sequence[str], performer: str
+    learned: Learned, judge: WithoutSources, words: Sequence[str], performer: str, fewest: int = 1
 ) -> list[int]:
-    """Captures that say an action; those of the performer alone, where there are any.
+    """Captures that say an action; those of the performer alone, where there are enough of them.
 
     The performer's captures are the most alike, so that the judge follows them.
     """
     numbers = {learned.word_numbers[w] for w in words if w in learned.word_numbers}
     saying = [c for c in sorted(judge.captures) if numbers <= judge.table.said[c][0]]
-    return [c for c in saying if learned.performers[c] == performer] or saying
+    own = [c for c in saying if learned.performers[c] == performer]
+    return own if len(own) >= fewest else saying
 
 
 def _is_mixed(learned: Learned, judge: WithoutSources, asked: Asked) -> bool:
@@ -289,7 +293,7 @@ def find_companion(learned: Learned, judge: WithoutSources, asked: Asked) -> str
     said, together = judge.table.said, judge.table.together
     for words in asked.groups:
         numbers = [learned.word_numbers[w] for w in words if w in learned.word_numbers]
-        saying = _saying(learned, judge, words, asked.performer)
+        saying = _saying(learned, judge, words, asked.performer, FEWEST_OWN)
         if not saying or not numbers or any(said[c][1] == 1 for c in saying):
             continue
         common = frozenset.intersection(*(said[c][0] for c in saying)) - set(numbers)

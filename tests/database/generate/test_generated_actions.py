@@ -38,7 +38,9 @@ def test_every_asked_action_is_said_to_be_shown_or_not(db: MotionDB) -> None:
 def test_the_judge_never_sees_the_captures_used(db: MotionDB) -> None:
     """Of a word that one capture alone shows, nothing can be confirmed."""
     learned = db.learned
-    said = {d.capture_id: set(d.words) for d in learned.described}
+    said: dict[int, set[str]] = {}
+    for d in learned.described:
+        said.setdefault(d.capture_id, set()).update(d.words)
     lonely = [
         word for word in learned.known_words
         if sum(word in words for words in said.values()) == 1 and not word.endswith("ly")
