@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
+    from motiondb.database.generate.generating import Generated
     from motiondb.database.grammars.grammar_editing import Edit
     from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from motiondb.learning.answers.word_answers import WordAnswer
     from motiondb.learning.answers.word_sources import WordSource
     from motiondb.learning.drift import Drift
+    from motiondb.learning.making.shown_actions import JudgedAction
     from motiondb.learning.start.knowledge import Knowledge
     from motiondb.learning.symbol_fitting import LearnSettings
     from motiondb.learning.written_words import WrittenWord
@@ -77,11 +79,13 @@ __all__ = [
     "Explanation",
     "FetchLimits",
     "FetchSettings",
+    "Generated",
     "GrammarReport",
     "GrammarSequence",
     "GrammarSettings",
     "GrammarSize",
     "Grammars",
+    "JudgedAction",
     "Knowledge",
     "KnowledgeError",
     "KnownQuestion",
@@ -145,6 +149,7 @@ _PLACES = {
     "motiondb.database.grammars.grammar_sequences": "GrammarSequence",
     "motiondb.database.grammars.grammar_verbs": "Grammars",
     "motiondb.database.learn.starting": "load_knowledge shipped_starts",
+    "motiondb.database.generate.generating": "Generated",
     "motiondb.database.scenes.scene_clips": "ShownAction",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
@@ -158,6 +163,7 @@ _PLACES = {
     "motiondb.learning.answers.word_answers": "WordAnswer",
     "motiondb.learning.answers.word_sources": "WordSource",
     "motiondb.learning.drift": "Drift",
+    "motiondb.learning.making.shown_actions": "JudgedAction",
     "motiondb.learning.start.knowledge": "Knowledge",
     "motiondb.learning.symbol_fitting": "LearnSettings",
     "motiondb.page.serve": "serve",

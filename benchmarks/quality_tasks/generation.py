@@ -24,6 +24,7 @@ from quality_protocol.confidence import mean_of
 from quality_protocol.judge import CLASSES, Judge, make_judge
 from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, Picture, TaskReport, draw
+from quality_tasks.generation_sentences import measure_sentences
 
 SENTENCES = (
     "walk", "run", "jump", "dance", "climb", "sit", "kick", "box",
@@ -87,6 +88,7 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
     with motiondb.open(database, read_only=True) as db:
         made = {m: [_make(db, s, seed, m, space, stored) for s in SENTENCES] for m in METHODS}
         made[REAL] = [_find(db, s, space, stored) for s in SENTENCES]
+        sentences = measure_sentences(db, captures, space, seed)
         rows: list[tuple[str | float | Measure, ...]] = [
             (name, *_recognition(db, judge, column, seed), *_naturalness(column, limits, seed))
             for name, column in made.items()
@@ -97,9 +99,9 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         f"{len(SENTENCES)} sentences of one to four actions out of {len(CLASSES)} "
         f"({', '.join(CLASSES)}); {sum(s.count(',') + 1 for s in SENTENCES)} actions. Every action "
         "is judged on its own frames, one class out of eight (chance "
-        f"{1 / len(CLASSES):.3f}): by motiondb (likeliest word; it listens to what it makes and "
-        "makes anew, up to four times, what it does not hear, so this column is its own goal), and "
-        "by an outside judge, trained on real captures of performers other than those whose motion "
+        f"{1 / len(CLASSES):.3f}): by motiondb (likeliest word of its word map, which has a "
+        "part in the choice of trajectories and Monte-Carlo runs only), and by an outside judge, "
+        "trained on real captures of performers other than those whose motion "
         "went into the action (Monte-Carlo and trajectory go by no single performer: all take "
         "part). Last row: real captures of performers whom the judge has not seen, every class as "
         "often as the sentences ask for it. Medians over sentences; *within "
@@ -113,6 +115,7 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         tuple(rows),
         (*_limits_note(limits), *_long(made)),
         _draw(made),
+        (sentences,),
     )  # fmt: skip
 
 

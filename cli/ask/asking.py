@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.ask import explaining, understanding
+from motiondb.cli.ask import explaining, generation, understanding
 from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
@@ -30,7 +30,6 @@ from motiondb.cli.printing import (
     note_taken,
     note_unlearned,
     print_json,
-    print_sources,
     print_table,
     progress,
     taken_facts,
@@ -297,6 +296,13 @@ def generate(
         str, typer.Option("--method", help="stitched, trajectory or montecarlo.")
     ] = "stitched",
     exact: Exact = False,
+    anyway: Annotated[
+        bool,
+        typer.Option("--anyway", help="Make what can be made where nothing shows an action."),
+    ] = False,
+    variants: Annotated[
+        int, typer.Option("--variants", help="Number of motions: FILE-1, FILE-2, ...", min=1)
+    ] = 1,
     save: Annotated[
         str | None, typer.Option("--save", help="Keep it as a capture of this name.")
     ] = None,
@@ -305,31 +311,33 @@ def generate(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Generate a motion from a sentence; a file beside it names its sources."""
+    """Generate a motion from a sentence, and say which of its actions the motion shows.
+
+    A file beside it names its sources. The exit code is 1 where an action is not shown, or where
+    nothing can confirm that it is.
+    """
     from motiondb import StandalonePage
 
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
-        if save is not None:
-            base.check_name_free(save)
-        made = base.generate(words, seed, method, exact)
-        facts = made.write(output)
-        if save is not None:
-            base.save_generated(save, words, made, seed)
-            facts["capture"] = save
-        if png:
-            made.draw(png)
-        if html:
-            write_html(html, StandalonePage.of_generated(base, made, save or ""))
-    note_taken(made.taken, made.suggested, made.unknown)
-    note_sources(made.sources)
-    if json:
-        facts["question"] = understanding.question_facts(made.question, made.not_used)
-        print_json(facts)
-        return
-    understanding.print_question(made.question, made.not_used, "generation")
-    typer.echo(f"{facts['seconds']:.2f} s of motion written to {output} ({method}, seed {seed})")
-    typer.echo(f"symbols:    {' '.join(map(str, made.symbols))}")
-    typer.echo(f"recognised: {' '.join(map(str, made.recognised))}")
-    print_sources(facts)
-    typer.echo(f"every frame's origin: {facts['provenance']}")
+        names = generation.numbered(variants, output, save, png)
+        for _, name, _ in names:
+            if name is not None:
+                base.check_name_free(name)
+        motions = base.generate_variants(words, variants, seed, method, exact, anyway)
+        facts = []
+        for number, (made, (path, name, picture)) in enumerate(zip(motions, names), 1):
+            facts.append(made.write(path))
+            if name is not None:
+                base.save_generated(name, words, made, seed)
+                facts[-1]["capture"] = name
+            if picture is not None:
+                made.draw(picture)
+            if html is not None:
+                page = html if variants == 1 else generation.numbered_path(html, number)
+                write_html(page, StandalonePage.of_generated(base, made, name or ""))
+    note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)
+    note_sources(motions[0].sources)
+    generation.print_generated(motions, facts, json)
+    if not all(made.shows_all for made in motions):
+        raise typer.Exit(1)

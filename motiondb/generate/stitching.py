@@ -23,7 +23,15 @@ from motiondb.pose import rotation
 from motiondb.records import FloatArray, IntArray
 
 BLEND_FRAMES = 10
-"""Frames (1/3 s) of a cross-fade. Chosen by hand."""
+"""Frames (1/3 s) of a cross-fade of similar poses. Chosen by hand."""
+MOST_BLEND_FRAMES = 30
+"""Frames (1 s) of a cross-fade of poses that are far apart. Chosen by hand."""
+AGAIN_COST = 10.0
+"""Cost of playing frames of the segment before once more. Chosen by hand: more than poses that do
+not fit."""
+NEAR, FAR = 0.15, 0.6
+"""Mean angles of the joints, radians, between poses that are similar and that are far apart:
+standing and walking, standing and sitting. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +86,7 @@ def choose(candidates: Sequence[Candidates], join_weight: float = 1.0) -> list[i
 
 
 def join_costs(before: Candidates, after: Candidates) -> FloatArray:
-    """j(i, i') for all pairs: array (n before, n after).
+    """j(i, i') for all pairs: array (n before, n after); overlapping pairs cost AGAIN_COST more.
 
     Parameters
     ----------
@@ -89,8 +97,11 @@ def join_costs(before: Candidates, after: Candidates) -> FloatArray:
     """
     a, b = before.continuations, after.entries
     squares = np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1)[None] - 2.0 * (a @ b.T)
-    follows = (before.captures[:, None] == after.captures) & (before.ends[:, None] == after.starts)
-    return np.where(follows, 0.0, np.maximum(squares, 0.0) + 1e-3)
+    same = before.captures[:, None] == after.captures
+    follows = same & (before.ends[:, None] == after.starts)
+    again = same & (before.starts[:, None] < after.ends) & (before.ends[:, None] > after.starts)
+    costs = np.maximum(squares, 0.0) + 1e-3 + AGAIN_COST * again
+    return np.where(follows, 0.0, costs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,13 +177,24 @@ def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatAr
     result = _play(merged[0], sources, 0, 0)
     for before, after in pairwise(merged):
         longest = min(before.end - before.start, after.end - after.start)
-        half = min(BLEND_FRAMES // 2, longest // 2)
+        half = min(_blend_frames(before, after, sources) // 2, longest // 2)
         tail = Piece(before.capture, before.end - half, before.end)
         old, new = _play(tail, sources, 0, half), _play(after, sources, half, 0)
         keep = len(result.path) - half
         seam = _cross_fade(old, _part(new, 0, 2 * half))
         result = _join(_part(result, 0, keep), seam, _part(new, 2 * half, len(new.path)))
     return result
+
+
+def _blend_frames(
+    before: Piece, after: Piece, sources: dict[int, tuple[FloatArray, FloatArray]]
+) -> int:
+    """Frames of a cross-fade: the more, the farther the poses at the seam are apart."""
+    last = sources[before.capture][1][min(before.end, len(sources[before.capture][1])) - 1]
+    first = sources[after.capture][1][after.start]
+    apart = float(np.linalg.norm(rotation.log(rotation.relative(last, first)), axis=-1).mean())
+    share = float(np.clip((apart - NEAR) / (FAR - NEAR), 0.0, 1.0))
+    return round(BLEND_FRAMES + share * (MOST_BLEND_FRAMES - BLEND_FRAMES))
 
 
 def _cross_fade(old: Stitched, new: Stitched) -> Stitched:

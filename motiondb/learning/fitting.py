@@ -10,7 +10,9 @@ import numpy as np
 from motiondb.learning import counting, drift
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.certainty.place_certainty import learn_certainty
+from motiondb.learning.judge_fitting import fit_judge
 from motiondb.learning.learned import LearnedModel
+from motiondb.learning.motion_judge import MotionJudge, pool_windows, said_words
 from motiondb.learning.place_fitting import Places, Written, find_places
 from motiondb.learning.start import joining
 from motiondb.learning.start.knowledge import Started
@@ -27,7 +29,7 @@ from motiondb.learning.word_fitting import (
     fit_words,
     fit_words_with_start,
 )
-from motiondb.records import SegmentTable
+from motiondb.records import Float32Array, SegmentTable
 from motiondb.search.examples import extents
 from motiondb.symbols import feature_space
 from motiondb.symbols.discovery import acquisition
@@ -89,6 +91,7 @@ def fit_model(
     n_symbols = acquired.symbols.n_symbols
     words = fit_words(table, taught, n_symbols)
     places, certainties = _fit_places(table, taught, words, rng)
+    judge = _fit_judge(frames, pool, table, (taught, words), rng)
     return LearnedModel(
         run_id=0,
         symbols=acquired.symbols,
@@ -108,6 +111,7 @@ def fit_model(
         description_lengths=np.array(acquired.description_lengths),
         drift_baseline=drift.fit_baseline(table),
         places=places,
+        judge=judge,
     )
 
 
@@ -156,6 +160,7 @@ def _fit_with_start(
         drift_baseline=drift.fit_baseline(table),
         places=places,
         started=started,
+        judge=_fit_judge(frames, pool, table, (taught, words), rng),
     )
 
 
@@ -172,3 +177,25 @@ def _fit_places(
         return None, words.certainties
     sure = learn_certainty(table, standardised, written, places, taught.performers, rng)
     return places, replace(words.certainties, place=sure or words.certainties.place)
+
+
+def _fit_judge(
+    frames: Float32Array,
+    pool: FeaturePool,
+    table: SegmentTable,
+    said: tuple[TaughtWords, FittedWords],
+    rng: np.random.Generator,
+) -> MotionJudge | None:
+    """The judge of generated motion; None where no words were written."""
+    taught, words = said
+    numbers = {word: number for number, word in enumerate(words.association.words)}
+    described = counting.described_intervals(
+        table, taught.captions, taught.synonyms, words.counted.reference.lemmas
+    )
+    if not described:
+        return None
+    windows = {
+        int(capture): pool_windows(frames[a:b])
+        for capture, (a, b) in zip(pool.capture_ids, pairwise(pool.bounds))
+    }
+    return fit_judge(windows, said_words(described, numbers), len(numbers), taught.performers, rng)

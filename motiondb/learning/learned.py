@@ -8,7 +8,7 @@ computed at its first use and kept with the record.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -22,13 +22,17 @@ from motiondb.learning.counting import (
     Described,
     capture_rows,
     described_intervals,
-    publish_association,
-    publish_word_map,
 )
 from motiondb.learning.drift import DriftBaseline
+from motiondb.learning.motion_judge import MotionJudge
 from motiondb.learning.performer_groups import performers_of
-from motiondb.learning.place_fitting import Places, Written, label_intervals, place_evidence
-from motiondb.learning.start.joining import publish
+from motiondb.learning.place_fitting import (
+    Places,
+    Written,
+    evidence_by_others,
+    label_intervals,
+    place_evidence,
+)
 from motiondb.learning.start.knowledge import Started
 from motiondb.records import (
     Association,
@@ -102,6 +106,9 @@ class LearnedModel:
         Knowledge of another database that it learned with. Then symbols and feature space are that
         knowledge's, and association, transitions, lengths and word map join its sums with
         ``counted``.
+    judge : MotionJudge or None
+        Tells which words a generated motion shows; None where no words were written, and in
+        databases of versions that did not have it.
     """
 
     run_id: int
@@ -123,50 +130,7 @@ class LearnedModel:
     drift_baseline: DriftBaseline | None = None
     places: Places | None = None
     started: Started | None = None
-
-
-def with_counts(
-    model: LearnedModel, run_id: int, table: SegmentTable, counted: Counted
-) -> LearnedModel:
-    """What was learned, with other counts and everything that follows from them.
-
-    Parameters
-    ----------
-    model : LearnedModel
-        What was learned.
-    run_id : int
-        Run that changed the counts.
-    table : SegmentTable
-        Segments of the captures that are there now.
-    counted : Counted
-        The counts that hold now.
-    """
-    fit, counts = model.fitted_word_map, counted.counts
-    there = set(table.capture_ids.tolist())
-    model = replace(
-        model,
-        run_id=run_id,
-        segments=table,
-        counted=counted,
-        places=None if model.places is None else model.places.only(there),
-    )
-    if model.started is not None and fit is not None:
-        joint = publish(counts, counted.reference, model.started, fit.ridge, fit.calibration)
-        return replace(
-            model,
-            association=joint.association,
-            transition_counts=joint.transitions,
-            fitted_word_map=joint.word_map,
-            lengths=joint.lengths,
-        )
-    word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
-    return replace(
-        model,
-        association=publish_association(counts, counted.reference),
-        transition_counts=counts.transitions,
-        fitted_word_map=word_map,
-        lengths=dict(counts.shapes),
-    )
+    judge: MotionJudge | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -369,6 +333,22 @@ class Learned(LearnedModel):
             for capture, rows in self.rows.items()
             for of in [evidence[capture]]
         }
+
+    @cached_property
+    def place_by_others(self) -> dict[int, FloatArray]:
+        """Evidence for the place of all words, by other performers: arrays (segments, words).
+
+        Empty where no places were learned.
+        """
+        if self.places is None or not self.places.only(self.rows).words:
+            return {}
+        return evidence_by_others(
+            self.places,
+            self.segments,
+            self.standardised,
+            len(self.association.words),
+            self.performers,
+        )
 
     @cached_property
     def placed_words(self) -> frozenset[int]:

@@ -17,6 +17,7 @@ from motiondb.learning.certainty.certainties import certainties_from, certainty_
 from motiondb.learning.counting import Counted, Counts, Reference
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.learned import LearnedModel
+from motiondb.learning.motion_judge import MotionJudge
 from motiondb.learning.place_fitting import Places
 from motiondb.learning.start.knowledge import Origin, Started
 from motiondb.learning.start.knowledge_arrays import (
@@ -82,6 +83,7 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
         drift_baseline=drift_baseline_from(arrays),
         places=_places(arrays),
         started=started_from(arrays),
+        judge=_judge(arrays),
     )
     if COUNTED_NAME not in arrays:
         return model
@@ -109,6 +111,9 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
         arrays |= _drift_arrays(model.drift_baseline)
     if model.places is not None:
         arrays |= _place_arrays(model.places)
+    if model.judge is not None:
+        judge = vars(model.judge)
+        arrays |= {f"judge_{name}": np.asarray(v, np.float64) for name, v in judge.items()}
     if model.counted is not None:
         arrays |= _counted_arrays(model.counted)
     if model.started is not None:
@@ -168,6 +173,16 @@ def _places(arrays: Arrays) -> Places | None:
         shown[capture] = flat.reshape(n_segments, n_words)
         word, number = word + n_words, number + n_segments * n_words
     return Places(words, shown)
+
+
+def _judge(arrays: Arrays) -> MotionJudge | None:
+    if "judge_rows" not in arrays:
+        return None
+    return MotionJudge(
+        arrays["judge_mean"], arrays["judge_spread"],
+        arrays["judge_rows"].reshape(-1, len(arrays["judge_mean"])),
+        arrays["judge_captures"].astype(np.int64), arrays["judge_calibration"],
+    )  # fmt: skip
 
 
 def _context_space(arrays: Arrays) -> ContextSpace | None:

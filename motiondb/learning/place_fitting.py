@@ -24,6 +24,7 @@ from motiondb.words.lexicon import vocabulary
 from motiondb.words.maps.place_map import (
     ListedTakes,
     fit_place_map,
+    fit_places,
     left_out_evidence,
     map_places,
     take_weights,
@@ -198,6 +199,42 @@ def place_evidence(
         fit = map_places(takes.vectors, shown, take_weights(takes))
         for capture in others:
             found[capture] = fit.evidence(window_vectors(table, standardised, rows[capture]))
+    return found
+
+
+def evidence_by_others(
+    places: Places,
+    table: SegmentTable,
+    standardised: FloatArray,
+    n_words: int,
+    performers: Mapping[int, str],
+) -> dict[int, FloatArray]:
+    """Evidence as :func:`place_evidence`, for every capture by the map of other performers.
+
+    Parameters
+    ----------
+    places : Places
+        Of at least one capture of the table.
+    table : SegmentTable
+        Segments of all captures.
+    standardised : array (segments, columns)
+        Standardised scores and movement of all segments.
+    n_words : int
+        Size of the vocabulary.
+    performers : dict
+        Capture number -> who performs.
+    """
+    rows = capture_rows(table)
+    captures, takes, shown = placed_takes(places, table, standardised, n_words)
+    owners = np.array([performers[c] for c in captures])[takes.owners]
+    found = {}
+    with one_blas_thread():  # many small systems
+        fit = fit_places(takes, shown)
+        for name in sorted({performers[c] for c in rows}):
+            others = fit.without(np.flatnonzero(owners == name))
+            for capture in (c for c in rows if performers[c] == name):
+                vectors = window_vectors(table, standardised, rows[capture])
+                found[capture] = others.evidence(vectors)
     return found
 
 

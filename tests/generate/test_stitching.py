@@ -38,6 +38,10 @@ def cost_of(candidates: list[Candidates], path: tuple[int, ...], weight: float) 
         if a.captures[i] == b.captures[j] and a.ends[i] == b.starts[j]:
             continue
         total += weight * (float(np.sum((a.continuations[i] - b.entries[j]) ** 2)) + 1e-3)
+        if a.captures[i] == b.captures[j] and set(range(a.starts[i], a.ends[i])) & set(
+            range(b.starts[j], b.ends[j])
+        ):
+            total += weight * stitching.AGAIN_COST
     return total
 
 

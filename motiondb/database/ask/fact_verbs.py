@@ -1,4 +1,4 @@
-"""The verbs that tell facts: symbols and activities of captures, origins, what a motion shows."""
+"""The verbs that tell facts: symbols and activities of captures, origins."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from motiondb import store
 from motiondb.database.ask.question_verbs import QuestionVerbs
-from motiondb.database.generate import generating, shown
 
 if TYPE_CHECKING:
     from motiondb.database.ask.showing import Row
@@ -14,10 +13,6 @@ if TYPE_CHECKING:
 
 class FactVerbs(QuestionVerbs):
     """Verbs on facts; those that ask are inherited."""
-
-    def shown_actions(self, made: generating.Generated) -> tuple[shown.ShownAction, ...]:
-        """What a generated motion shows of each asked action, recognised in the motion alone."""
-        return shown.shown_actions(self.learned, made)
 
     def segments(self, name: str) -> list[Row]:
         """Symbols of a capture with their times (seconds); empty where it is not learned.

@@ -177,31 +177,79 @@ class QuestionVerbs(CatalogueVerbs):
             return word_answers.describe(self.learned, self.motion(example, start, end))
 
     def generate(
-        self, words: str, seed: int = 0, method: str = "stitched", exact: bool = False
+        self,
+        words: str,
+        seed: int = 0,
+        method: str = "stitched",
+        exact: bool = False,
+        anyway: bool = False,
     ) -> generating.Generated:
         """Make a motion that shows what a sentence says.
+
+        ``shown`` of the result says for every action whether the motion shows it.
 
         Parameters
         ----------
         words : str
-            The sentence, such as "a person walks then kicks".
+            The sentence, such as "a person walks slowly, then kicks twice".
         seed : int
-            The same seed gives the same motion.
+            The same seed gives the same motion, another seed another one where there is a choice.
         method : str
-            "stitched" (real segments), "trajectory" (most probable smooth trajectory) or
+            "stitched" (excerpts of captures), "trajectory" (most probable smooth trajectory) or
             "montecarlo" (every frame drawn).
         exact : bool
             Whether words that no caption holds are left out; otherwise a word that may be taken as
             a known one is replaced by the likeliest.
+        anyway : bool
+            Whether to make what can be made where nothing in the database shows an action.
 
         Raises
         ------
         NotLearnedError
             When the database has not learned, or learned no words.
         QueryError
-            For an unknown method, no known word, or words that no symbols can show.
+            For an unknown method, no known word, or an action that nothing in the database shows.
         """
-        return generating.generate(self.session, words, seed, method, exact)
+        settings = generating.GenerateSettings(method, exact, anyway)
+        return generating.generate(self.session, words, seed, settings)[0]
+
+    def generate_variants(
+        self,
+        words: str,
+        number: int,
+        seed: int = 0,
+        method: str = "stitched",
+        exact: bool = False,
+        anyway: bool = False,
+    ) -> list[generating.Generated]:
+        """Make several motions from one sentence; the first is that of :meth:`generate`.
+
+        Each prefers captures that the ones before did not use.
+
+        Parameters
+        ----------
+        words : str
+            The sentence.
+        number : int
+            Number of motions.
+        seed : int
+            The same seed gives the same motions.
+        method : str
+            As for :meth:`generate`; "trajectory" has one motion only.
+        exact : bool
+            As for :meth:`generate`.
+        anyway : bool
+            As for :meth:`generate`.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned no words.
+        QueryError
+            As for :meth:`generate`, and for more motions than the method has.
+        """
+        settings = generating.GenerateSettings(method, exact, anyway)
+        return generating.generate(self.session, words, seed, settings, number)
 
     def save_generated(
         self, name: str, words: str, made: generating.Generated, seed: int

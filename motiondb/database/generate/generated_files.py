@@ -70,23 +70,45 @@ def source_facts(made: Made) -> list[dict[str, Any]]:
 
 
 def frame_runs(made: Made) -> list[dict[str, Any]]:
-    """Runs of frames that follow one another in one source: [start, end), first frame there."""
+    """Runs of frames that follow one another in one source.
+
+    Each has its frames [start, end), the first frame in the source, the step from frame to frame
+    there (1 as recorded, 2 at twice the tempo), and what was done.
+    """
     found = made.provenance
     steps = np.diff(found.source_frames)
-    breaks = (np.diff(found.source_numbers) != 0) | (np.abs(steps - 1.0) > 1e-6)
-    breaks |= np.array([a != b for a, b in zip(found.edits[:-1], found.edits[1:])], dtype=bool)
-    starts = [0, *(np.flatnonzero(breaks) + 1).tolist()]
-    ends = [*starts[1:], len(found.source_frames)]
+    same = np.diff(found.source_numbers) == 0
+    same &= np.array([a == b for a, b in zip(found.edits[:-1], found.edits[1:])], dtype=bool)
+    runs: list[tuple[int, int, float]] = []
+    start, n_frames = 0, len(found.source_frames)
+    while start < n_frames:
+        step = _step(found.edits[start])
+        end = start + 1
+        while end < n_frames and same[end - 1] and abs(steps[end - 1] - step) < 1e-6:
+            end += 1
+        runs.append((start, end, step))
+        start = end
     return [
         {
             "start": a,
             "end": b,
             "capture": found.sources[n].name if (n := int(found.source_numbers[a])) >= 0 else None,
-            "source_start": float(found.source_frames[a]),
+            "source_start": round(float(found.source_frames[a]), 6),
+            "source_step": step,
             "edit": found.edits[a],
         }
-        for a, b in zip(starts, ends)
+        for a, b, step in runs
     ]
+
+
+def _step(edit: str) -> float:
+    """Frames of the source from one frame to the next, from what was done.
+
+    >>> _step("speed 1.250, foot lock"), _step("foot lock")
+    (1.25, 1.0)
+    """
+    rates = [part for part in edit.split(", ") if part.startswith("speed ")]
+    return float(rates[0].removeprefix("speed ")) if rates else 1.0
 
 
 def source_spans(made: Made) -> list[tuple[float, float, str, str]]:

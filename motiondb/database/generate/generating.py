@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,17 @@ from motiondb.database.generate.generated_files import (
 )
 from motiondb.database.nearby_words import nearby_table
 from motiondb.database.session import Session
+from motiondb.errors import QueryError
 from motiondb.learning.answers.word_sources import WordSource, word_sources
-from motiondb.learning.making.motion_making import METHODS, make_motion
+from motiondb.learning.learned import Learned
+from motiondb.learning.making.motion_making import (
+    METHODS,
+    MadeMotion,
+    MotionRequest,
+    make_motion,
+)
+from motiondb.learning.making.sentence_plan import speed_of
+from motiondb.learning.making.shown_actions import JudgedAction
 from motiondb.learning.taken_words import leave_unknown, replace_unknown
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.words.nearby.taking import Taking
@@ -26,7 +36,10 @@ from motiondb.words.question.known import KnownQuestion
 from motiondb.words.question.tree import NotUsed
 from motiondb.words.translation import decoding
 
-__all__ = ["METHODS", "Generated", "generate"]
+__all__ = ["METHODS", "GenerateSettings", "Generated", "generate"]
+
+MOST_VARIANTS = 100
+"""Motions of one sentence that are made at once. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,21 +51,26 @@ class Generated:
     motion : Motion
         On the canonical body, at 30 frames a second.
     symbols : tuple of int
-        Decoded symbols.
+        Symbols of the excerpts, or those that were decoded.
     positions : tuple of int
         Per symbol the number of its action.
     actions : tuple of tuple of str
         Known words of every action.
     decodings : tuple of Decoding
-        Per action.
+        Per action; none for stitched motion.
     recognised : tuple of int
         Symbols recognised in the motion.
     provenance : Provenance
         Origin and licence of every frame.
     question : KnownQuestion
         The sentence as it was understood.
+    shown : tuple of JudgedAction
+        Per action that was asked for, whether the motion shows it, told by a judge that had no part
+        in making it.
+    decided : tuple of str
+        What the sentence leaves open, and how it was decided.
     spans : tuple of (int, int)
-        First frame and last frame + 1 of every action.
+        First frame and last frame + 1 of every action that was made.
     not_used : tuple of NotUsed
         What of the sentence the motion takes no account of.
     words : str
@@ -77,6 +95,8 @@ class Generated:
     recognised: tuple[int, ...]
     provenance: store.Provenance
     question: KnownQuestion
+    shown: tuple[JudgedAction, ...] = ()
+    decided: tuple[str, ...] = ()
     spans: tuple[tuple[int, int], ...] = ()
     not_used: tuple[NotUsed, ...] = ()
     words: str = ""
@@ -91,6 +111,11 @@ class Generated:
         """Words of the sentence that are not known -> nearest known words."""
         return self.question.unknown
 
+    @property
+    def shows_all(self) -> bool:
+        """Whether the judge finds every action that was asked for to be shown."""
+        return all(one.shown is True for one in self.shown)
+
     def facts(self) -> dict[str, Any]:
         """What was asked, decoded and used, for JSON; times in seconds."""
         return {
@@ -98,7 +123,10 @@ class Generated:
             "seed": self.seed,
             "method": self.method,
             "seconds": round(self.motion.n_frames / MOTION_FPS, 3),
+            "shown": self.shows_all,
             "actions": [list(action) for action in self.actions],
+            "shown_actions": [_shown_facts(one) for one in self.shown],
+            "decided": list(self.decided),
             "symbols": list(self.symbols),
             "recognised": list(self.recognised),
             "decodings": [
@@ -145,33 +173,142 @@ class Generated:
         return draw_generated(self, self.words, path)
 
 
+@dataclass(frozen=True)
+class GenerateSettings:
+    """How a motion is made from a sentence.
+
+    Attributes
+    ----------
+    method : str
+        One of ``METHODS``.
+    exact : bool
+        Whether words that no caption holds are left out; otherwise a word that may be taken as a
+        known one is replaced by the likeliest.
+    anyway : bool
+        Whether to make what can be made where nothing in the database shows an action.
+    """
+
+    method: str = "stitched"
+    exact: bool = False
+    anyway: bool = False
+
+
 def generate(
-    session: Session, words: str, seed: int, method: str, exact: bool = False
-) -> Generated:
-    """Make a motion that shows what a sentence says, as ``MotionDB.generate`` does."""
-    with session.reading():
-        take = leave_unknown if exact else replace_unknown
-        learned, takings = take(session.learned, words, nearby_table())
-        found = make_motion(learned, session.takes, words, np.random.default_rng(seed), method)
-        made = found.made
-        provenance = store.to_provenance(
-            session.store, made.captures, made.frames, edits=made.edits
+    session: Session, words: str, seed: int, settings: GenerateSettings, number: int = 1
+) -> list[Generated]:
+    """Make motions that show what a sentence says.
+
+    Parameters
+    ----------
+    session : Session
+        The open database.
+    words : str
+        The sentence.
+    seed : int
+        The same seed gives the same motions.
+    settings : GenerateSettings
+        How they are made.
+    number : int
+        Number of motions. Each prefers captures that the ones before did not use; the first is
+        that of the seed alone.
+
+    Raises
+    ------
+    QueryError
+        For an unknown method, no known word, an action that nothing in the database shows, or more
+        motions than the method has.
+    NotLearnedError
+        When the database has not learned, or learned no words.
+    """
+    if not 1 <= number <= MOST_VARIANTS:
+        raise QueryError(f"variants: expected 1 to {MOST_VARIANTS}, found {number}.")
+    if number > 1 and settings.method == "trajectory":
+        raise QueryError(
+            f"variants: expected 1 for trajectory, which is one motion, found {number}. "
+            "Use the method stitched or montecarlo."
         )
+    used: Counter[tuple[int, int]] = Counter()
+    motions = []
+    with session.reading():
+        if settings.exact:
+            learned, takings = leave_unknown(session.learned, words, nearby_table())
+        else:
+            learned, takings = _replace_unknown(session.learned, words, settings.anyway)
+        for variant in range(number):
+            rng = np.random.default_rng([seed, variant] if variant else seed)
+            found = make_motion(
+                learned, session.takes,
+                MotionRequest(words, settings.method, settings.anyway), rng, used,
+            )  # fmt: skip
+            used.update(enumerate(found.captures))
+            motions.append(
+                _to_generated(session, found, (words, seed), settings, (learned, takings))
+            )
+    return motions
+
+
+def _replace_unknown(
+    learned: Learned, words: str, anyway: bool
+) -> tuple[Learned, dict[str, Taking]]:
+    """Unknown words as known ones; words of speed stay, since the tempo can be changed.
+
+    Raises
+    ------
+    QueryError
+        Where no word is known or taken, unless a motion is made all the same.
+    """
+    try:
+        replaced, takings = replace_unknown(learned, words, nearby_table())
+    except QueryError:
+        if anyway:
+            return learned, {}
+        raise
+    speeds = {word for word in takings if speed_of(word)}
+    synonyms = {w: s for w, s in replaced.synonyms.items() if w not in speeds}
+    kept = {word: taking for word, taking in takings.items() if word not in speeds}
+    return replace(replaced, synonyms=synonyms), kept
+
+
+def _to_generated(
+    session: Session,
+    found: MadeMotion,
+    asked: tuple[str, int],
+    settings: GenerateSettings,
+    known: tuple[Learned, Mapping[str, Taking]],
+) -> Generated:
+    made, (learned, takings) = found.made, known
+    provenance = store.to_provenance(session.store, made.captures, made.frames, edits=made.edits)
     return Generated(
         motion=made.motion,
-        symbols=tuple(int(s) for s in found.plan.symbols),
-        positions=found.plan.positions,
-        actions=found.plan.actions,
+        symbols=tuple(int(s) for s in found.symbols),
+        positions=found.positions,
+        actions=found.actions,
         decodings=found.decodings,
         recognised=tuple(int(s) for s in found.recognised),
         provenance=provenance,
         question=found.question,
+        shown=found.shown,
+        decided=found.decided,
         taken={word: taking for word, taking in takings.items() if taking.is_taken},
         suggested={word: taking for word, taking in takings.items() if not taking.is_taken},
         spans=found.spans,
         not_used=found.not_used,
-        sources=word_sources(learned, (word for action in found.plan.actions for word in action)),
-        words=words,
-        seed=seed,
-        method=method,
+        sources=word_sources(learned, (word for action in found.actions for word in action)),
+        words=asked[0],
+        seed=asked[1],
+        method=settings.method,
     )
+
+
+def _shown_facts(one: JudgedAction) -> dict[str, Any]:
+    """One action for JSON; times in seconds."""
+    return {
+        "words": list(one.words),
+        "start": round(one.start / MOTION_FPS, 3),
+        "end": round(one.end / MOTION_FPS, 3),
+        "shown": one.shown,
+        "probability": one.probability,
+        "reason": one.reason,
+        "described": [{"word": word, "probability": p} for word, p in one.described],
+        "done": list(one.done),
+    }

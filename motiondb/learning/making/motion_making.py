@@ -1,48 +1,42 @@
-"""Motion from a sentence: words to symbols, symbols to a trajectory, real segments along it.
+"""Motion from a sentence: what it asks for, what shows it, the motion, and what the motion shows.
 
-Methods: ``stitched`` (real segments that follow the trajectory, seams blended, feet held),
-``trajectory`` (the most probable smooth trajectory itself) and ``montecarlo`` (every frame drawn by
-itself, as paper A prints it).
-
-A motion that was made is recognised as a new capture would be, from its movement alone. Where the
-words of an action are not recognised in its part, the motion is made again without the symbol that
-shows the action least (``generate.clarity``).
+Methods: ``stitched`` (excerpts of captures that show the actions, seams blended, feet held),
+``trajectory`` (the most probable smooth trajectory of the symbols' HMMs) and ``montecarlo`` (every
+frame drawn by itself, as paper A prints it). What is said of the result comes from a judge that had
+no part in making it (:mod:`motiondb.learning.making.shown_actions`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from copy import deepcopy
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from motiondb.errors import QueryError
-from motiondb.generate import clarity
 from motiondb.learning.learned import Learned
-from motiondb.learning.making.action_symbols import decode_actions, word_numbers
-from motiondb.learning.making.segment_material import Takes, gather_material
-from motiondb.learning.making.stitched_motion import (
-    SequenceMotion,
-    SymbolPlan,
-    model_motion,
-    stitched_motion,
-)
-from motiondb.learning.recognition import recognise, understand
-from motiondb.pose.features import FEATURE_STEP
-from motiondb.records import FloatArray, IntArray, Motion
-from motiondb.words.question.known import KnownQuestion
-from motiondb.words.question.plain import plain_actions
-from motiondb.words.question.tree import NotUsed
+from motiondb.learning.making.action_sources import ActionSources, all_sources, find_sources
+from motiondb.learning.making.excerpt_motion import ExcerptMotion, excerpt_motion
+from motiondb.learning.making.excerpt_report import place_probability, report_excerpt, segments_of
+from motiondb.learning.making.segment_material import Takes
+from motiondb.learning.making.sentence_plan import PlannedAction, plan_sentence
+from motiondb.learning.making.sequence_motion import SequenceMotion
+from motiondb.learning.making.shown_actions import Asked, JudgedAction, judge_motion
+from motiondb.learning.making.symbol_motion import symbol_motion
+from motiondb.learning.place_fitting import Written
+from motiondb.learning.recognition import recognise
+from motiondb.records import IntArray
+from motiondb.symbols.models.hmm_jobs import one_blas_thread
+from motiondb.words.lexicon.vocabulary import nearest_words
+from motiondb.words.question.known import KnownQuestion, hold_to_known
+from motiondb.words.question.parse import parse
+from motiondb.words.question.tree import Action, AnyOf, Node, NotUsed, Question, Without, parts_of
 from motiondb.words.translation import decoding
 
 METHODS = ("stitched", "trajectory", "montecarlo")
-ATTEMPTS = 4
-"""Largest number of attempts until every action is recognised. Chosen by hand; not tuned."""
-RECOGNISED_FROM = 0.5
-"""Mean probability from which on a word counts as recognised: more probable than not."""
-LEAST_PROBABILITY = 1e-6
-"""Probabilities are kept away from 0 and 1 by this much, so that logarithms stay finite."""
+SPEED_NAMES = ("slow", "fast")
+"""Manners that generation can show although no caption says them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,51 +47,82 @@ class MadeMotion:
     ----------
     made : SequenceMotion
         The motion with the origin of its frames.
-    plan : SymbolPlan
-        Actions and decoded symbols.
+    symbols : array (symbols,)
+        Symbols of the excerpts, or those that were decoded.
+    positions : tuple of int
+        Per symbol the number of its action.
+    actions : tuple of tuple of str
+        Words of every action that was made.
     decodings : tuple of Decoding
-        Per action.
+        Per action; none for stitched motion.
     recognised : array (segments,)
         Symbols recognised in the motion.
     question : KnownQuestion
         The sentence as it was understood.
-    spans : tuple of (int, int)
-        First frame and last frame + 1 of every action.
+    shown : tuple of JudgedAction
+        Per action that was asked for, whether the motion shows it.
+    decided : tuple of str
+        What the sentence leaves open, and how it was decided.
     not_used : tuple of NotUsed
         What of the sentence the motion takes no account of.
+    captures : tuple of int
+        Capture of every action's excerpt; none for other methods.
     """
 
     made: SequenceMotion
-    plan: SymbolPlan
+    symbols: IntArray
+    positions: tuple[int, ...]
+    actions: tuple[tuple[str, ...], ...]
     decodings: tuple[decoding.Decoding, ...]
     recognised: IntArray
     question: KnownQuestion
-    spans: tuple[tuple[int, int], ...]
+    shown: tuple[JudgedAction, ...]
+    decided: tuple[str, ...] = ()
     not_used: tuple[NotUsed, ...] = ()
+    captures: tuple[int, ...] = ()
+
+    @property
+    def spans(self) -> tuple[tuple[int, int], ...]:
+        """First frame and last frame + 1 of every action that was made."""
+        return tuple((one.start, one.end) for one in self.shown if one.end > one.start)
 
 
 @dataclass(frozen=True, eq=False)
-class _Attempt:
-    """One attempt.
+class _Wanted:
+    """A sentence as it is to be made."""
 
-    ``clarities`` has log c per action, ``unclear`` the symbol that shows an action least, for every
-    action that is not recognised.
+    question: KnownQuestion
+    actions: tuple[PlannedAction, ...]
+    missing: tuple[JudgedAction, ...]
+    decided: tuple[str, ...]
+    not_used: tuple[NotUsed, ...]
+
+
+@dataclass(frozen=True)
+class MotionRequest:
+    """What is to be made.
+
+    Attributes
+    ----------
+    text : str
+        The sentence.
+    method : str
+        One of ``METHODS``.
+    anyway : bool
+        Make what can be made where nothing in the database shows an action.
     """
 
-    made: SequenceMotion
-    plan: SymbolPlan
-    decodings: tuple[decoding.Decoding, ...]
-    recognised: IntArray
-    clarities: tuple[float, ...]
-    unclear: Mapping[int, int]
+    text: str
+    method: str = "stitched"
+    anyway: bool = False
 
 
 def make_motion(
     learned: Learned,
     takes: Takes,
-    text: str,
+    request: MotionRequest,
     rng: np.random.Generator,
-    method: str = "stitched",
+    used: Counter[tuple[int, int]] | None = None,
 ) -> MadeMotion:
     """Make a motion that shows what a sentence says.
 
@@ -107,127 +132,183 @@ def make_motion(
         What was learned.
     takes : Takes
         Motions of the captures.
-    text : str
-        The sentence.
+    request : MotionRequest
+        The sentence, and how it is made.
     rng : numpy.random.Generator
-        Every attempt begins from its state; it is not advanced.
-    method : str
-        One of ``METHODS``.
+        Draws between alternatives and between excerpts.
+    used : Counter, optional
+        How often earlier variants used each (number of the action, capture).
 
     Raises
     ------
     QueryError
-        For an unknown method, no known word, or words that no symbols can show.
+        For an unknown method, no known word, or an action that nothing in the database shows.
     NotLearnedError
         When no words were learned.
     """
+    method = request.method
     if method not in METHODS:
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
-    question = understand(learned, text)
-    said, left_out = plain_actions(question.tree)
-    actions = tuple(action for action in said if action)
+    wanted = _understand(learned, request.text, rng, request.anyway)
+    with one_blas_thread():  # the same sums on any machine
+        if method != "stitched":
+            return _from_symbols(learned, takes, wanted, rng, method)
+        sources = _sources(learned, wanted.actions, request.anyway)
+        found = excerpt_motion(takes, sources, rng, used)
+        return _from_excerpts(learned, wanted, sources, found)
+
+
+def _understand(learned: Learned, text: str, rng: np.random.Generator, anyway: bool) -> _Wanted:
+    """Read a sentence; words of speed count as known."""
+    counts = dict.fromkeys(SPEED_NAMES, 1)
+    for word, count in zip(learned.association.words, learned.association.counts):
+        if count > 0:
+            counts[word] = int(count)
+    read = parse(text, learned.synonyms, learned.lemmas)
+    question = hold_to_known(read, counts)
+    missing = _missing(read, counts)
+    actions, decided, left = plan_sentence(question.tree, rng)
     if not actions:
         raise QueryError(
             f"generate: expected an action to show, found only what not to show in {text!r}. "
             "Say what the motion is to show."
         )
-    avoided: list[set[int]] = [set() for _ in actions]
-    best: _Attempt | None = None
-    for _ in range(ATTEMPTS):
-        attempt = _attempt(learned, takes, (actions, avoided), deepcopy(rng), method)
-        if best is None or np.mean(attempt.clarities) > np.mean(best.clarities):
-            best = attempt
-        if not attempt.unclear:
-            break
-        for action, symbol in attempt.unclear.items():
-            avoided[action].add(symbol)
-    assert best is not None
-    spans = _spans(best.plan.positions, best.made.lengths)
+    if missing and not anyway:
+        raise QueryError(_nothing_shows(missing, learned))
+    lost = tuple(
+        JudgedAction(words, 0, 0, False, 0.0, reason="it was not made: no caption says it")
+        for words in missing
+    )
+    return _Wanted(question, actions, lost, decided, (*question.not_used, *left))
+
+
+def _missing(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:
+    """Words of the actions of which no caption holds a word; one known alternative suffices."""
+    return _missing_below(read.tree, counts)
+
+
+def _missing_below(node: Node, counts: dict[str, int]) -> list[tuple[str, ...]]:
+    if isinstance(node, Action):
+        known = any(word in counts for word in node.words)
+        return [] if known or not node.words else [node.words]
+    parts = (node.part,) if isinstance(node, Without) else parts_of(node)
+    below = [_missing_below(part, counts) for part in parts]
+    if isinstance(node, AnyOf) and not all(below):
+        return []
+    return [words for part in below for words in part]
+
+
+def _nothing_shows(missing: Sequence[tuple[str, ...]], learned: Learned) -> str:
+    said = ", ".join(repr(" ".join(words)) for words in missing)
+    near = [
+        w for words in missing for word in words for w in nearest_words(word, learned.known_words)
+    ]
+    hint = f"The nearest known: {', '.join(dict.fromkeys(near))}. " if near else ""
+    return (
+        f"generate: expected actions that the captures show, found {said}, which nothing in the "
+        f"database shows. {hint}Say it in other words (`motiondb words` lists them), or pass "
+        "--anyway to make the rest."
+    )
+
+
+def _sources(
+    learned: Learned, actions: Sequence[PlannedAction], anyway: bool
+) -> list[ActionSources]:
+    """The captures that can show each action.
+
+    Raises
+    ------
+    QueryError
+        Where nothing shows an action, unless it is made all the same.
+    """
+    if not learned.has_words:
+        raise QueryError(
+            "generate: expected captures with words, found none. Write some down (motiondb words "
+            "set) and learn again."
+        )
+    written = Written(learned.captions, learned.synonyms, learned.lemmas, learned.word_numbers)
+    found: dict[PlannedAction, ActionSources] = {}
+    for action in dict.fromkeys(actions):
+        of = find_sources(learned, written, action)
+        if not of.sources and not anyway:
+            raise QueryError(_no_source(action))
+        found[action] = of if of.sources else all_sources(learned, of)
+    return [found[action] for action in actions]
+
+
+def _no_source(action: PlannedAction) -> str:
+    said = " while ".join(" ".join(group) for group in action.groups)
+    without = "".join(f", not {' '.join(words)}" for words in action.excluded)
+    parts = [*map(" ".join, action.groups)] if len(action.groups) > 1 else []
+    near = f"Each by itself is known: {', '.join(parts)}. " if parts else ""
+    return (
+        f"generate: expected captures that show {said + without!r}, found none whose captions say "
+        f"so. {near}Ask for it otherwise, or pass --anyway to make the nearest."
+    )
+
+
+def _from_excerpts(
+    learned: Learned, wanted: _Wanted, sources: Sequence[ActionSources], found: ExcerptMotion
+) -> MadeMotion:
+    """A stitched motion with what it shows."""
+    ends = np.cumsum([0, *found.made.lengths])
+    asked, left, symbols, positions = [], [], list[int](), list[int]()
+    for n, (of, shown) in enumerate(zip(sources, found.shown)):
+        done, not_done = report_excerpt(learned, shown)
+        part = of.action.groups, of.action.excluded, int(ends[n]), int(ends[n + 1])
+        placed = place_probability(learned, shown)
+        performer = learned.performers[shown.excerpt.capture]
+        name = learned.captures[shown.excerpt.capture].name
+        asked.append(Asked(*part, done, shown.directions, placed, performer, name))
+        left += [one for one in of.not_used if one.text not in shown.directions]
+        left += not_done
+        inside = segments_of(learned, shown)
+        symbols += inside
+        positions += [n] * len(inside)
+    captures = sorted({shown.excerpt.capture for shown in found.shown})
+    judged = judge_motion(learned, found.made.motion, asked, captures)
     return MadeMotion(
-        best.made, best.plan, best.decodings, best.recognised, question, spans,
-        (*question.not_used, *left_out),
+        found.made, np.array(symbols, dtype=np.int64), tuple(positions),
+        tuple(of.action.words for of in sources), (),
+        recognise(learned, found.made.motion).symbols, wanted.question,
+        (*judged, *wanted.missing), wanted.decided,
+        tuple(dict.fromkeys((*wanted.not_used, *left))),
+        tuple(shown.excerpt.capture for shown in found.shown),
     )  # fmt: skip
 
 
-def _attempt(
-    learned: Learned,
-    takes: Takes,
-    wanted: tuple[tuple[tuple[str, ...], ...], Sequence[set[int]]],
-    rng: np.random.Generator,
-    method: str,
-) -> _Attempt:
-    """One attempt; ``wanted``: the actions, and per action the symbols to avoid."""
-    actions, avoided = wanted
-    symbols, positions, decodings = decode_actions(learned, actions, avoided)
-    plan = SymbolPlan(symbols, tuple(positions), actions)
-    material = gather_material(learned, takes, symbols)
-    if method == "stitched":
-        made = stitched_motion(learned, material, plan, rng)
-    else:
-        made = model_motion(material, symbols, rng, method)
-    probabilities, recognised = frame_probabilities(learned, made.motion)
-    clarities, unclear = _check_actions(learned, plan, made.lengths, probabilities)
-    return _Attempt(made, plan, tuple(decodings), recognised, clarities, unclear)
+def _from_symbols(
+    learned: Learned, takes: Takes, wanted: _Wanted, rng: np.random.Generator, method: str
+) -> MadeMotion:
+    """A motion of the HMMs with what it shows; amounts, speeds and exclusions are named."""
+    known = [
+        tuple(word for word in action.words if word in learned.word_numbers)
+        for action in wanted.actions
+    ]
+    actions = tuple(words for words in known if words)
+    found = symbol_motion(learned, takes, actions, rng, method)
+    frames = np.bincount(found.plan.positions, weights=found.made.lengths).astype(int)
+    ends = np.cumsum([0, *frames])
+    asked = [
+        Asked(action.groups, action.excluded, int(a), int(b))
+        for action, a, b in zip(wanted.actions, ends[:-1], ends[1:])
+    ]
+    judged = judge_motion(learned, found.made.motion, asked, sorted(found.captures))
+    left = [one for action in wanted.actions for one in _not_by_symbols(action, method)]
+    return MadeMotion(
+        found.made, found.plan.symbols, found.plan.positions, found.plan.actions, found.decodings,
+        found.recognised, wanted.question, (*judged, *wanted.missing), wanted.decided,
+        tuple(dict.fromkeys((*wanted.not_used, *left))),
+    )  # fmt: skip
 
 
-def frame_probabilities(learned: Learned, motion: Motion) -> tuple[FloatArray, IntArray]:
-    """Probability of every word at every frame: array (frames, words); and the symbols recognised.
+def _not_by_symbols(action: PlannedAction, method: str) -> list[NotUsed]:
+    """What the HMMs cannot do."""
+    from motiondb.learning.making.excerpt_report import say_amounts
 
-    Frames run at 30 a second.
-    """
-    seen = recognise(learned, motion)
-    probabilities = learned.word_map.probabilities(seen.window_vectors())
-    frames = np.repeat(
-        np.repeat(probabilities, seen.ends - seen.starts, axis=0), FEATURE_STEP, axis=0
-    )
-    which = np.minimum(np.arange(motion.n_frames), len(frames) - 1)
-    return np.clip(frames[which], LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY), seen.symbols
-
-
-def log_clarity(probabilities: FloatArray, asked: IntArray) -> float:
-    """log c of a part of a motion, mean over its frames and the words asked for.
-
-    Parameters
-    ----------
-    probabilities : array (frames, words)
-        Strictly between 0 and 1.
-    asked : array (n,)
-        Numbers of the words asked for.
-    """
-    said = np.log(probabilities[:, asked]).mean(axis=1)
-    unasked = clarity.log_unasked(probabilities, asked)
-    return float(np.mean(said + clarity.UNASKED_SHARE * unasked))
-
-
-def shows_all(probabilities: FloatArray, asked: Sequence[int] | IntArray, least: float) -> bool:
-    """Whether every word asked for has at least this mean probability over a part of a motion."""
-    return bool((probabilities[:, asked].mean(axis=0) >= least).all())
-
-
-def _check_actions(
-    learned: Learned, plan: SymbolPlan, lengths: Sequence[int], probabilities: FloatArray
-) -> tuple[tuple[float, ...], dict[int, int]]:
-    """log c of every action, and the least clear symbol of those that are not recognised."""
-    bounds = np.minimum(np.cumsum([0, *lengths]), len(probabilities) - 1)
-    clarities, unclear = [], {}
-    for number, action in enumerate(plan.actions):
-        asked = word_numbers(learned, action)
-        places = [k for k, position in enumerate(plan.positions) if position == number]
-        part = probabilities[bounds[places[0]] : bounds[places[-1] + 1] + 1]
-        clarities.append(log_clarity(part, asked))
-        if not shows_all(part, asked, RECOGNISED_FROM):
-            parts = [probabilities[bounds[k] : bounds[k + 1] + 1] for k in places]
-            least = int(np.argmin([log_clarity(one, asked) for one in parts]))
-            unclear[number] = int(plan.symbols[places[least]])
-    return tuple(clarities), unclear
-
-
-def _spans(positions: Sequence[int], lengths: Sequence[int]) -> tuple[tuple[int, int], ...]:
-    """Frames of every action, from the frames of every symbol.
-
-    >>> _spans([0, 0, 1], [10, 5, 20])
-    ((0, 15), (15, 35))
-    """
-    totals = np.bincount(positions, weights=lengths).astype(int)
-    ends = np.cumsum(totals)
-    return tuple((int(end - total), int(end)) for end, total in zip(ends, totals))
+    left = [NotUsed(text, f"{method} has no place for it") for text in say_amounts(action)]
+    left += [
+        NotUsed(f"not {' '.join(words)}", f"{method} excludes nothing; the result is judged for it")
+        for words in action.excluded
+    ]
+    return left

@@ -96,7 +96,7 @@ def gather_material(learned: Learned, takes: Takes, sequence: IntArray) -> Segme
     motions = {c: takes.motion(c) for c in captures}
     paths = {c: pose_vectors.to_path(m) for c, m in motions.items()}
     means = pose_vectors.mean_rotations(np.concatenate([turned for _, turned in paths.values()]))
-    vectors = {c: _pose_vectors(paths[c], means) for c in paths}
+    vectors = {c: pose_vectors_of(paths[c], means) for c in paths}
     return SegmentMaterial(
         {int(s): n for n, s in enumerate(used)},
         members,
@@ -149,7 +149,8 @@ def _members(learned: Learned, symbol: int) -> IntArray:
     return np.sort(rows[order[:MEMBERS]])
 
 
-def _pose_vectors(path: tuple[FloatArray, FloatArray], means: FloatArray) -> FloatArray:
+def pose_vectors_of(path: tuple[FloatArray, FloatArray], means: FloatArray) -> FloatArray:
+    """Pose vectors (frames, values) of a root path and local rotations about their means."""
     turning = pose_vectors.TURNING
     relative = rotation.multiply(rotation.conjugate(means)[turning], path[1][:, turning])
     return np.concatenate([path[0], rotation.log(relative).reshape(len(path[0]), -1)], axis=1)

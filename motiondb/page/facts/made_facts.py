@@ -39,17 +39,17 @@ def made_facts(db: MotionDB, made: Generated, made_id: str, saved: str) -> dict[
     saved : str
         Name of the capture that holds it, or "".
     """
-    shown = db.shown_actions(made)
     facts = made.facts()
     actions = [
         {
             "text": " ".join(action.words),
-            "start": round(action.start, 3),
-            "end": round(action.end, 3),
+            "start": round(action.start / MOTION_FPS, 3),
+            "end": round(action.end / MOTION_FPS, 3),
             "probability": action.probability,
-            "shown": action.is_shown,
+            "shown": action.shown,
+            "reason": action.reason or None,
         }
-        for action in shown
+        for action in made.shown
     ]
     return {
         **{key: facts[key] for key in ("words", "seed", "method", "seconds", "actions", "symbols")},

@@ -282,7 +282,15 @@ export interface Made {
   symbols: number[];
   recognised: number[];
   recognised_words: WordsOverTime[];
-  shown: { text: string; start: number; end: number; probability: number | null; shown: boolean }[];
+  shown: {
+    text: string;
+    start: number;
+    end: number;
+    probability: number | null;
+    /** null: the judge cannot tell. */
+    shown: boolean | null;
+    reason: string | null;
+  }[];
   not_shown: { text: string; reason: string }[];
   sources: Source[];
   stretches: Stretch[];

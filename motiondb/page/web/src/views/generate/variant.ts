@@ -44,17 +44,18 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
   return h(
     "ul",
     { class: "plain shown-list", "aria-label": "Shown and not shown" },
-    made.shown.map(({ text, start, end, probability: p, shown }) =>
+    made.shown.map(({ text, start, end, probability: p, shown, reason }) =>
       h(
         "li",
         { class: shown ? "shown" : "not-shown" },
-        h("span", { class: "mark", "aria-hidden": "true" }, shown ? "✓" : "✕"),
+        h("span", { class: "mark", "aria-hidden": "true" }, shown ? "✓" : shown === null ? "?" : "✕"),
         h(
           "span",
           {},
           h("b", {}, text),
-          shown ? " is shown" : " is not shown",
+          shown ? " is shown" : shown === null ? " is not confirmed" : " is not shown",
           p === null ? "" : ` (${probability(p)})`,
+          reason ? `: ${reason}` : "",
           " ",
         ),
         h(

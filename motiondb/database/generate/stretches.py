@@ -1,4 +1,4 @@
-"""What a generated motion shows of what was asked, and where its frames come from."""
+"""Where the frames of a generated motion come from, as stretches of captures."""
 
 from __future__ import annotations
 
@@ -8,39 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb import store
-from motiondb.database.generate.generating import Generated
-from motiondb.learning.learned import Learned
-from motiondb.learning.making.action_symbols import word_numbers
-from motiondb.learning.making.motion_making import RECOGNISED_FROM, frame_probabilities
 from motiondb.records import MOTION_FPS
 
 _LEFT_OUT = 2.0
 """Frames of a capture between two frames of a motion, above which some were left out."""
-
-
-@dataclass(frozen=True)
-class ShownAction:
-    """An action of a generated motion, and whether the motion shows it.
-
-    Attributes
-    ----------
-    words : tuple of str
-        Its words.
-    start : float
-        Start of its part of the motion, seconds.
-    end : float
-        End of its part, seconds.
-    probability : float
-        Of its words the smallest mean probability over the part, as recognised in the motion alone.
-    is_shown : bool
-        Whether the motion counts as showing it: it is more probable than not.
-    """
-
-    words: tuple[str, ...]
-    start: float
-    end: float
-    probability: float
-    is_shown: bool
 
 
 @dataclass(frozen=True)
@@ -69,30 +40,6 @@ class Stretch:
     source_start: float
     licence: str
     edits: tuple[str, ...]
-
-
-def shown_actions(learned: Learned, made: Generated) -> tuple[ShownAction, ...]:
-    """Return what the motion shows of each asked action.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    made : Generated
-        The generated motion.
-    """
-    probabilities, _ = frame_probabilities(learned, made.motion)
-    found = []
-    for words, (start, end) in zip(made.actions, made.spans):
-        low = min(start, made.motion.n_frames - 1)
-        part = probabilities[low : max(end, low + 1), word_numbers(learned, words)]
-        least = float(part.mean(axis=0).min())
-        found.append(
-            ShownAction(
-                words, start / MOTION_FPS, end / MOTION_FPS, least, least >= RECOGNISED_FROM
-            )
-        )
-    return tuple(found)
 
 
 def stretches(found: store.Provenance) -> tuple[Stretch, ...]:

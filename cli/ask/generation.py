@@ -1,0 +1,85 @@
+"""Printing generated motions: what each shows, how it was made, and where it comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from motiondb.cli.ask.understanding import print_question, question_facts
+from motiondb.cli.printing import print_json
+
+if TYPE_CHECKING:
+    from motiondb import Generated, JudgedAction
+
+FPS = 30.0
+
+
+def numbered(
+    number: int, output: Path, save: str | None, png: Path | None
+) -> list[tuple[Path, str | None, Path | None]]:
+    """Files and names of the variants: as given for one, with -1, -2, ... for several."""
+    if number == 1:
+        return [(output, save, png)]
+    return [
+        (
+            numbered_path(output, n),
+            None if save is None else f"{save}-{n}",
+            None if png is None else numbered_path(png, n),
+        )
+        for n in range(1, number + 1)
+    ]
+
+
+def print_generated(
+    motions: Sequence[Generated], facts: Sequence[dict[str, Any]], json: bool
+) -> None:
+    """Print the motions as text, or as JSON: one object, or a list of them as ``variants``."""
+    first = motions[0]
+    if json:
+        for one, made in zip(facts, motions):
+            one["question"] = question_facts(made.question, made.not_used)
+        shown = all(made.shows_all for made in motions)
+        print_json(facts[0] if len(facts) == 1 else {"shown": shown, "variants": list(facts)})
+        return
+    not_used = {left: None for made in motions for left in made.not_used}
+    print_question(first.question, list(not_used), "generation")
+    for made, one in zip(motions, facts):
+        _print_one(made, one)
+
+
+def _print_one(made: Generated, facts: dict[str, Any]) -> None:
+    typer.echo(
+        f"{facts['seconds']:.2f} s of motion written to {facts['output']} "
+        f"({made.method}, seed {made.seed})"
+    )
+    for line in made.decided:
+        typer.echo(f"  {line}")
+    for shown in made.shown:
+        typer.echo(f"  {say_shown(shown)}")
+        for line in shown.done:
+            typer.echo(f"      {line}")
+    for source in facts["sources"]:
+        typer.echo(
+            f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
+        )
+    typer.echo(f"every frame's origin: {facts['provenance']}")
+
+
+def say_shown(one: JudgedAction) -> str:
+    """One action: its place, whether it is shown, and what its part looks like."""
+    place = f"{one.start / FPS:.2f}-{one.end / FPS:.2f} s  " if one.end > one.start else ""
+    said = {True: "shown", False: "not shown", None: "not confirmed"}[one.shown]
+    sure = "" if one.probability is None else f" ({one.probability:.2f})"
+    why = f": {one.reason}" if one.reason else ""
+    looks = ", ".join(f"{word} {p:.2f}" for word, p in one.described)
+    return f"{place}{' '.join(one.words)}: {said}{sure}{why}" + (
+        f"; looks like {looks}" if looks else ""
+    )
+
+
+def numbered_path(path: Path, n: int) -> Path:
+    """Path of the nth variant: NAME-n with the same ending."""
+    return path.with_name(f"{path.stem}-{n}{path.suffix}")

@@ -1,0 +1,182 @@
+"""Cycles of a movement: its period, the best place to repeat it, and the pieces of a repetition.
+
+Notation: x_t the pose at frame t (any vector whose squared length compares poses), T a number of
+frames. A movement is *periodic* if some lag T has a small self-difference
+
+    D(T) = mean_t |x_{t+T} - x_t|^2 / (2 sum_d var(x_d)),
+
+which is about 1 for unrelated poses and 0 for an exact repetition. The period is the shortest lag
+at a local minimum of D below ``PERIODIC``. A *loop* [a, b) is a part of the movement that can be
+played again and again, because the poses and velocities at a and b are nearly the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.records import FloatArray
+
+PERIODIC = 0.35
+"""Largest self-difference of a periodic movement. Walks of real captures have .05 to .2, single
+jumps more than .6. Chosen by hand; not tuned."""
+SHORTEST_PERIOD, LONGEST_PERIOD = 12, 90
+"""Frames (0.4 s and 3 s at 30 a second) of a period: faster cycles are trembling. Chosen by
+hand."""
+LEAST_OVERLAP = 0.3
+"""Share of a movement that both sides of a lag must cover. Chosen by hand; not tuned."""
+LENGTH_WEIGHT = 0.15
+"""Cost by which a loop of one second is worse than one of two, in the units of the poses' squared
+distance. Longer loops are less monotonous. Chosen by hand; not tuned."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A part [first, behind) that can be repeated.
+
+    Attributes
+    ----------
+    first : int
+        First frame.
+    behind : int
+        Last frame + 1.
+    cost : float
+        Squared distance between the poses and velocities at both ends.
+    """
+
+    first: int
+    behind: int
+    cost: float
+
+    @property
+    def length(self) -> int:
+        """Number of frames."""
+        return self.behind - self.first
+
+
+def self_difference(poses: FloatArray, longest: int) -> FloatArray:
+    """Compute D(T) for the lags T = 0, 1, ..., longest: array (longest + 1,).
+
+    Parameters
+    ----------
+    poses : array (frames, values)
+        The poses x.
+    longest : int
+        Largest lag, less than the number of frames.
+
+    >>> wave = np.sin(2 * np.pi * np.arange(40) / 10)[:, None]
+    >>> self_difference(wave, 10).round(2)[[0, 5, 10]]
+    array([0., 2., 0.])
+    """
+    spread = 2.0 * float(poses.var(axis=0).sum()) + 1e-12
+    found = np.zeros(longest + 1)
+    for lag in range(1, longest + 1):
+        found[lag] = np.mean(np.sum((poses[lag:] - poses[:-lag]) ** 2, axis=1)) / spread
+    return found
+
+
+def find_period(poses: FloatArray, periodic: float = PERIODIC) -> int | None:
+    """Find the period of a movement in frames; None if it is not periodic.
+
+    Parameters
+    ----------
+    poses : array (frames, values)
+        The poses.
+    periodic : float, optional
+        Largest self-difference of a periodic movement.
+
+    >>> wave = np.sin(2 * np.pi * np.arange(80) / 20)[:, None]
+    >>> find_period(wave), find_period(np.linspace(0, 1, 80)[:, None])
+    (20, None)
+    """
+    longest = min(LONGEST_PERIOD, int(len(poses) * (1.0 - LEAST_OVERLAP)))
+    if longest <= SHORTEST_PERIOD:
+        return None
+    difference = self_difference(poses, longest)
+    inner = difference[SHORTEST_PERIOD:longest]
+    lowest = (inner <= difference[SHORTEST_PERIOD - 1 : longest - 1]) & (
+        inner <= difference[SHORTEST_PERIOD + 1 : longest + 1]
+    )
+    lags = SHORTEST_PERIOD + np.flatnonzero(lowest & (inner < periodic))
+    return int(lags[0]) if len(lags) else None
+
+
+def best_loop(
+    edges: FloatArray, shortest: int, missing: tuple[float, float] | None = None
+) -> Loop | None:
+    """Find the loop of least cost; None if there is none.
+
+    Parameters
+    ----------
+    edges : array (frames + 1, values)
+        Poses and velocities, also at the frame that follows the movement.
+    shortest : int
+        Fewest frames of a loop.
+    missing : tuple of (float, float), optional
+        Least and most frames that some number of loops is to fill.
+
+    >>> loop = best_loop(np.sin(2 * np.pi * np.arange(31) / 10)[:, None], 8)
+    >>> loop.length, round(loop.cost, 6)
+    (30, 0.0)
+    """
+    n = len(edges)
+    if n - 1 < shortest or shortest < 1:
+        return None
+    square = np.sum(edges**2, axis=1)
+    distance = np.maximum(square[:, None] + square[None] - 2.0 * (edges @ edges.T), 0.0)
+    frames = np.arange(n)
+    length = frames[None] - frames[:, None]
+    cost = distance + LENGTH_WEIGHT * 30.0 / np.maximum(length, 1)
+    cost[length < shortest] = np.inf
+    if missing is not None:
+        low, high = missing
+        fills = np.floor(high / np.maximum(length, 1)) * length >= low
+        cost[~fills] = np.inf
+    first, behind = np.unravel_index(int(np.argmin(cost)), cost.shape)
+    if not np.isfinite(cost[first, behind]):
+        return None
+    return Loop(int(first), int(behind), float(distance[first, behind]))
+
+
+def repeat(first: int, behind: int, loop: Loop, times: int) -> list[tuple[int, int]]:
+    """Frames of a movement [first, behind) whose loop is played some times more.
+
+    Parameters
+    ----------
+    first : int
+        First frame of the movement.
+    behind : int
+        Last frame + 1.
+    loop : Loop
+        The loop, within the movement.
+    times : int
+        How often the loop is played in addition.
+
+    >>> repeat(0, 50, Loop(10, 30, 0.0), 2)
+    [(0, 30), (10, 30), (10, 50)]
+    >>> repeat(0, 50, Loop(10, 30, 0.0), 0)
+    [(0, 50)]
+    """
+    if times < 1:
+        return [(first, behind)]
+    inner = [(loop.first, loop.behind)] * (times - 1)
+    return [(first, loop.behind), *inner, (loop.first, behind)]
+
+
+def calmest_phase(poses: FloatArray, period: int) -> int:
+    """Find the frame of the first period at which the movement is slowest, averaged over periods.
+
+    Parameters
+    ----------
+    poses : array (frames, values)
+        Poses of a periodic movement, at least one period.
+    period : int
+        Frames of a period.
+
+    >>> calmest_phase(np.cos(2 * np.pi * (np.arange(60) - 4) / 20)[:, None], 20) in (4, 14)
+    True
+    """
+    speed = np.linalg.norm(np.gradient(poses, axis=0), axis=1)
+    whole = len(speed) // period * period
+    return int(np.argmin(speed[:whole].reshape(-1, period).mean(axis=0)))

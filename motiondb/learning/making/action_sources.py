@@ -1,0 +1,369 @@
+"""Which captures can show a planned action, and how well each of their segments does.
+
+A capture can show an action if one of its captions says the words of the action together. Notation,
+for segment i of such a capture:
+
+    y_i   probability that the words are shown at the segment, by the order of the caption
+          (:mod:`motiondb.learning.place_fitting`); the least over the words,
+    e_i   evidence for them in the motion, nats a second: the mean of that by the map of all other
+          takes and that by the map of other performers, where these show the words too,
+    x_i   the largest evidence for an excluded action,
+    u     number of words that the captions say beside those of the action,
+    d     distance of posture and travel from those of the other sources, in standard deviations,
+    r     largest unlikelihood of a segment of the capture among all motion, nats a frame.
+
+The value of a segment is
+
+    v_i = log max(y_i, Y) + E e_i - X max(x_i, 0),
+
+and the cost of a capture U u + D d^2 + R max(r - r0, 0), where r0 is the least median of r over the
+captures of a performer, or RARE where that is more. So a bar, a motorcycle, a dance or a
+somersault is used for a plain word only where no plain capture shows it, and the standing before a
+jump is not taken for the jump.
+
+Words of direction ("sit down") may be said by no caption. They are left out of the words and kept
+as directions, which are measured in the motion (:mod:`motiondb.generate.direction`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from motiondb.generate.direction import directions_of
+from motiondb.learning.learned import Learned
+from motiondb.learning.making.sentence_plan import PlannedAction
+from motiondb.learning.place_fitting import Written
+from motiondb.records import FloatArray, IntArray
+from motiondb.words.question.tree import SIDES, NotUsed
+
+LEAST_SHOWN = 0.02
+"""Y: a place that the caption's order rules out can still be overruled by the motion. Chosen by
+hand; not tuned."""
+EVIDENCE_WEIGHT = 0.25
+"""E: one nat a second of evidence, over a segment of about two seconds that is not independent of
+its neighbours. Chosen by hand; not tuned."""
+EXCLUDED_WEIGHT = 0.5
+"""X: twice E, because an exclusion is meant strictly. Chosen by hand; not tuned."""
+LEAST_EVIDENCE = 1.0
+"""Evidence in nats a second below which the motion says nothing of the place. Chosen by hand."""
+MOST_EVIDENCE = 16.0
+"""Evidence beyond which a segment is not better, nats a second. Chosen by hand; not tuned."""
+UNASKED_WEIGHT = 0.35
+"""U. Chosen by hand; not tuned."""
+MOST_UNASKED = 6
+"""Words beyond which a caption is no less plain. Chosen by hand; not tuned."""
+UNLIKE_WEIGHT = 0.4
+"""D. Chosen by hand; not tuned."""
+RARE_WEIGHT = 0.04
+"""R. Chosen by hand; not tuned."""
+RARE = 60.0
+"""Nats a frame. On CMU the median over the captures of a performer is 30 to 60 in walking,
+exercises and karate, 64 in ballet, 132 in acrobatics."""
+APART = 1.0
+"""Cost of a caption that says the words in different actions ("walk, veer left"). By hand."""
+SPEED_SAID = 1.0
+"""Gain of a capture whose caption says the speed asked for. Chosen by hand; not tuned."""
+MOST_WORDS = 8
+"""Words of an action of which all parts are tried; further ones are left out. Chosen by hand."""
+DIRECTIONS = SIDES | {
+    "up", "down", "forward", "backward", "back", "around", "over", "under", "sideways", "away",
+    "off", "out", "in", "on", "straight",
+}  # fmt: skip
+"""Words that say where to: without a caption that has them they are left out before others are."""
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A capture that can show an action.
+
+    Attributes
+    ----------
+    capture : int
+        Its number.
+    rows : slice
+        Its rows of the segment table.
+    starts : array (segments,)
+        First frames, at 30 frames a second.
+    ends : array (segments,)
+        Last frames + 1.
+    values : array (segments,)
+        v.
+    cost : float
+        Cost of the module's docstring, and further costs.
+    is_placed : bool
+        Whether the motion says where in the capture the action is.
+    """
+
+    capture: int
+    rows: slice
+    starts: IntArray
+    ends: IntArray
+    values: FloatArray
+    cost: float
+    is_placed: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class ActionSources:
+    """The sources of one action.
+
+    Attributes
+    ----------
+    action : PlannedAction
+        The action, without the words that no caption says together with the others.
+    sources : tuple of Source
+        At least one, unless nothing shows the action.
+    not_used : tuple of NotUsed
+        Words that were left out.
+    directions : tuple of str
+        Words of direction of the action as it was asked for.
+    """
+
+    action: PlannedAction
+    sources: tuple[Source, ...]
+    not_used: tuple[NotUsed, ...] = ()
+    directions: tuple[str, ...] = ()
+
+
+def find_sources(learned: Learned, written: Written, action: PlannedAction) -> ActionSources:
+    """Find the captures that can show an action.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    written : Written
+        Captions in the vocabulary.
+    action : PlannedAction
+        The action, in known words.
+
+    Returns
+    -------
+    ActionSources
+        Without sources if no capture's captions say the action, or all of these say what is
+        excluded.
+    """
+    listed = _listed(learned, written)
+    groups, left_out = [], []
+    directions = tuple(d for group in action.groups for d in directions_of(group))
+    for group in action.groups:
+        kept = _said_together(listed, group, learned)
+        left_out += [
+            NotUsed(word, f"no caption says it together with {' '.join(kept)!r}")
+            for word in group if word not in kept
+        ]  # fmt: skip
+        groups.append(kept)
+    action = replace(action, groups=tuple(dict.fromkeys(groups)))
+    sides = _numbers(learned, sorted(SIDES))
+    found = []
+    for capture, actions in listed.items():
+        numbers = [_numbers(learned, group) for group in action.groups]
+        apart = _cost_of_saying(actions, numbers, sides)
+        if apart is not None and not _says_excluded(learned, actions, action):
+            found.append(_source(learned, capture, actions, action, apart))
+    sources = tuple(_with_distance(learned, _with_rarity(learned, found)))
+    return ActionSources(action, sources, tuple(left_out), directions)
+
+
+def _listed(learned: Learned, written: Written) -> dict[int, list[frozenset[int]]]:
+    """Per recorded capture the actions that its captions list."""
+    found = {}
+    for capture in learned.rows:
+        if learned.captures[capture].kind == "captured":
+            captions = learned.captions.get(capture, ())
+            actions = [frozenset(a) for caption in captions for a in written.actions(caption)]
+            if actions:
+                found[capture] = actions
+    return found
+
+
+def _numbers(learned: Learned, words: Sequence[str]) -> frozenset[int]:
+    return frozenset(learned.word_numbers[w] for w in words if w in learned.word_numbers)
+
+
+def _said_together(
+    listed: dict[int, list[frozenset[int]]], group: tuple[str, ...], learned: Learned
+) -> tuple[str, ...]:
+    """The largest part of a group of words that some caption says together.
+
+    Of parts of equal size the one without words of direction wins, then the one whose words come
+    first. A side may stand in another action of the caption ("walk, veer left").
+    """
+    sides = _numbers(learned, sorted(SIDES))
+    group = group[:MOST_WORDS]
+    for size in range(len(group), 0, -1):
+        parts = sorted(
+            combinations(range(len(group)), size),
+            key=lambda part: sum(group[k] in DIRECTIONS for k in part),
+        )
+        for part in parts:
+            words = tuple(group[k] for k in part)
+            numbers = [_numbers(learned, words)]
+            if any(_cost_of_saying(said, numbers, sides) is not None for said in listed.values()):
+                return words
+    return group[:1]
+
+
+def _cost_of_saying(
+    actions: Sequence[frozenset[int]], groups: Sequence[frozenset[int]], sides: frozenset[int]
+) -> float | None:
+    """Cost of captions that say every group in one action; None where a group is not said.
+
+    Sides may stand in another action than the rest of their group.
+    """
+    cost = 0.0
+    everything = frozenset().union(*actions)
+    for group in groups:
+        rest = group - sides
+        if any(group <= said for said in actions):
+            continue
+        if not rest or not group & sides <= everything:
+            return None
+        if not any(rest <= said for said in actions):
+            return None
+        cost += APART
+    return cost
+
+
+def _says_excluded(
+    learned: Learned, actions: Sequence[frozenset[int]], action: PlannedAction
+) -> bool:
+    """Whether captions say all words of something that is excluded."""
+    excluded = [_numbers(learned, words) for words in action.excluded]
+    return any(words and words <= said for words in excluded for said in actions)
+
+
+def _source(
+    learned: Learned,
+    capture: int,
+    actions: Sequence[frozenset[int]],
+    action: PlannedAction,
+    apart: float,
+) -> Source:
+    """A source with its values; the distance from the others is not yet among its costs."""
+    rows = learned.rows[capture]
+    starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
+    asked = [sorted(_numbers(learned, group)) for group in action.groups]
+    shown = _shown(learned, capture, len(starts), len(actions), asked)
+    values = np.log(np.maximum(shown, LEAST_SHOWN))
+    evidence = _evidence(learned, capture, {word for words in asked for word in words})
+    is_placed = True
+    if evidence is not None:
+        said = np.min([evidence[:, words].mean(axis=1) for words in asked], axis=0)
+        is_placed = bool(np.abs(said).max() >= LEAST_EVIDENCE)
+        values = values + EVIDENCE_WEIGHT * np.clip(said, -MOST_EVIDENCE, MOST_EVIDENCE)
+        for words in filter(None, (sorted(_numbers(learned, e)) for e in action.excluded)):
+            unwanted = np.maximum(evidence[:, words].mean(axis=1), 0.0)
+            values = values - EXCLUDED_WEIGHT * unwanted
+    all_said = frozenset().union(*actions)
+    others = all_said - {word for words in asked for word in words}
+    cost = apart + UNASKED_WEIGHT * min(len(others), MOST_UNASKED)
+    if action.speed and all_said & _speed_words(learned, action.speed):
+        cost -= SPEED_SAID
+    return Source(capture, rows, starts, ends, values, cost, is_placed)
+
+
+def _speed_words(learned: Learned, speed: str) -> frozenset[int]:
+    from motiondb.words.question.manner import forms_of_manner
+
+    return _numbers(learned, forms_of_manner(speed))
+
+
+def _shown(
+    learned: Learned, capture: int, n_segments: int, n_actions: int, asked: Sequence[Sequence[int]]
+) -> FloatArray:
+    """y of the module's docstring: array (segments,); equal shares where no place was learned."""
+    places = learned.places
+    listed = () if places is None else places.words.get(capture, ())
+    shown = np.full(n_segments, 1.0)
+    for word in {word for words in asked for word in words}:
+        if places is not None and word in listed:
+            column = places.shown[capture][:, listed.index(word)]
+        else:
+            column = np.full(n_segments, 1.0 / n_actions)
+        shown = np.minimum(shown, column)
+    return shown
+
+
+def _evidence(learned: Learned, capture: int, asked: set[int]) -> FloatArray | None:
+    """Evidence (segments, words) by other takes and other performers; None without any."""
+    take = learned.place_takes.get(capture)
+    if take is None:
+        return learned.seen_takes[capture].windows if capture in learned.seen_takes else None
+    evidence = take.windows.copy()
+    by_others = learned.place_by_others.get(capture)
+    if by_others is not None and learned.places is not None:
+        performer = learned.performers[capture]
+        shown = {
+            word
+            for other, words in learned.places.words.items()
+            if learned.performers[other] != performer
+            for word in asked.intersection(words)
+        }
+        columns = sorted(shown)
+        evidence[:, columns] = (evidence[:, columns] + by_others[:, columns]) / 2.0
+    said = learned.said_places.get(capture)
+    return evidence if said is None else evidence + said
+
+
+def _with_rarity(learned: Learned, sources: Sequence[Source]) -> list[Source]:
+    """Add the cost of motion that is rarer than another performer's motion for the action."""
+    rare = {s.capture: float(-learned.segments.backgrounds[s.rows].min()) for s in sources}
+    of: dict[str, list[float]] = {}
+    for capture, value in rare.items():
+        of.setdefault(learned.performers[capture], []).append(value)
+    usual = max(RARE, min((float(np.median(v)) for v in of.values()), default=RARE))
+    return [
+        replace(s, cost=s.cost + RARE_WEIGHT * max(rare[s.capture] - usual, 0.0)) for s in sources
+    ]
+
+
+def _with_distance(learned: Learned, sources: Sequence[Source]) -> list[Source]:
+    """Add the cost of posture and travel that are unlike those of the other sources."""
+    n = learned.n_posture_and_travel
+    if n == 0 or len(sources) < 3:
+        return list(sources)
+    columns = learned.standardised[:, -n:]
+    spread = columns.std(axis=0) + 1e-9
+    peaks = np.stack(
+        [_weighted(columns[s.rows] / spread, s.values, s.ends - s.starts) for s in sources]
+    )
+    gain = np.array([_peak(s) - s.cost for s in sources])
+    weight = np.exp(np.maximum(gain - gain.max(), -20.0))
+    total = weight.sum() - weight  # of the others
+    centre = (weight @ peaks - weight[:, None] * peaks) / np.maximum(total, 1e-9)[:, None]
+    centre[total < 1e-6] = peaks[total < 1e-6]
+    distance = np.mean((peaks - centre) ** 2, axis=1)
+    return [replace(s, cost=s.cost + UNLIKE_WEIGHT * float(d)) for s, d in zip(sources, distance)]
+
+
+def _weighted(columns: FloatArray, values: FloatArray, frames: IntArray) -> FloatArray:
+    """Mean of columns over the segments of largest value: array (columns,)."""
+    weight = frames * np.exp(values - values.max())
+    return np.asarray(weight @ columns / weight.sum())
+
+
+def _peak(source: Source) -> float:
+    return float(source.values.max())
+
+
+def all_sources(learned: Learned, of: ActionSources) -> ActionSources:
+    """Every recorded capture as a source, by the evidence of its motion: for ``--anyway``.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    of : ActionSources
+        An action that no caption says.
+    """
+    sources = [
+        _source(learned, capture, [frozenset()], of.action, 0.0)
+        for capture in learned.rows
+        if learned.captures[capture].kind == "captured"
+    ]
+    return replace(of, sources=tuple(sources))

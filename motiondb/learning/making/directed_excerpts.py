@@ -1,0 +1,93 @@
+"""Excerpts cut by what happens in the motion: words of direction, and poses to begin and end with.
+
+Where an action has a word of direction that its captures can show ("stand up"), every excerpt is
+cut to the part of its stretch that goes furthest that way, and what is missing of the full amount
+is a cost. An excerpt that would begin or end in an unusual pose, such as upside down, is extended
+to a more usual one near by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from motiondb.generate.direction import furthest_part, gone
+from motiondb.learning.making.excerpts import LONGEST, SHORTEST, Excerpt
+from motiondb.records import FloatArray
+
+REACHED = 0.5
+"""Share of the full amount of a direction that the best excerpt must reach for the direction to be
+honoured. Chosen by hand; not tuned."""
+DIRECTION_WEIGHT = 3.0
+"""Cost of an excerpt that does not go in the direction at all, nats. Chosen by hand; not tuned."""
+MARGIN = 12
+"""Frames (0.4 s) before and after the part that goes in the direction. Chosen by hand."""
+FURTHER = 36
+"""Frames (1.2 s) by which an excerpt may be extended to a usual pose. Chosen by hand."""
+UNUSUAL = 2.0
+"""Mean squared distance from the mean pose, in variances, from which on a pose is unusual. Chosen
+by hand; not tuned."""
+
+
+def direct(
+    excerpts: Sequence[Excerpt],
+    paths: Mapping[int, tuple[FloatArray, FloatArray]],
+    directions: Sequence[str],
+    longest: int = LONGEST,
+) -> tuple[list[Excerpt], tuple[str, ...]]:
+    """Cut excerpts to go in the directions of an action, and say which directions are honoured.
+
+    Parameters
+    ----------
+    excerpts : sequence of Excerpt
+        Excerpts of the action.
+    paths : dict
+        Capture -> root path (frames, 4) and rotations.
+    directions : sequence of str
+        Words of direction.
+    longest : int, optional
+        Most frames of an excerpt.
+    """
+    honoured: list[str] = []
+    found = list(excerpts)
+    for direction in directions:
+        cut = [_cut(e, paths[e.capture][0], direction, longest) for e in found]
+        amounts = np.array([gone(paths[e.capture][0][e.start : e.end], direction) for e in cut])
+        if amounts.max(initial=0.0) < REACHED:
+            continue
+        missing = np.clip(1.0 - amounts, 0.0, 2.0)
+        found = [replace(e, score=e.score - DIRECTION_WEIGHT * m) for e, m in zip(cut, missing)]
+        honoured.append(direction)
+    unique = {(e.capture, e.start, e.end): e for e in sorted(found, key=lambda e: e.score)}
+    return sorted(unique.values(), key=lambda e: -e.score), tuple(honoured)
+
+
+def _cut(excerpt: Excerpt, path: FloatArray, direction: str, longest: int) -> Excerpt:
+    """The part of the excerpt's stretch that goes furthest in a direction."""
+    low, high = excerpt.stretch
+    first, behind = furthest_part(path[low:high], direction, longest)
+    start, end = max(low + first - MARGIN, 0), min(low + behind + MARGIN, len(path))
+    missing = max(SHORTEST - (end - start), 0)
+    start = max(start - missing // 2, 0)
+    return replace(excerpt, start=start, end=min(max(end, start + SHORTEST), len(path)))
+
+
+def complete(excerpt: Excerpt, unusual: FloatArray) -> Excerpt:
+    """Extend an excerpt that begins or ends in an unusual pose.
+
+    Parameters
+    ----------
+    excerpt : Excerpt
+        The excerpt.
+    unusual : array (frames,)
+        Mean squared distance of every pose of the capture from the mean pose, in variances.
+    """
+    start, end = excerpt.start, min(excerpt.end, len(unusual))
+    if unusual[end - 1] > UNUSUAL:
+        end += int(np.argmin(unusual[end - 1 : end + FURTHER]))
+    if unusual[start] > UNUSUAL:
+        before = unusual[max(start - FURTHER, 0) : start + 1]
+        start -= len(before) - 1 - int(np.argmin(before))
+    return replace(excerpt, start=start, end=end)

@@ -1,0 +1,246 @@
+"""Excerpts of captures that show an action: where to cut, how often to repeat, how fast to play.
+
+An excerpt grows from the segment of largest value (:mod:`motiondb.learning.making.action_sources`)
+to its neighbours for as long as their value is within ``DROP`` of it. From one capture up to
+``MOST_OF_A_CAPTURE`` excerpts are taken.
+
+Repetitions repeat whole cycles. Where the movement has a period, one time is one cycle; otherwise
+it is the whole excerpt, cut where its end and its beginning are alike. A longer duration is reached
+by further cycles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.generate.cycles import Loop, best_loop, calmest_phase, find_period, repeat
+from motiondb.learning.making.action_sources import Source
+from motiondb.learning.making.sentence_plan import PlannedAction
+from motiondb.records import MOTION_FPS, FloatArray
+
+DROP = 1.5
+"""Nats by which a segment of an excerpt may be worse than the best. Chosen by hand; not tuned."""
+SHORTEST, LONGEST = 45, 150
+"""Frames (1.5 s and 5 s) of an excerpt, unless the sentence says how long or how often. Chosen by
+hand: shorter ones are hard to recognise."""
+UNPLACED = 105
+"""Frames (3.5 s) of an excerpt at least where the motion does not say where the action is. Chosen
+by hand; not tuned."""
+MOVED = 8
+"""Frames by which chance moves a cut. Chosen by hand."""
+MOST_OF_A_CAPTURE = 3
+"""Excerpts of one capture. Chosen by hand; not tuned."""
+LEAST_CYCLIC = 90
+"""Frames (3 s) that a periodic movement lasts at least. Chosen by hand."""
+SLACK = 20
+"""Frames by which a cut may move to where the end and the beginning are alike. By hand."""
+SHORTEST_LOOP = 45
+"""Fewest frames (1.5 s) of a loop of a movement without a period. Chosen by hand."""
+TOLERANCE = 0.05
+"""Share by which a duration may be missed so that a loop fits. Chosen by hand."""
+LEAST_LOOP = 0.6
+"""Share of an excerpt without a period that a loop repeats at least. Chosen by hand; not tuned."""
+
+
+@dataclass(frozen=True)
+class Excerpt:
+    """A part of a capture that shows an action.
+
+    Attributes
+    ----------
+    capture : int
+        Number of the capture.
+    start : int
+        First frame, at 30 frames a second.
+    end : int
+        Last frame + 1.
+    score : float
+        Mean value of its segments less the cost of the capture, nats.
+    stretch : tuple of (int, int)
+        First frame and last frame + 1 of the stretch of good segments that it is cut from.
+    """
+
+    capture: int
+    start: int
+    end: int
+    score: float
+    stretch: tuple[int, int]
+
+
+def find_excerpts(
+    sources: Sequence[Source], longest: int, rng: np.random.Generator
+) -> list[Excerpt]:
+    """Find the excerpts of all sources, best first.
+
+    Parameters
+    ----------
+    sources : sequence of Source
+        Captures that can show the action.
+    longest : int
+        Most frames of an excerpt.
+    rng : numpy.random.Generator
+        Moves the cuts of excerpts within a longer stretch.
+    """
+    found = []
+    for source in sources:
+        free = np.ones(len(source.values), dtype=bool)
+        for _ in range(MOST_OF_A_CAPTURE):
+            if not free.any():
+                break
+            peak = int(np.argmax(np.where(free, source.values, -np.inf)))
+            first, behind = _grow(source.values, free, peak)
+            free[first:behind] = False
+            found += _cut(source, first, behind, longest, rng)
+    return sorted(found, key=lambda excerpt: -excerpt.score)
+
+
+def _grow(values: FloatArray, free: NDArray[np.bool_], peak: int) -> tuple[int, int]:
+    """Segments [first, behind) around a peak whose values are within DROP of it."""
+    first, behind = peak, peak + 1
+    while first > 0 and free[first - 1] and values[first - 1] >= values[peak] - DROP:
+        first -= 1
+    while behind < len(values) and free[behind] and values[behind] >= values[peak] - DROP:
+        behind += 1
+    return first, behind
+
+
+def _cut(
+    source: Source, first: int, behind: int, longest: int, rng: np.random.Generator
+) -> list[Excerpt]:
+    """Excerpts of some segments: all of them, or windows where they are longer than allowed."""
+    start, end = int(source.starts[first]), int(source.ends[behind - 1])
+    least = min(SHORTEST if source.is_placed else UNPLACED, longest)
+    if end - start < least:
+        start = max(start - (least - (end - start)) // 2, int(source.starts[0]))
+        end = min(start + least, int(source.ends[-1]))
+        start = max(min(start, end - least), int(source.starts[0]))
+    spans = [(start, end)]
+    if end - start > longest:
+        ahead = {start, end - longest, *source.starts[first:behind].tolist()}
+        ahead = {low for low in ahead if low <= end - longest}
+        moved = rng.integers(-MOVED, MOVED + 1, size=len(ahead))
+        lows = np.clip(np.sort([*ahead]) + moved, start, end - longest)
+        spans = [(int(low), int(low) + longest) for low in lows]
+    return [
+        Excerpt(source.capture, a, b, _mean_value(source, a, b) - source.cost, (start, end))
+        for a, b in spans
+    ]
+
+
+def _mean_value(source: Source, start: int, end: int) -> float:
+    """Mean value of the segments of an interval, weighted by their frames in it."""
+    frames = np.minimum(source.ends, end) - np.maximum(source.starts, start)
+    return float(np.average(source.values, weights=np.maximum(frames, 0)))
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Parts of a capture that are played one after the other.
+
+    Attributes
+    ----------
+    parts : tuple of (int, int)
+        First frame and last frame + 1 of every part.
+    said : str
+        How the excerpt is repeated; "" where it is played once.
+    times : int or None
+        How often the action is done; None where it was not asked.
+    """
+
+    parts: tuple[tuple[int, int], ...]
+    said: str = ""
+    times: int | None = None
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return sum(end - start for start, end in self.parts)
+
+
+def lay_out(
+    action: PlannedAction, span: tuple[int, int], poses: FloatArray, edges: FloatArray
+) -> Layout:
+    """Repeat an excerpt as often and as long as an action asks for.
+
+    Parameters
+    ----------
+    action : PlannedAction
+        The action.
+    span : tuple of (int, int)
+        First frame and last frame + 1 of the excerpt.
+    poses : array (frames, values)
+        Poses of the whole capture, for its period.
+    edges : array (frames + 1, values)
+        Poses and velocities of the whole capture, as compared at seams.
+    """
+    start, end = span
+    period = find_period(poses[start:end])
+    if action.times is not None:
+        return _times(max(round(action.times.wanted), 1), span, period, poses, edges)
+    least = action.seconds.wanted * MOTION_FPS if action.seconds is not None else 0.0
+    wanted = round(max(least, LEAST_CYCLIC if period and not least else 0.0))
+    if wanted <= end - start:
+        return Layout(((start, start + wanted if least else end),))
+    missing = wanted - (end - start)
+    inside = edges[start : end + 1]
+    loop = _fitting_loop(inside, period, missing, wanted)
+    if loop is None:
+        return Layout((span,))
+    more = -(-missing // loop.length)
+    if period is None:  # nothing is cut off
+        more = max(round(missing / loop.length), 0)
+    parts = [(start + a, start + b) for a, b in repeat(0, end - start, loop, more)]
+    excess = sum(b - a for a, b in parts) - wanted
+    if period is not None and excess > 0:
+        parts[-1] = (parts[-1][0], max(parts[-1][1] - excess, parts[-1][0] + 1))
+    said = f"{loop.length / MOTION_FPS:.1f} s of it repeated {more} times" if more else ""
+    return Layout(tuple(parts), said)
+
+
+def _fitting_loop(edges: FloatArray, period: int | None, missing: int, wanted: int) -> Loop | None:
+    """The loop that lengthens an excerpt: whole cycles, or a part that fills what is missing."""
+    if period is not None:
+        return best_loop(edges, period)
+    near = TOLERANCE * wanted
+    return best_loop(edges, SHORTEST_LOOP, (missing - near, missing + near)) or best_loop(
+        edges, max(round(LEAST_LOOP * (len(edges) - 1)), 1)
+    )
+
+
+def _times(
+    times: int,
+    span: tuple[int, int],
+    period: int | None,
+    poses: FloatArray,
+    edges: FloatArray,
+) -> Layout:
+    """A number of cycles, or of whole performances where the movement has no period."""
+    start, end = span
+    if period is None:
+        unit = _alike_ends(span, edges)
+        length = (unit[1] - unit[0]) / MOTION_FPS
+        said = f"the whole excerpt of {length:.1f} s, {times} times" if times > 1 else ""
+        return Layout((unit,) * times, said, times)
+    first = start + calmest_phase(poses[start:end], period)
+    there = max((end - first) // period, 1)
+    parts = [(first, first + there * period)] * (times // there)
+    if times % there:
+        parts.append((first, first + times % there * period))
+    said = f"{times} cycles of {period / MOTION_FPS:.1f} s"
+    return Layout(tuple(parts), said, times)
+
+
+def _alike_ends(span: tuple[int, int], edges: FloatArray) -> tuple[int, int]:
+    """The span with both cuts moved by at most SLACK frames to where the poses are most alike."""
+    start, end = span
+    n = len(edges) - 1
+    slack = min(SLACK, (end - start) // 6)
+    firsts = np.arange(max(start - slack, 0), start + slack + 1)
+    behinds = np.arange(end - slack, min(end + slack, n) + 1)
+    distance = np.sum((edges[firsts][:, None] - edges[behinds][None]) ** 2, axis=-1)
+    a, b = np.unravel_index(int(np.argmin(distance)), distance.shape)
+    return int(firsts[a]), int(behinds[b])

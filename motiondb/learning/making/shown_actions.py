@@ -1,0 +1,303 @@
+"""Whether a motion shows what was asked: the judge's answer for every action.
+
+The judge (:mod:`motiondb.learning.motion_judge`) has no part in making the motion, and never sees
+the captures that it was made from. An action of several words is judged as one word that all
+captures have whose captions say these words; where no other capture says all of them, by its least
+probable word.
+
+Captions describe whole captures. Where no other capture (of the same performer, if there are any)
+is described with the action alone, the judge cannot tell it from the actions that are always listed
+with it ("wave" from "point" where all captions say "wave, point"). There its probability is
+multiplied by the probability that the part comes from the right place of its capture
+(:mod:`motiondb.learning.certainty.place_certainty`). Where all these captures list the same other
+action, which in turn is mostly listed with this one ("sit, stand up"), neither can tell the two
+apart, and nothing is confirmed, unless a word of direction is measured ("up").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from motiondb.generate.direction import gone
+from motiondb.learning.learned import Learned
+from motiondb.learning.making.directed_excerpts import REACHED
+from motiondb.learning.motion_judge import (
+    WithoutSources,
+    judge_without,
+    judging_table,
+    pool_windows,
+    said_words,
+)
+from motiondb.pose.features import FEATURE_STEP, recognition_features
+from motiondb.pose.pose_vectors import to_path
+from motiondb.records import Float32Array, FloatArray, Motion
+
+SHOWN_FROM = 0.6
+"""Probability from which on an action counts as shown. More than one half, because it is worse to
+claim too much than too little. Chosen by hand; not tuned."""
+ENTANGLED = 0.4
+"""Share of the captures of a word that list another one from which on they cannot be told apart,
+where the reverse holds for all. Chosen by hand; not tuned."""
+FEWEST_OWN = 3
+"""Captures of a performer that suffice to find what is always listed together; with fewer, those of
+all performers count. Chosen by hand; not tuned."""
+N_DESCRIBED = 3
+"""Words by which a part of the motion is described."""
+
+
+@dataclass(frozen=True)
+class JudgedAction:
+    """Whether a motion shows one action.
+
+    Attributes
+    ----------
+    words : tuple of str
+        Words of the action.
+    start : int
+        First frame of its part of the motion.
+    end : int
+        Last frame + 1.
+    shown : bool or None
+        Whether the judge finds it probable enough, and nothing that was excluded; None where it
+        cannot tell.
+    probability : float or None
+        That the part shows the action; None where the judge cannot tell.
+    described : tuple of (str, float)
+        The words that the part shows most clearly, with their probabilities.
+    reason : str
+        Why it is not shown, or why the judge cannot tell; "" where it is shown.
+    done : tuple of str
+        How counts, durations and speeds were honoured.
+    """
+
+    words: tuple[str, ...]
+    start: int
+    end: int
+    shown: bool | None
+    probability: float | None = None
+    described: tuple[tuple[str, float], ...] = ()
+    reason: str = ""
+    done: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a part of a motion is judged for.
+
+    Attributes
+    ----------
+    groups : tuple of tuple of str
+        Words of the actions that the part is to show.
+    excluded : tuple of tuple of str
+        Words of the actions that it must not show.
+    start : int
+        First frame of the part.
+    end : int
+        Last frame + 1.
+    done : tuple of str
+        How counts, durations and speeds were honoured.
+    directions : tuple of str
+        Words of direction that are measured in the motion.
+    placed : float or None
+        Probability that the part comes from the right place of its capture; None where it is not
+        known, and where the capture shows nothing else.
+    performer : str
+        Who performs in that capture.
+    capture : str
+        Name of that capture.
+    """
+
+    groups: tuple[tuple[str, ...], ...]
+    excluded: tuple[tuple[str, ...], ...]
+    start: int
+    end: int
+    done: tuple[str, ...] = ()
+    directions: tuple[str, ...] = ()
+    placed: float | None = None
+    performer: str = ""
+    capture: str = ""
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Words of all groups, each once."""
+        return tuple(dict.fromkeys(word for group in self.groups for word in group))
+
+
+def judge_motion(
+    learned: Learned, motion: Motion, asked: Sequence[Asked], sources: Sequence[int]
+) -> tuple[JudgedAction, ...]:
+    """Judge every action of a motion.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    motion : Motion
+        The motion.
+    asked : sequence of Asked
+        What its parts are to show.
+    sources : sequence of int
+        Captures that the motion was made from; the judge leaves them out.
+    """
+    numbers = learned.word_numbers
+    known = [
+        tuple(numbers[w] for w in group if w in numbers)
+        for one in asked
+        for group in (*one.groups, *one.excluded)
+    ]
+    groups = {group: len(numbers) + n for n, group in enumerate(dict.fromkeys(known))}
+    judge = _judge(learned, groups, sources)
+    features = learned.feature_space.project(recognition_features(motion))
+    path, _ = to_path(motion)
+    return tuple(
+        _against_direction(_judge_part(learned, judge, groups, features, one), one, path)
+        for one in asked
+    )
+
+
+def _against_direction(shown: JudgedAction, asked: Asked, path: FloatArray) -> JudgedAction:
+    """What the judge says, unless the motion does not go where a word of direction says."""
+    for direction in asked.directions:
+        if gone(path[asked.start : asked.end], direction) < REACHED:
+            return replace(shown, shown=False, reason=f"it does not go {direction}")
+    return shown
+
+
+def _judge(
+    learned: Learned, groups: dict[tuple[int, ...], int], sources: Sequence[int]
+) -> WithoutSources | None:
+    """The judge without the sources, with a word more for every group of words."""
+    if learned.judge is None or not learned.described:
+        return None
+    inside = set(learned.judge.captures.tolist())
+    said = {}
+    for capture, (words, n) in said_words(learned.described, learned.word_numbers).items():
+        if capture in inside:
+            whole = {number for group, number in groups.items() if set(group) <= words}
+            said[capture] = (words | whole, n)
+    if not said:
+        return None
+    n_words = len(learned.word_numbers) + len(groups)
+    return judge_without(judging_table(learned.judge, said, n_words), sources)
+
+
+def _judge_part(
+    learned: Learned,
+    judge: WithoutSources | None,
+    groups: dict[tuple[int, ...], int],
+    features: Float32Array,
+    asked: Asked,
+) -> JudgedAction:
+    if judge is None or not len(judge.table.judge.calibration):
+        return JudgedAction(
+            asked.words, asked.start, asked.end, None, done=asked.done,
+            reason="the database has no judge of motion: learn again, with more captions",
+        )  # fmt: skip
+    last = max(asked.end // FEATURE_STEP, asked.start // FEATURE_STEP + 1)
+    part = features[min(asked.start // FEATURE_STEP, len(features) - 1) : last]
+    scores = judge.scores(pool_windows(part))
+    named = learned.association.words
+    described = tuple(
+        (named[word], p)
+        for word, p in judge.likeliest(scores, N_DESCRIBED + len(groups))
+        if word < len(named)
+    )[:N_DESCRIBED]
+    each = [_probability(learned, judge, groups, scores, group) for group in asked.groups]
+    told = [p for p in each if p is not None]
+    unsure = ""
+    shown: bool | None = None
+    probability = min(told) if len(told) == len(each) else None
+    if probability is not None and asked.placed is not None and _is_mixed(learned, judge, asked):
+        if probability >= SHOWN_FROM:
+            unsure = (
+                "its captions list other actions too, and how sure it is that this is the right "
+                f"place of {asked.capture} is {asked.placed:.2f}"
+            )
+        probability *= asked.placed
+    companion = None if asked.directions else find_companion(learned, judge, asked)
+    if companion is not None:
+        probability = None
+        reason = f"all captions that could confirm it list {companion!r} too"
+    elif probability is None:
+        reason = "no other capture shows it, so that nothing can confirm it"
+    else:
+        shown = probability >= SHOWN_FROM
+        unlike = "it does not look like other captures of it"
+        reason = "" if shown else unsure or unlike
+    for words in asked.excluded:
+        unwanted = _probability(learned, judge, groups, scores, words)
+        if unwanted is not None and unwanted >= SHOWN_FROM:
+            shown, reason = False, f"it shows {' '.join(words)!r} ({unwanted:.2f}), not wanted"
+    return JudgedAction(
+        asked.words, asked.start, asked.end, shown, probability, described, reason, asked.done
+    )
+
+
+def _probability(
+    learned: Learned,
+    judge: WithoutSources,
+    groups: dict[tuple[int, ...], int],
+    scores: FloatArray,
+    words: Sequence[str],
+) -> float | None:
+    """Probability that a part shows a group of words; None where the judge cannot tell."""
+    numbers = tuple(learned.word_numbers[w] for w in words if w in learned.word_numbers)
+    if not numbers:
+        return None
+    whole = judge.probability(scores, groups[numbers])
+    if whole is not None:
+        return whole
+    each = [judge.probability(scores, number) for number in numbers]
+    told = [p for p in each if p is not None]
+    return min(told) if len(told) == len(each) else None
+
+
+def _saying(
+    learned: Learned, judge: WithoutSources, words: Sequence[str], performer: str, fewest: int = 1
+) -> list[int]:
+    """Captures that say an action; those of the performer alone, where there are enough of them.
+
+    The performer's captures are the most alike, so that the judge follows them.
+    """
+    numbers = {learned.word_numbers[w] for w in words if w in learned.word_numbers}
+    saying = [c for c in sorted(judge.captures) if numbers <= judge.table.said[c][0]]
+    own = [c for c in saying if learned.performers[c] == performer]
+    return own if len(own) >= fewest else saying
+
+
+def _is_mixed(learned: Learned, judge: WithoutSources, asked: Asked) -> bool:
+    """Whether the judge knows an action of a part only together with other actions."""
+    said = judge.table.said
+    return any(
+        all(said[c][1] > 1 for c in _saying(learned, judge, words, asked.performer))
+        for words in asked.groups
+    )
+
+
+def find_companion(learned: Learned, judge: WithoutSources, asked: Asked) -> str | None:
+    """A word that the captions which could confirm an action list too; None where there is none.
+
+    It counts if all of these captions list several actions, and if at least ``ENTANGLED`` of its
+    own captures list the action.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    judge : WithoutSources
+        The judge without the sources.
+    asked : Asked
+        The part.
+    """
+    said, together = judge.table.said, judge.table.together
+    for words in asked.groups:
+        numbers = [learned.word_numbers[w] for w in words if w in learned.word_numbers]
+        saying = _saying(learned, judge, words, asked.performer, FEWEST_OWN)
+        if not saying or not numbers or any(said[c][1] == 1 for c in saying):
+            continue
+        common = frozenset.intersection(*(said[c][0] for c in saying)) - set(numbers)
+        for other in sorted(number for number in common if number < len(learned.word_numbers)):
+            if together[other, numbers].min() >= ENTANGLED * together[other, other]:
+                return learned.association.words[other]
+    return None

@@ -1,0 +1,55 @@
+"""What was learned, with other counts: used when captures and words change."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from motiondb.learning.counting import Counted, publish_association, publish_word_map
+from motiondb.learning.learned import LearnedModel
+from motiondb.learning.start.joining import publish
+from motiondb.records import SegmentTable
+
+
+def with_counts(
+    model: LearnedModel, run_id: int, table: SegmentTable, counted: Counted
+) -> LearnedModel:
+    """What was learned, with other counts and everything that follows from them.
+
+    Parameters
+    ----------
+    model : LearnedModel
+        What was learned.
+    run_id : int
+        Run that changed the counts.
+    table : SegmentTable
+        Segments of the captures that are there now.
+    counted : Counted
+        The counts that hold now.
+    """
+    fit, counts = model.fitted_word_map, counted.counts
+    there = set(table.capture_ids.tolist())
+    model = replace(
+        model,
+        run_id=run_id,
+        segments=table,
+        counted=counted,
+        places=None if model.places is None else model.places.only(there),
+        judge=None if model.judge is None else model.judge.only(there),
+    )
+    if model.started is not None and fit is not None:
+        joint = publish(counts, counted.reference, model.started, fit.ridge, fit.calibration)
+        return replace(
+            model,
+            association=joint.association,
+            transition_counts=joint.transitions,
+            fitted_word_map=joint.word_map,
+            lengths=joint.lengths,
+        )
+    word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
+    return replace(
+        model,
+        association=publish_association(counts, counted.reference),
+        transition_counts=counts.transitions,
+        fitted_word_map=word_map,
+        lengths=dict(counts.shapes),
+    )

@@ -1,0 +1,154 @@
+"""Generated motion: what is honoured, what it is said to show, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import motiondb
+from motiondb import MotionDB
+from motiondb.cli.main import app
+from motiondb.errors import QueryError
+from motiondb.records import MOTION_FPS
+
+
+@pytest.fixture(scope="module")
+def db(learned_file: Path) -> Iterator[MotionDB]:
+    with motiondb.open(learned_file, read_only=True) as opened:
+        yield opened
+
+
+def test_every_asked_action_is_said_to_be_shown_or_not(db: MotionDB) -> None:
+    made = db.generate("walk, then kick", seed=7)
+    assert [one.words for one in made.shown] == [("walk",), ("kick",)]
+    assert [one.shown for one in made.shown] == [True, True]
+    assert made.shows_all
+    assert made.facts()["shown"] is True
+    assert made.spans[-1][1] == made.motion.n_frames
+    for one in made.shown:
+        assert one.probability is not None
+        assert one.described[0][0] in one.words
+
+
+def test_the_judge_never_sees_the_captures_used(db: MotionDB) -> None:
+    """Of a word that one capture alone shows, nothing can be confirmed."""
+    learned = db.learned
+    said: dict[int, set[str]] = {}
+    for d in learned.described:
+        said.setdefault(d.capture_id, set()).update(d.words)
+    lonely = [
+        word for word in learned.known_words
+        if sum(word in words for words in said.values()) == 1 and not word.endswith("ly")
+    ]  # fmt: skip
+    told = []
+    for word in lonely[:6]:
+        try:
+            made = db.generate(word, seed=0, exact=True)
+        except QueryError:
+            continue
+        told += [one for one in made.shown if one.words == (word,)]
+    assert told
+    for one in told:
+        assert one.shown is not True
+        assert one.reason
+
+
+def test_counts_and_durations_are_honoured(db: MotionDB) -> None:
+    once = db.generate("jump once", seed=3).motion.n_frames
+    thrice = db.generate("jump three times", seed=3)
+    assert thrice.motion.n_frames > 1.5 * once
+    assert "3 times" in " ".join(thrice.shown[0].done)
+    long = db.generate("walk for ten seconds", seed=3)
+    seconds = long.motion.n_frames / MOTION_FPS
+    assert seconds == pytest.approx(10.0, rel=0.1) or long.not_used
+
+
+def test_slow_and_fast_walks_differ_in_speed(db: MotionDB) -> None:
+    speeds = {}
+    for manner in ("slowly", "fast"):
+        made = db.generate(f"walk {manner}", seed=3)
+        assert any(line.startswith(manner) for line in made.shown[0].done), made.not_used
+        steps = np.diff(made.motion.joint_positions(), axis=0)
+        speeds[manner] = float(np.linalg.norm(steps, axis=-1).mean())
+    assert speeds["slowly"] < speeds["fast"]
+
+
+def test_what_is_excluded_is_not_used(db: MotionDB) -> None:
+    made = db.generate("walk, but not wave", seed=0)
+    for source in made.provenance.sources:
+        assert "wav" not in " ".join(c.words for c in db.captions(source.name))
+
+
+def test_other_seeds_give_other_motions(db: MotionDB, tmp_path: Path) -> None:
+    written = set()
+    for seed in range(3):
+        db.generate("walk", seed).write(tmp_path / "walk.bvh")
+        written.add((tmp_path / "walk.bvh").read_bytes())
+    assert len(written) == 3
+
+
+def test_variants_come_from_other_captures(db: MotionDB) -> None:
+    made = db.generate_variants("kick", 3, seed=1)
+    first = db.generate("kick", seed=1)
+    np.testing.assert_array_equal(made[0].motion.local_rotations, first.motion.local_rotations)
+    sources = [frozenset(s.name for s in one.provenance.sources) for one in made]
+    assert len(set(sources)) == 3
+    with pytest.raises(QueryError, match="expected 1 for trajectory, which is one motion"):
+        db.generate_variants("kick", 2, method="trajectory")
+    with pytest.raises(QueryError, match="variants: expected 1 to 100, found 0"):
+        db.generate_variants("kick", 0)
+
+
+def test_what_nothing_shows_is_refused_or_made_without(db: MotionDB) -> None:
+    with pytest.raises(QueryError) as error:
+        db.generate("walk, then moonwlak", exact=True)
+    assert str(error.value).startswith(
+        "generate: expected actions that the captures show, found 'moonwlak', which nothing in the "
+        "database shows. "
+    )
+    assert "--anyway" in str(error.value)
+    made = db.generate("walk, then moonwlak", exact=True, anyway=True)
+    assert [(one.words, one.shown) for one in made.shown] == [
+        (("walk",), True), (("moonwlak",), False)
+    ]  # fmt: skip
+    assert not made.shows_all
+
+
+def test_actions_never_said_together_are_refused(db: MotionDB) -> None:
+    with pytest.raises(QueryError, match="Each by itself is known: bow, layup"):
+        db.generate("bow while layup")
+    assert db.generate("bow while layup", anyway=True).motion.n_frames > 30
+
+
+def test_directions_are_measured_in_the_motion(db: MotionDB) -> None:
+    for words, sign in (("sit down", -1), ("stand up", 1)):
+        made = db.generate(words, seed=0)
+        start, end = made.spans[0]
+        height = made.motion.root_positions[start:end, 1]
+        assert np.sign(height[-5:].mean() - height[:5].mean()) == sign
+
+
+def test_the_command_ends_with_1_where_an_action_is_missing(
+    learned_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    common = ("-o", "new.bvh", "--db", str(learned_file), "--json")
+    ended = CliRunner().invoke(app, ["generate", "walk, then moonwlak", "--exact", *common])
+    assert isinstance(ended.exception, QueryError)
+    ended = CliRunner().invoke(
+        app, ["generate", "walk, then moonwlak", "--exact", "--anyway", *common]
+    )
+    assert ended.exit_code == 1
+    told = json.loads(ended.stdout)
+    assert told["shown"] is False
+    assert [one["shown"] for one in told["shown_actions"]] == [True, False]
+    ended = CliRunner().invoke(app, ["generate", "walk", "--variants", "2", *common])
+    assert ended.exit_code == 0
+    told = json.loads(ended.stdout)
+    assert [Path(one["output"]).name for one in told["variants"]] == ["new-1.bvh", "new-2.bvh"]
+    assert all(Path(one["provenance"]).exists() for one in told["variants"])

@@ -1,0 +1,67 @@
+"""Excerpts: how they grow, are cut, and are repeated."""
+
+import numpy as np
+
+from motiondb.learning.making.action_sources import Source
+from motiondb.learning.making.excerpts import SHORTEST, find_excerpts, lay_out
+from motiondb.learning.making.sentence_plan import Amount, PlannedAction
+
+
+def _source(values: list[float], frames: int = 60) -> Source:
+    starts = np.arange(len(values)) * frames
+    rows = slice(0, len(values))
+    return Source(7, rows, starts, starts + frames, np.array(values), 0.5)
+
+
+def test_an_excerpt_grows_to_neighbours_that_are_nearly_as_good() -> None:
+    found = find_excerpts([_source([-4.0, 2.0, 1.0, -4.0])], 150, np.random.default_rng(0))
+    best = found[0]
+    assert (best.capture, best.start, best.end, best.score) == (7, 60, 180, 1.0)
+
+
+def test_a_long_stretch_is_cut_into_windows() -> None:
+    found = find_excerpts([_source([2.0] * 6)], 150, np.random.default_rng(0))
+    assert len(found) > 1
+    assert {e.end - e.start for e in found} == {150}
+    assert all(e.start >= 0 and e.end <= 360 for e in found)
+
+
+def test_a_short_segment_is_extended() -> None:
+    found = find_excerpts([_source([-9.0, 3.0, -9.0], frames=20)], 150, np.random.default_rng(0))
+    assert found[0].end - found[0].start == SHORTEST
+
+
+def _wave(n_frames: int, period: int) -> np.ndarray:
+    phase = 2 * np.pi * np.arange(n_frames) / period
+    return np.stack([np.sin(phase), np.cos(phase) * 0.3], axis=1)
+
+
+def _laid(action: PlannedAction, poses: np.ndarray) -> int:
+    edges = np.concatenate([poses, poses[-1:]])
+    return lay_out(action, (0, len(poses)), poses, edges).n_frames
+
+
+def test_a_count_of_a_periodic_movement_is_a_number_of_cycles() -> None:
+    poses = _wave(100, 25)
+    for times in (1, 2, 7):
+        action = PlannedAction((("walk",),), times=Amount(times, times))
+        assert _laid(action, poses) == times * 25
+
+
+def test_a_count_of_a_single_movement_repeats_the_whole() -> None:
+    bump = np.exp(-0.5 * ((np.arange(90) - 45) / 8.0) ** 2)[:, None]
+    action = PlannedAction((("jump",),), times=Amount(3, 3))
+    found = lay_out(action, (0, 90), bump, np.concatenate([bump, bump[-1:]]))
+    assert len(found.parts) == 3
+    assert len(set(found.parts)) == 1
+    assert found.said.endswith("3 times")
+
+
+def test_a_duration_is_reached_by_further_cycles() -> None:
+    action = PlannedAction((("walk",),), seconds=Amount(10.0, 10.0))
+    assert _laid(action, _wave(80, 25)) == 300
+
+
+def test_a_shorter_duration_cuts_the_excerpt() -> None:
+    action = PlannedAction((("walk",),), seconds=Amount(1.0, 1.0))
+    assert _laid(action, _wave(80, 25)) == 30
