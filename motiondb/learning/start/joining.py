@@ -174,7 +174,7 @@ def join_word_map(
     in_start = np.asarray(chosen.any(axis=0), dtype=bool)
     in_own = np.asarray(own.words > 0, dtype=bool)
     weight = start_weight(own.n)
-    joint = WordMoments(*(weight * a + b for a, b in zip(vars(first).values(), vars(own).values())))
+    joint = _weighted(first, weight) + own
     weights = started.word_map.weights @ chosen  # linear in the words, so that synonyms add up
     offsets = started.word_map.offsets @ chosen
     priors = np.clip(first.words / taught.n, 0.5 / taught.n, 1.0 - 0.5 / taught.n)
@@ -184,6 +184,14 @@ def join_word_map(
             weights[:, which], offsets[which] = fit.weights, fit.offsets
             priors[which] = fit.priors
     return WordMap(weights, offsets, priors, word_spreads(priors), calibration, ridge=ridge)
+
+
+def _weighted(moments: WordMoments, weight: float) -> WordMoments:
+    """Sums times a weight, without those for whole captions, which are of own captions alone."""
+    return WordMoments(
+        weight * moments.n, weight * moments.vectors, weight * moments.words,
+        weight * moments.gram, weight * moments.cross,
+    )  # fmt: skip
 
 
 def _of_words(moments: WordMoments, which: NDArray[np.bool_]) -> WordMoments:
