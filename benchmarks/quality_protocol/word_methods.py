@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from motiondb.learning.answers.whole_captions import CAPTION_WEIGHT
 from motiondb.records import FloatArray
 from motiondb.search.questions.by_question import search_order
-from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.maps import word_map
 from motiondb.words.maps.caption_map import solve_caption_map
+from motiondb.words.maps.unit_length import unit
 from motiondb.words.maps.word_moments import word_moments
 from quality_protocol import baselines as base
 from quality_protocol.captures import performer_folds

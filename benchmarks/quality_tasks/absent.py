@@ -21,9 +21,9 @@ from motiondb.records import FloatArray
 from motiondb.search import certainty
 from motiondb.search.examples.by_motion import resemblance
 from motiondb.search.vectors.posture_and_travel import N_POSTURE, N_TRAVEL
-from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.lexicon import vocabulary
 from motiondb.words.maps import word_map
+from motiondb.words.maps.unit_length import unit
 from quality_protocol import baselines as base
 from quality_protocol.captures import (
     Capture,

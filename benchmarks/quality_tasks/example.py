@@ -19,9 +19,9 @@ from motiondb.search.examples.resemblance import (
     with_feedback,
 )
 from motiondb.search.vectors.posture_and_travel import N_POSTURE, N_TRAVEL
-from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.lexicon import vocabulary
 from motiondb.words.maps import word_map
+from motiondb.words.maps.unit_length import unit
 from quality_protocol import baselines as base
 from quality_protocol.captures import Capture, load_bandai, load_cmu, without_copies
 from quality_protocol.confidence import weighted_draws, weighted_measure

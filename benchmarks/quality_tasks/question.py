@@ -29,9 +29,9 @@ from motiondb.search import certainty
 from motiondb.search.questions import by_question, by_words
 from motiondb.search.questions.by_question import QuestionHit
 from motiondb.search.vectors.posture_and_travel import N_POSTURE, N_TRAVEL
-from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.lexicon import vocabulary
 from motiondb.words.maps import word_map
+from motiondb.words.maps.unit_length import unit
 from motiondb.words.question.known import hold_to_known
 from motiondb.words.question.parse import parse
 from motiondb.words.question.readings import readings

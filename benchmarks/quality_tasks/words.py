@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import FloatArray
-from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps.unit_length import unit
 from quality_protocol import baselines as base
 from quality_protocol import word_methods as methods
 from quality_protocol.captures import Capture, load_cmu, performer_folds, without_copies

@@ -1,4 +1,4 @@
--- How every segment moves, apart from symbols (search/vectors/movement.py).
+-- How every segment moves, apart from symbols (search/movement.py).
 CREATE TABLE segment_movement (
     ordinal BIGINT NOT NULL,
     movement FLOAT[] NOT NULL,

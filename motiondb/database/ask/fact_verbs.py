@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from motiondb import store
-from motiondb.database.ask.question_verbs import QuestionVerbs
+from motiondb.database.ask.making_verbs import MakingVerbs
 
 if TYPE_CHECKING:
     from motiondb.database.ask.showing import Row
 
 
-class FactVerbs(QuestionVerbs):
+class FactVerbs(MakingVerbs):
     """Verbs on facts; those that ask are inherited."""
 
     def segments(self, name: str) -> list[Row]:

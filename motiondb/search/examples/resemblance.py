@@ -25,8 +25,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from motiondb.records import FloatArray
-from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.lexicon.vocabulary import MODIFIERS
+from motiondb.words.maps.unit_length import unit
 from motiondb.words.maps.word_map import WordMap
 
 MEANING_SHARE = 0.8

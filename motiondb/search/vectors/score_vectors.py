@@ -21,6 +21,7 @@ import numpy as np
 
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.search.vectors.movement import block_sizes, block_weight
+from motiondb.words.maps.unit_length import unit
 
 CLIP = 3.0
 """Standard deviations beyond which a value is clipped. Chosen by hand; not tuned."""
@@ -116,15 +117,3 @@ def interval_vectors(
     inside = np.minimum(ends, high[:, None]) - np.maximum(starts, low[:, None])
     weights = np.maximum(inside, 0.0)
     return unit(weights @ standardised)
-
-
-def unit(vectors: FloatArray) -> FloatArray:
-    """Scale rows to length 1; zero rows stay zero.
-
-    Parameters
-    ----------
-    vectors : array (..., columns)
-        The rows.
-    """
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.where(length > 0, length, 1.0)

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.records import FloatArray
-from motiondb.search.vectors.score_vectors import unit
+from motiondb.words.maps.unit_length import unit
 from motiondb.words.maps.word_moments import WordMoments
 
 RIDGE = 0.1

@@ -15,7 +15,7 @@ from motiondb.search.examples.resemblance import (
     resemblance,
     with_feedback,
 )
-from motiondb.search.vectors.score_vectors import unit
+from motiondb.words.maps.unit_length import unit
 from motiondb.words.maps.word_map import WordMap
 
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from motiondb.records import FloatArray
 from motiondb.search.questions import by_question, by_words
-from motiondb.search.vectors import score_vectors
 from motiondb.words.maps import word_map
+from motiondb.words.maps.unit_length import unit
 
 WALK, TURN, SIT = range(3)
 
@@ -175,7 +175,7 @@ def test_windows_reach_over_their_segment() -> None:
     starts, ends = np.array([0, 10, 20]), np.array([10, 20, 30])
     same = word_map.WordMap(np.eye(3), np.zeros(3), np.full(3, 0.5), np.ones(3), np.eye(3)[0])
     said = by_words.motion_log_odds(same, np.eye(3), starts, ends, 5)
-    expected = score_vectors.unit(np.array([[10.0, 5, 0], [5, 10, 5], [0, 5, 10], [1, 1, 1]]))
+    expected = unit(np.array([[10.0, 5, 0], [5, 10, 5], [0, 5, 10], [1, 1, 1]]))
     np.testing.assert_allclose(said, expected)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from motiondb.search.examples import by_motion, resemblance
 from motiondb.search.vectors import movement, score_vectors
+from motiondb.words.maps.unit_length import unit
 from motiondb.words.maps.word_map import WordMap
 
 
@@ -72,7 +73,7 @@ def test_every_block_weighs_as_much_as_the_symbols() -> None:
 
 
 def test_likeness_is_the_cosine_or_four_parts_meaning() -> None:
-    vectors = score_vectors.unit(np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]))
+    vectors = unit(np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]))
     np.testing.assert_allclose(
         by_motion.resemblance(vectors[0], vectors), [1.0, 0.5**0.5, 0.0], atol=1e-12
     )

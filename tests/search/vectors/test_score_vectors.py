@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from motiondb.records import FloatArray
 from motiondb.search.vectors import score_vectors
+from motiondb.words.maps.unit_length import unit
 
 
 def test_the_space_by_hand() -> None:
@@ -66,6 +67,4 @@ def test_an_interval_outside_has_no_direction() -> None:
 
 
 def test_rows_have_length_one() -> None:
-    np.testing.assert_allclose(
-        score_vectors.unit(np.array([[3.0, 4.0], [0, 0]])), [[0.6, 0.8], [0, 0]]
-    )
+    np.testing.assert_allclose(unit(np.array([[3.0, 4.0], [0, 0]])), [[0.6, 0.8], [0, 0]])

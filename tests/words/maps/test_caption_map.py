@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.maps.caption_map import CaptionMap, solve_caption_map
+from motiondb.words.maps.unit_length import unit
 from motiondb.words.maps.word_moments import WordMoments, word_moments
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from motiondb.records import FloatArray
-from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.maps import place_map
 from motiondb.words.maps.place_map import ListedTakes, fit_place_map, map_places, take_weights
+from motiondb.words.maps.unit_length import unit
 
 N_COLUMNS, N_WORDS = 12, 5
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from motiondb.records import FloatArray, IntArray
-from motiondb.search.vectors.score_vectors import unit
 from motiondb.words.maps import word_map
+from motiondb.words.maps.unit_length import unit
 
 Described = tuple[FloatArray, NDArray[np.bool_], IntArray]
 

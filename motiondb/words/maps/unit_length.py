@@ -1,0 +1,19 @@
+"""Vectors of length 1."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motiondb.records import FloatArray
+
+
+def unit(vectors: FloatArray) -> FloatArray:
+    """Scale rows to length 1; zero rows stay zero.
+
+    Parameters
+    ----------
+    vectors : array (..., columns)
+        The rows.
+    """
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0, length, 1.0)
