@@ -53,6 +53,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "grammar parse": ("grammar", "parse", GRAMMAR, "kept", "--png", "tree.png"),
         "grammar remove": ("grammar", "remove", GRAMMAR),
         "grammar show": ("grammar", "show", GRAMMAR, "--png", "grammar.png"),
+        "knowledge export": ("knowledge", "export", "known.knowledge"),
         "learn": ("learn", "--symbols", "3"),
         "like": ("like", "boris/kick_1", "--png", "like.png"),
         "remove": ("remove", "ana/bow_1", "boris/kick_1"),
@@ -90,6 +91,7 @@ ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "grammar list": ("grammar", "list"),
         "grammar suggest": ("grammar", "suggest", GRAMMAR),
         "info": ("info",),
+        "knowledge show": ("knowledge", "show", "cmu"),
         "list": ("list",),
         "scene grammar check": ("scene", "grammar", "check", "basketball"),
         "scene list": ("scene", "list"),
@@ -99,6 +101,8 @@ ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """Command -> words with which it asks. They take no option that writes a file."""
+NOT_ATTACKED = ("serve",)
+"""Commands that do not end by themselves; ``tests/page`` attacks the server."""
 WITHOUT_DATABASE = ("rescue", "scene grammar check", "scene report", "scene suggest",
                     "scene validate")  # fmt: skip
 """Commands that take no ``--db``, or not needed."""

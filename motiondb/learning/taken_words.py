@@ -7,7 +7,7 @@ words that it is taken as (``words.nearby.taking``). Nothing of it is stored or 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
@@ -91,7 +91,7 @@ def take_unknown(
 def add_written(
     learned: Learned,
     text: str,
-    found: Mapping[str, WrittenWord],
+    find: Callable[[], Mapping[str, WrittenWord]],
     table: NearbyTable | None,
 ) -> Learned:
     """What was learned, with the words of a question that are written somewhere but not learned.
@@ -102,17 +102,22 @@ def add_written(
         What was learned.
     text : str
         The question.
-    found : mapping of str to WrittenWord
-        Words that are written (:func:`motiondb.learning.written_words.written_words`).
+    find : callable
+        Returns the words that are written (:func:`motiondb.learning.written_words.written_words`).
+        It reads all captions and tags, so it is called only if a word of the question is not known.
     table : NearbyTable or None
         What words may be taken as; then written words are added too that a word of the question is
         taken as.
     """
-    if not found or learned.fitted_word_map is None:
-        return learned
     known = frozenset(learned.known_words)
+    asked = _asked_forms(learned, text)
+    if learned.fitted_word_map is None or known.issuperset(asked):
+        return learned
+    found = find()
+    if not found:
+        return learned
     wanted = []
-    for word, form in _asked_forms(learned, text).items():
+    for word, form in asked.items():
         if word in known or word in found:
             wanted.append(word)
         elif table is not None:

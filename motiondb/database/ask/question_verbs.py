@@ -20,7 +20,7 @@ from motiondb.learning.taken_words import (
     replace_unknown,
     take_unknown,
 )
-from motiondb.learning.written_words import LearnedWithWritten, written_words
+from motiondb.learning.written_words import LearnedWithWritten, WrittenWord, written_words
 from motiondb.records import Motion
 from motiondb.words.nearby.taking import Taking
 
@@ -92,9 +92,10 @@ class QuestionVerbs(CatalogueVerbs):
         """
         with self.session.reading():
             allowed, learned = self._numbers(where, exact), self.searchable
-            found = self.session.kept("written_words", lambda: written_words(self.searchable))
             if not by_symbols:  # what is written says nothing of symbols
-                learned = add_written(learned, words, found, None if exact else nearby_table())
+                learned = add_written(
+                    learned, words, self._written_words, None if exact else nearby_table()
+                )
             take = replace_unknown if by_symbols else take_unknown
             seen, takings = (leave_unknown if exact else take)(learned, words, nearby_table())
             answer = word_answers.search_words(seen, words, allowed, limit, by_symbols, written)
@@ -336,6 +337,10 @@ class QuestionVerbs(CatalogueVerbs):
         from motiondb.database.ask import showing
 
         return showing.animate_capture(self, name, path, start, end)
+
+    def _written_words(self) -> Mapping[str, WrittenWord]:
+        """Words that are written but were not learned; kept for the revision."""
+        return self.session.kept("written_words", lambda: written_words(self.searchable))
 
     def _numbers(self, where: str, exact: bool) -> Sequence[int]:
         """Numbers of the captures that a filter lets through."""

@@ -230,10 +230,18 @@ def _sources(
     found: dict[PlannedAction, ActionSources] = {}
     for action in dict.fromkeys(actions):
         of = find_sources(learned, written, action)
-        if not of.sources and not anyway:
+        if not of.sources and not anyway and not _is_from_start(learned, action):
             raise QueryError(_no_source(action))
         found[action] = of if of.sources else all_sources(learned, of)
     return [found[action] for action in actions]
+
+
+def _is_from_start(learned: Learned, action: PlannedAction) -> bool:
+    """Whether an action is known from a start alone, so that no own caption can hold it."""
+    words = {word for group in action.groups for word in group}
+    return learned.started is not None and not any(
+        words & set(described.words) for described in learned.described
+    )
 
 
 def _no_source(action: PlannedAction) -> str:

@@ -58,10 +58,12 @@ def facet_facts(facet: Facet) -> dict[str, Any]:
 
 
 def _condition(column: str, value: str) -> str | None:
-    r"""Return a filter for a value; None where the language of filters cannot quote it.
+    """Return a filter for a value; None where the language of filters cannot quote it.
 
-    >>> _condition("performer", "ana"), _condition("licence", 'a "b" and c')
-    ('performer="ana"', "licence='a \"b\" and c'")
+    >>> _condition("performer", "ana")
+    'performer="ana"'
+    >>> print(_condition("licence", 'a "b" and c'))
+    licence='a "b" and c'
     """
     quotes = [quote for quote in "\"'" if quote not in value]
     return f"{column}={quotes[0]}{value}{quotes[0]}" if quotes else None

@@ -32,6 +32,8 @@ def older(learned_copy: Path) -> Path:
             "word_weights",
         ):
             parameters[name] = parameters[name][:-LATER]
+        for name in ("moment_caption_words", "moment_caption_cross"):  # later still
+            parameters.pop(name)
         parameters["moment_gram"] = parameters["moment_gram"][:-LATER, :-LATER]
         store.save_learning(db.store, replace(learning, segments=table, parameters=parameters))
     return learned_copy
