@@ -15,8 +15,9 @@ from motiondb import store
 from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.learning import counting
 from motiondb.learning.counting import Counted
-from motiondb.learning.learned import LearnedModel, with_counts
+from motiondb.learning.learned import LearnedModel
 from motiondb.learning.parameter_arrays import from_stored, to_arrays, to_stored
+from motiondb.learning.recounting import with_counts
 from motiondb.records import (
     Association,
     Caption,
