@@ -30,6 +30,8 @@ _LETTING_GO, _PAUSE = 10.0, 0.02
 thread that ends at that moment holds its connection a little longer. Chosen by hand."""
 _OTHER_STORE = 1.0
 """Seconds after which the file counts as open in another store of this process. Chosen by hand."""
+_LAST_BLOCKS = 5.0
+"""Seconds that closing waits for other threads to end what they have begun. Chosen by hand."""
 
 
 def _close(connection: duckdb.DuckDBPyConnection) -> None:
@@ -184,11 +186,16 @@ class Store:
             self._swap_root(is_lent=self._is_lent)
 
     def close(self) -> None:
-        """Let go of the file; a second call does nothing."""
+        """Let go of the file; a second call does nothing.
+
+        Blocks of other threads that have begun may end first, for ``_LAST_BLOCKS`` seconds at most;
+        what they ask later is refused.
+        """
         with self._turn:
             self._is_closed = True
+            self._turn.wait_for(lambda: self._users <= bool(self._local.depth), _LAST_BLOCKS)
             if self._root is not None:
-                self._root.close()
+                _close(self._root)
 
     def __enter__(self) -> Store:
         return self
