@@ -105,9 +105,9 @@ def search(
         if html:
             write_html(html, StandalonePage.of_search(base, answer))
     _note_words(answer, silent=explain and not json)
-    why = [explaining.explanation_facts(e) for e in answer.explanations] if explain else []
+    why = [e.facts() for e in answer.explanations] if explain else []
     more = {
-        "question": understanding.question_facts(answer.question, answer.not_used),
+        "question": answer.question.facts(answer.not_used),
         **_word_facts(answer),
     }
     if not json:

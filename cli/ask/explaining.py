@@ -1,55 +1,13 @@
-"""Output of ``search --explain``: one line a word, and all numbers in JSON."""
+"""Output of ``search --explain``: one line a word."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import typer
 
 if TYPE_CHECKING:
-    from motiondb import ExplainedWord, Explanation, WordAnswer
-
-
-def explanation_facts(why: Explanation) -> dict[str, Any]:
-    """Decomposition of one answer as JSON.
-
-    ``math.fsum`` of all parts of ``words``, also ``as_caption``, ``together`` and the amounts of
-    ``excluded`` is ``log_odds``.
-
-    Parameters
-    ----------
-    why : Explanation
-        The explanation of the answer.
-    """
-    return {
-        "log_odds": why.log_odds,
-        "together": why.together,
-        "words": [_word_facts(word) for word in why.words],
-        "excluded": [
-            {
-                "amount": excluded.amount,
-                "log_odds": excluded.log_odds,
-                "words": [_word_facts(word) for word in excluded.words],
-            }
-            for excluded in why.excluded
-        ],
-    }
-
-
-def _word_facts(word: ExplainedWord) -> dict[str, Any]:
-    return {
-        "word": word.word,
-        "log_odds": word.log_odds,
-        "log_probability": word.log_probability,
-        "contribution": word.contribution,
-        "prior": word.prior,
-        "written": word.written,
-        "as_caption": word.as_caption,
-        "symbols": [
-            {"symbol": s.symbol, "from": s.start, "to": s.end, "share": s.amount}
-            for s in word.shares
-        ],
-    }
+    from motiondb import ExplainedWord, WordAnswer
 
 
 def print_explanations(answer: WordAnswer) -> None:

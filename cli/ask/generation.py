@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from motiondb.cli.ask.understanding import print_question, question_facts
+from motiondb.cli.ask.understanding import print_question
 from motiondb.cli.printing import print_json
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def print_generated(
     first = motions[0]
     if json:
         for one, made in zip(facts, motions):
-            one["question"] = question_facts(made.question, made.not_used)
+            one["question"] = made.question.facts(made.not_used)
         shown = all(made.shows_all for made in motions)
         print_json(facts[0] if len(facts) == 1 else {"shown": shown, "variants": list(facts)})
         return

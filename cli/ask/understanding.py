@@ -3,22 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import typer
 
 if TYPE_CHECKING:
     from motiondb import KnownQuestion, NotUsed
-
-
-def question_facts(question: KnownQuestion, not_used: Sequence[NotUsed]) -> dict[str, Any]:
-    """A question for JSON: its text, one line for how it is understood, its tree, what is left."""
-    return {
-        "text": question.text,
-        "understood": question.understood,
-        "tree": question.tree_facts(),
-        "not_used": [{"text": left.text, "reason": left.reason} for left in not_used],
-    }
 
 
 def print_question(question: KnownQuestion, not_used: Sequence[NotUsed], what: str) -> None:

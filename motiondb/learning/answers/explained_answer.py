@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from motiondb.records import MOTION_FPS
 from motiondb.search.questions import reasons
@@ -77,6 +78,22 @@ class ExplainedWord:
         named = self.prior + self.written + self.as_caption
         return self.contribution - named - sum(s.amount for s in self.strongest)
 
+    def facts(self) -> dict[str, Any]:
+        """The numbers for JSON; times in seconds."""
+        return {
+            "word": self.word,
+            "log_odds": self.log_odds,
+            "log_probability": self.log_probability,
+            "contribution": self.contribution,
+            "prior": self.prior,
+            "written": self.written,
+            "as_caption": self.as_caption,
+            "symbols": [
+                {"symbol": s.symbol, "from": s.start, "to": s.end, "share": s.amount}
+                for s in self.shares
+            ],
+        }
+
 
 @dataclass(frozen=True)
 class ExplainedExclusion:
@@ -120,6 +137,22 @@ class Explanation:
     words: tuple[ExplainedWord, ...]
     together: float
     excluded: tuple[ExplainedExclusion, ...]
+
+    def facts(self) -> dict[str, Any]:
+        """The parts for JSON; their sum is ``log_odds``, as said above."""
+        return {
+            "log_odds": self.log_odds,
+            "together": self.together,
+            "words": [word.facts() for word in self.words],
+            "excluded": [
+                {
+                    "amount": excluded.amount,
+                    "log_odds": excluded.log_odds,
+                    "words": [word.facts() for word in excluded.words],
+                }
+                for excluded in self.excluded
+            ],
+        }
 
 
 def explain(why: Sequence[reasons.WordReason], vocabulary: Sequence[str]) -> Explanation:

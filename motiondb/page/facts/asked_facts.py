@@ -8,9 +8,7 @@ from motiondb.database import MotionDB
 from motiondb.learning.answers.example_answers import ExampleAnswer
 from motiondb.learning.answers.word_answers import WordAnswer
 from motiondb.page.facts.answer_facts import (
-    explanation_facts,
     match_facts,
-    question_facts,
     taken_facts,
 )
 from motiondb.page.facts.capture_facts import caption_facts
@@ -22,9 +20,9 @@ def search_facts(db: MotionDB, answer: WordAnswer) -> dict[str, Any]:
     takings = (*answer.taken.values(), *answer.suggested.values())
     matches = [_with_take(db, match) for match in answer.matches]
     for row, why in zip(matches, answer.explanations):
-        row["explain"] = explanation_facts(why)
+        row["explain"] = why.facts()
     return {
-        "question": question_facts(answer.question, answer.not_used),
+        "question": answer.question.facts(answer.not_used),
         "taken": taken_facts(answer.taken),
         "suggested": taken_facts(answer.suggested),
         "unknown": {word: list(near) for word, near in answer.unknown.items()},

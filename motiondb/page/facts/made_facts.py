@@ -8,7 +8,7 @@ from motiondb.database import MotionDB
 from motiondb.database.generate.generating import Generated
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.database.grammars.grammar_strips import PATH_STEP, root_path, tree_nodes
-from motiondb.page.facts.answer_facts import question_facts, taken_facts
+from motiondb.page.facts.answer_facts import taken_facts
 from motiondb.page.facts.capture_facts import description_facts, source_facts, stretch_facts
 from motiondb.records import MOTION_FPS
 
@@ -17,7 +17,7 @@ def sentence_facts(made: Generated) -> dict[str, Any]:
     """Return how a sentence was understood."""
     takings = (*made.taken.values(), *made.suggested.values())
     return {
-        "question": question_facts(made.question, made.not_used),
+        "question": made.question.facts(made.not_used),
         "taken": taken_facts(made.taken),
         "suggested": taken_facts(made.suggested),
         "unknown": {word: list(near) for word, near in made.unknown.items()},

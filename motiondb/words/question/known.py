@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -58,6 +58,15 @@ class KnownQuestion:
     def understood(self) -> str:
         """How the question is understood, as one line that is itself a question."""
         return say(self.tree)
+
+    def facts(self, not_used: Sequence[NotUsed]) -> dict[str, Any]:
+        """The question for JSON: its text, how it is understood, its tree, and what is left out."""
+        return {
+            "text": self.text,
+            "understood": self.understood,
+            "tree": self.tree_facts(),
+            "not_used": [{"text": left.text, "reason": left.reason} for left in not_used],
+        }
 
     def tree_facts(self) -> dict[str, Any]:
         """The tree as plain dictionaries and lists, for JSON."""
