@@ -11,7 +11,7 @@ import pytest
 from page_serving import ADDRESS, INDEX, Serve
 from starlette.testclient import TestClient
 
-from motiondb.page.application import make_application
+from motiondb.page.serving.application import make_application
 from motiondb.page.settings import PageSettings
 
 

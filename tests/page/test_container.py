@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.page import container, figure
-from motiondb.page.container import Track
+from motiondb.page.motion import container, figure
+from motiondb.page.motion.container import Track
 from motiondb.pose import body
 from motiondb.records import Motion
 

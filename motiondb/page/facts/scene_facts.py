@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 from motiondb.database import MotionDB
 from motiondb.database.scenes.scene_facts import action_captions
 from motiondb.database.scenes.scene_reports import report_facts
-from motiondb.page import container, figure
 from motiondb.page.answers import unknown
-from motiondb.page.container import Track, body_track
 from motiondb.page.facts.board_facts import diagram_facts
+from motiondb.page.motion import container, figure
+from motiondb.page.motion.container import Track, body_track
 from motiondb.records import Caption, Motion
 from motiondb.scene.language.tactics_file import parse_diagram
 from motiondb.store import StoredScene

@@ -8,11 +8,11 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from motiondb.page.answers import Answer
+from motiondb.page.delivery.refs import load_motion, read_ref
 from motiondb.page.facts.asked_facts import like_facts, search_facts
 from motiondb.page.facts.capture_facts import description_facts
 from motiondb.page.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
-from motiondb.page.refs import load_motion, read_ref
-from motiondb.page.state import Page
+from motiondb.page.session.state import Page
 
 
 def router(page: Page) -> APIRouter:

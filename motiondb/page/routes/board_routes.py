@@ -11,10 +11,10 @@ from motiondb.database import MotionDB
 from motiondb.database.scenes.scene_boards import LONGEST_TEXT, read_board
 from motiondb.database.scenes.scene_files import GRAMMAR, shipped
 from motiondb.page.answers import Answer, PageError
-from motiondb.page.boards import list_boards, read_board_text, remove_board, save_board
 from motiondb.page.facts.board_facts import board_facts
+from motiondb.page.files.boards import list_boards, read_board_text, remove_board, save_board
 from motiondb.page.parameters import Body, Name
-from motiondb.page.state import Page
+from motiondb.page.session.state import Page
 from motiondb.scene.language.diagram_text import format_diagram
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import KINDS, TEAMS, Court, Diagram, Element, Player

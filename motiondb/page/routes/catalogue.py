@@ -18,8 +18,8 @@ from motiondb.page.facts.capture_facts import (
     row_facts,
 )
 from motiondb.page.parameters import Body, Limit, Name, Seconds, Text, Where
+from motiondb.page.session.state import Page, WordEdit
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
-from motiondb.page.state import Page, WordEdit
 from motiondb.records import Caption
 
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from motiondb.page.answers import Answer, PageError
 from motiondb.page.facts.made_facts import made_facts, sentence_facts
 from motiondb.page.parameters import LARGEST_SEED, Body, Name, Text
-from motiondb.page.state import MadeMotion, Page
+from motiondb.page.session.state import MadeMotion, Page
 
 MOST_VARIANTS = 8
 """Variants of one request. Chosen by hand: as many as can be watched side by side."""

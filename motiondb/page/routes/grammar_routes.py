@@ -16,7 +16,7 @@ from motiondb.page.facts.made_facts import sequence_facts
 from motiondb.page.parameters import Body, Name, Seed, Text
 from motiondb.page.routes.catalogue import find_row
 from motiondb.page.routes.generating import SaveBody
-from motiondb.page.state import MadeSequence, Page
+from motiondb.page.session.state import MadeSequence, Page
 
 LONGEST_SEQUENCE = 200
 """Terminals of a sequence that is asked for. Chosen by hand: some minutes of motion."""

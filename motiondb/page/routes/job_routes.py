@@ -15,10 +15,10 @@ from starlette.responses import StreamingResponse
 
 from motiondb.capture import unit_from_name
 from motiondb.page.answers import Answer, PageError, to_json
-from motiondb.page.folders import allowed_path, list_folder
-from motiondb.page.jobs import Job
+from motiondb.page.files.folders import allowed_path, list_folder
+from motiondb.page.long_work.jobs import Job
 from motiondb.page.parameters import Body, Seed, Text
-from motiondb.page.state import Page
+from motiondb.page.session.state import Page
 
 EVERY = 0.1
 """Seconds between two looks at a job. Chosen by hand: below what is noticed."""

@@ -9,12 +9,12 @@ from pydantic import Field
 from starlette.responses import Response
 
 from motiondb.database import MotionDB
-from motiondb.page import container, figure
-from motiondb.page.container import Track, body_track
+from motiondb.page.delivery.refs import Ref, load_motion, read_ref
+from motiondb.page.delivery.scene_motions import load_scene
+from motiondb.page.motion import container, figure
+from motiondb.page.motion.container import Track, body_track
 from motiondb.page.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start
-from motiondb.page.refs import Ref, load_motion, read_ref
-from motiondb.page.scene_motions import load_scene
-from motiondb.page.state import Page
+from motiondb.page.session.state import Page
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS
 

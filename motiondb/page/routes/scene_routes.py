@@ -13,12 +13,12 @@ from motiondb.database.scenes.scene_boards import read_board
 from motiondb.database.scenes.scene_files import TACTICS
 from motiondb.database.scenes.scene_reports import report_facts
 from motiondb.page.answers import Answer, PageError
-from motiondb.page.boards import read_board_text
+from motiondb.page.delivery.refs import Ref, read_ref
 from motiondb.page.facts.scene_facts import find_kept, kept_scene_facts, read_scene_facts
+from motiondb.page.files.boards import read_board_text
 from motiondb.page.parameters import Body, RefText, Seed, Text
-from motiondb.page.refs import Ref, read_ref
 from motiondb.page.routes.board_routes import BoardBody
-from motiondb.page.state import Page
+from motiondb.page.session.state import Page
 
 Minutes = Annotated[float, Field(gt=0.0, le=10_000.0, allow_inf_nan=False)]
 _LISTED = ("characters", "clips", "frames", "seconds", "error", "rules", "broken")

@@ -13,9 +13,9 @@ from starlette.formparsers import MultiPartException
 from starlette.responses import Response
 
 from motiondb.page.answers import Answer, PageError
-from motiondb.page.downloads import Download, download
+from motiondb.page.delivery.downloads import Download, download
 from motiondb.page.parameters import Body, End, Part, RefText, Start
-from motiondb.page.state import Page
+from motiondb.page.session.state import Page
 
 MOST_ITEMS = 500
 Format = Literal["bvh", "glb", "source"]

@@ -12,12 +12,12 @@ from motiondb.database.generate.generating import Generated
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.page.answers import PageError, unknown
 from motiondb.page.facts.scene_facts import FACTS_FILE
-from motiondb.page.held import HeldDatabase
-from motiondb.page.jobs import Jobs
-from motiondb.page.memory import Shelf
+from motiondb.page.files.uploads import Uploads
+from motiondb.page.long_work.jobs import Jobs
+from motiondb.page.session.held import HeldDatabase
+from motiondb.page.session.memory import Shelf
+from motiondb.page.session.watching import Watch
 from motiondb.page.settings import PageSettings
-from motiondb.page.uploads import Uploads
-from motiondb.page.watching import Watch
 from motiondb.records import Caption
 
 MOST_UNDONE = 100

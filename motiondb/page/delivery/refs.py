@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.page.answers import PageError, unknown
-from motiondb.page.state import Page
+from motiondb.page.session.state import Page
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Motion
 

@@ -1,9 +1,9 @@
 """Long work: each piece in a process of its own, which can be cancelled.
 
-A worker (:mod:`motiondb.page.worker`) reads commands, one JSON object a line, and writes events in
-the same form. Adding, learning and grammars get a new worker each. Scenes share one that stays, so
-that clips and compiled code are there when a player is dragged. Ending a worker is always safe: the
-database saves all of a change or nothing.
+A worker (:mod:`motiondb.page.long_work.worker`) reads commands, one JSON object a line, and writes
+events in the same form. Adding, learning and grammars get a new worker each. Scenes share one that
+stays, so that clips and compiled code are there when a player is dragged. Ending a worker is always
+safe: the database saves all of a change or nothing.
 """
 
 from __future__ import annotations
@@ -114,9 +114,9 @@ class Worker:
     """
 
     def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
-        command = [sys.executable, "-P", "-m", "motiondb.page.worker", str(database.absolute())]
+        module, file = "motiondb.page.long_work.worker", str(database.absolute())
         self._process = subprocess.Popen(
-            [*command, "read-only" if read_only else "writing"],
+            [sys.executable, "-P", "-m", module, file, "read-only" if read_only else "writing"],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             encoding="utf-8", cwd=folder,
         )  # fmt: skip

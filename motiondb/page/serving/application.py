@@ -15,8 +15,7 @@ from starlette.responses import FileResponse, Response
 
 from motiondb.errors import MotionDBError
 from motiondb.page.answers import Answer, answer_of, error_answer, unknown
-from motiondb.page.bundle_files import BUNDLE, NO_BUNDLE, bundle_file
-from motiondb.page.guard import Guard
+from motiondb.page.files.bundle_files import BUNDLE, NO_BUNDLE, bundle_file
 from motiondb.page.routes import (
     asking,
     board_routes,
@@ -28,8 +27,9 @@ from motiondb.page.routes import (
     scene_routes,
     upload_routes,
 )
+from motiondb.page.serving.guard import Guard
+from motiondb.page.session.state import Page
 from motiondb.page.settings import VERSION, PageSettings
-from motiondb.page.state import Page
 
 _ROUTES = (
     catalogue, asking, generating, motions, grammar_routes, board_routes, scene_routes,
