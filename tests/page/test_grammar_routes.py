@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from page_serving import ADDRESS, get, post, refused
+from page_serving import ADDRESS, CheckedClient, get, post, refused
 from starlette.testclient import TestClient
 from test_job_routes import ended
 
@@ -25,7 +25,7 @@ def editor(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) -> Iter
     copy = Path(shutil.copy(learned_file, folder / "motions.duckdb"))
     (folder / "private").mkdir()
     application = make_application(PageSettings(copy, warm=False), folder / "private", folder)
-    with TestClient(application, base_url=ADDRESS) as client:
+    with CheckedClient(application, base_url=ADDRESS) as client:
         body = {"captures": CAPTURES, "name": "play", "sentences": "captures"}
         job = ended(client, post(client, "/api/grammars", body))
         assert job["result"] == {"grammar": "play", "lost": []}

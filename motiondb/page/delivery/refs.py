@@ -2,7 +2,8 @@
 
 ``capture:NAME`` is a stored capture, ``upload:ID/FILE`` an uploaded file, ``made:ID`` a motion
 generated from a sentence, ``sequence:ID`` one from a grammar, ``scene:ID`` a scene that was made,
-``kept:NAME`` a scene in the database.
+``kept:NAME`` a scene in the database. ``first:ID`` is the first motion of a scene that is being
+updated.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from motiondb.page.session.state import Page
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Motion
 
-KINDS = ("capture", "upload", "made", "sequence", "scene", "kept")
+KINDS = ("capture", "upload", "made", "sequence", "scene", "first", "kept")
 
 
 @dataclass(frozen=True)

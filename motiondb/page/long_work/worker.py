@@ -49,6 +49,10 @@ class Events:
         self._what, self._told = what, now
         self.write({"what": what, "share": share, "error": error})
 
+    def preview(self, ref: str) -> None:
+        """Tell the ref of a first motion."""
+        self.write({"preview": ref})
+
     def write(self, event: dict[str, Any]) -> None:
         """Write an event."""
         self._out.write(json.dumps(to_json(event)) + "\n")

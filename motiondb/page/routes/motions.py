@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 from pydantic import Field
@@ -22,6 +22,12 @@ MOST_THUMBS = 200
 THUMB_FRAMES, THUMB_SECONDS = 24, 4.0
 """Frames of a small motion, and the seconds that they span. Chosen by hand."""
 MOST_MOTIONS = 64
+_CONTAINER: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "Motion as binary; docs/page.md tells the form.",
+        "content": {container.MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+    }
+}
 Rate = Annotated[float, Query(ge=1.0, le=MOTION_FPS, description="Frames per second.")]
 
 
@@ -42,7 +48,7 @@ def router(page: Page) -> APIRouter:
     """
     routes = APIRouter(tags=["motion"])
 
-    @routes.get("/api/motion", response_class=Response)
+    @routes.get("/api/motion", response_class=Response, responses=_CONTAINER)
     def motion(
         ref: RefText, start: Start = None, end: End = None, fps: Rate = MOTION_FPS
     ) -> Response:
@@ -51,7 +57,7 @@ def router(page: Page) -> APIRouter:
             data = tracks_of(page, db, Part(ref=ref, start=start, end=end), fps)
         return _binary(data)
 
-    @routes.post("/api/motions", response_class=Response)
+    @routes.post("/api/motions", response_class=Response, responses=_CONTAINER)
     def motions(body: MotionsBody) -> Response:
         """Several motions in one container, in the order asked for."""
         found: list[Track] = []
@@ -60,7 +66,7 @@ def router(page: Page) -> APIRouter:
                 found += tracks_of(page, db, part, body.fps)
         return _binary(found)
 
-    @routes.get("/api/thumbs", response_class=Response)
+    @routes.get("/api/thumbs", response_class=Response, responses=_CONTAINER)
     def thumbs(
         name: Annotated[
             list[Annotated[str, Query(max_length=LONGEST_TEXT)]],
@@ -77,7 +83,7 @@ def router(page: Page) -> APIRouter:
 def tracks_of(page: Page, db: MotionDB, part: Part, fps: float) -> list[Track]:
     """Return the tracks of a part; those of a scene include the ball."""
     ref = read_ref(part.ref)
-    if ref.kind in ("scene", "kept"):
+    if ref.kind in ("scene", "first", "kept"):
         return load_scene(page, db, ref, part.start, part.end, fps)
     loaded = load_motion(page, db, ref, part.start, part.end)
     first = round((part.start or 0.0) * MOTION_FPS / FEATURE_STEP) * FEATURE_STEP / MOTION_FPS

@@ -77,6 +77,7 @@ def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE
         title="motiondb", version=VERSION, lifespan=lifespan,
         description="The interface of the page. docs/page.md tells the answers.",
         openapi_url="/api/openapi.json", docs_url=None, redoc_url=None,
+        separate_input_output_schemas=False,  # fields with a default may be absent in answers too
         responses={
             code: {"description": text, "content": {"application/json": {"schema": _ERROR}}}
             for code, text in _STATUSES.items()

@@ -198,7 +198,13 @@ function open(host: HTMLElement, context: Context): OpenView {
         );
         fill(
           understood,
-          questionElement(answer.question, answer.sentences, answer.unknown, answer.suggested, replaceWord),
+          questionElement(
+            answer.question,
+            [...answer.sentences, ...answer.sources],
+            answer.unknown,
+            answer.suggested,
+            replaceWord,
+          ),
           answer.decoding ? decodingElement(answer.decoding) : null,
         );
         answers.show(answer);
