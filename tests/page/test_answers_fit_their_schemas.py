@@ -14,6 +14,7 @@ import pytest
 from page_serving import ADDRESS, CheckedClient, faults, get, post
 from test_job_routes import ended
 
+from motiondb.page.motion.container import read_tracks
 from motiondb.page.serving.application import make_application
 from motiondb.page.settings import PageSettings
 
@@ -99,11 +100,24 @@ def make_a_scene(client: CheckedClient) -> None:
     scene = job["result"]["ref"]
     get(client, "/api/scene", ref=scene)
     moved = {"scene": scene, "text": WALK.replace("0 8", "0.5 8")}
-    assert ended(client, post(client, "/api/scenes/update", moved))["state"] == "done"
+    updated = ended(client, post(client, "/api/scenes/update", moved))
+    assert updated["state"] == "done"
+    check_first_motion(client, updated["preview"])
     kept = post(client, "/api/scenes/keep", {"ref": scene, "name": "kept"})["ref"]
     get(client, "/api/scene", ref=kept)
     get(client, "/api/scenes")
     assert client.delete("/api/scene", params={"ref": kept}).json()["removed"] == "kept"
+
+
+def check_first_motion(client: CheckedClient, first: str) -> None:
+    """The first motion of an update can be played, and nothing else can be done with it."""
+    assert first.startswith("first:s")
+    answer = client.get("/api/motion", params={"ref": first})
+    (track,) = read_tracks(answer.content)
+    assert (track.name, track.ref, track.team) == ("A1", first, "attack")
+    assert abs(track.points[0, 0, 0] - 0.5) < 1.5  # near where the changed diagram begins, metres
+    assert client.get("/api/motion", params={"ref": "first:s0000000000"}).status_code == 404
+    assert client.get("/api/download", params={"ref": first}).status_code == 400
 
 
 def add_and_learn(client: CheckedClient, some: Path) -> None:

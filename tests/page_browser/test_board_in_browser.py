@@ -147,11 +147,10 @@ def test_a_scene_is_made_survives_a_reload_and_follows_a_change(serve_copy, new_
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
     drag(page, (0.0, 8.0), (0.5, 8.0))
-    wait_for(
-        page,
+    page.wait_for_function(
         "first => new URLSearchParams(location.hash.split('?')[1]).get('scene') !== first",
-        first,
-    )
+        arg=first, timeout=4 * WAIT,
+    )  # fmt: skip
     second = made(page)
     moves = [url for url in asked if "/api/motion?" in url]
     assert any("ref=first" in url for url in moves)  # seen before its report was made

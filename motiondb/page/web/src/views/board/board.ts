@@ -273,7 +273,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     h(
       "div",
       { class: "board-body" },
-      h("div", { class: "board-left" }, tools.element, drawing.element, faults),
+      h("div", { class: "board-left" }, tools.element, drawing.element),
       h(
         "div",
         { class: "board-right" },
@@ -286,6 +286,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           undoButton,
           h("label", { class: "check" }, warm, "follow changes"),
         ),
+        faults,
         side,
         making.element,
       ),

@@ -68,16 +68,19 @@ export function reasonsElement(explanation: Explanation, score: number): HTMLEle
     h(
       "tbody",
       {},
-      rows.map((row) => {
+      rows.flatMap((row) => {
         const bar = h("span", { class: row.amount < 0 ? "reason-bar against" : "reason-bar" });
         bar.style.width = `${(Math.abs(row.amount) / largest) * 100}%`;
-        return h(
-          "tr",
-          {},
-          h("th", { scope: "row" }, row.label),
-          h("td", { class: "number-cell" }, nats(row.amount)),
-          h("td", { class: "reason-cell" }, bar, h("span", { class: "reason-detail" }, row.detail)),
-        );
+        return [
+          h(
+            "tr",
+            {},
+            h("th", { scope: "row" }, row.label),
+            h("td", { class: "number-cell" }, nats(row.amount)),
+            h("td", { class: "reason-cell" }, bar),
+          ),
+          h("tr", {}, h("td", { class: "reason-detail", colspan: 3 }, row.detail)),
+        ];
       }),
     ),
   );

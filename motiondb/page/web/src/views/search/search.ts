@@ -188,6 +188,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     const { signal } = abort;
     if (!wanted.q && !wanted.like) return showStart();
     busy(true);
+    if (!wanted.q) understood.replaceChildren(); // the chips of another question
     try {
       const rest = { where: wanted.where, limit: wanted.limit || "10" };
       if (wanted.q) {
