@@ -35,6 +35,8 @@ class CheckedClient(TestClient):
     def request(self, method: str, url: Any, **options: Any) -> Any:
         answer = super().request(method, url, **options)
         path = str(answer.request.url.path)
+        if path == "/api/openapi.json":
+            return answer
         if answer.is_success and answer.headers["content-type"] == "application/json":
             route, schema = self.schema_of(method.lower(), path, str(answer.status_code))
             assert faults(schema, answer.json()) == [], (method, path)
