@@ -199,7 +199,7 @@ export function makeMaking(
       void begin("/api/scenes", { text, seed });
     },
     update(text) {
-      if (scene) void begin("/api/scenes/update", { scene: scene.replace(/^\w+:/, ""), text });
+      if (scene) void begin("/api/scenes/update", { scene, text });
     },
     open(ref, job) {
       if (job && job !== watched?.id) watch(job);
