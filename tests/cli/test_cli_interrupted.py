@@ -20,7 +20,7 @@ import pytest
 
 import motiondb
 
-# Where the tests themselves run in the background of a shell, interrupts are ignored unless asked for.
+# A shell starts background jobs with interrupts ignored; what the tests start must heed them.
 HEEDED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
 PROGRAM = [sys.executable, "-c", f"{HEEDED}; from motiondb.cli.main import main; main()"]
 Contents = Callable[[Path], dict[str, list[Any]]]
