@@ -150,7 +150,8 @@ def capture_facts(db: MotionDB, row: BrowsedCapture) -> dict[str, Any]:
         found = db.provenance(name)
         facts["sources"], facts["stretches"] = source_facts(found), stretch_facts(found)
         shown = db.show(name)
-        facts["grammar"], facts["string"] = shown.get("grammar"), shown.get("string")
+        if "string" in shown:
+            facts["grammar"], facts["string"] = shown["grammar"], shown["string"].split()
     return facts
 
 
