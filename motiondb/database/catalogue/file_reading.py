@@ -11,24 +11,32 @@ import faulthandler
 import os
 import signal
 import threading
-import time
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from motiondb import capture, store
 from motiondb.capture.sheets.sheet import SheetEntry
 from motiondb.errors import CaptureError, MotionDBError
+from motiondb.parent_process import end_with_parent, is_main_thread
 from motiondb.pose import retarget
 from motiondb.records import CaptureInfo, Clip, Motion
 
 _FEW = 4
 """Files that are read faster than other processes start."""
-_WATCH = "end with parent"
+_AHEAD = 4
+"""Files that are handed out for each process before the first of them is saved. Chosen by hand: the
+others go on beside a slow file, and few readings wait in memory."""
+_ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""Environment of the processes: there is one for each core already."""
 _GRACE = 2.0
 """A process that reads for this multiple of a file's time limit is ended: then the limit could not
 interrupt it, because it was inside a library."""
@@ -137,26 +145,44 @@ def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
                 yield reading
                 done += 1
         except BrokenProcessPool:
-            for job in jobs[done : done + 2 * n_jobs]:
+            for job in jobs[done : done + _AHEAD * n_jobs]:
                 yield _read_alone(job)
                 done += 1
 
 
 def _read_in_processes(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
-    """Return readings in the order of the jobs, made by several processes at once."""
-    from joblib import Parallel, delayed
+    """Yield readings in the order of the jobs, made by several processes at once.
 
-    with _interrupts_wait():
-        readings: Iterator[Reading] = Parallel(n_jobs=n_jobs, return_as="generator")(
-            delayed(_read_beside)(os.getpid(), str(Path.cwd()), job) for job in jobs
-        )
-    return readings
+    Raises
+    ------
+    BrokenProcessPool
+        If one of the processes dies.
+    """
+    from joblib.externals.loky import ProcessPoolExecutor
+
+    pool = ProcessPoolExecutor(
+        n_jobs,
+        initializer=end_with_parent,
+        initargs=(os.getpid(), is_main_thread()),
+        env=_ONE_THREAD,
+    )
+    folder, running = str(Path.cwd()), deque[Any]()
+    try:
+        for job in jobs:
+            with _interrupts_wait():  # the first job starts the processes
+                running.append(pool.submit(_read_beside, folder, job))
+            if len(running) == _AHEAD * n_jobs:
+                yield running.popleft().result()
+        while running:
+            yield running.popleft().result()
+    finally:
+        pool.shutdown(kill_workers=bool(running))  # those left belong to an error
 
 
 def _read_alone(job: _Job) -> Reading:
     """Read one file in a process of its own; a problem where the process dies."""
     try:
-        (reading,) = _read_in_processes([job], 2)
+        (reading,) = _read_in_processes([job], 1)
     except BrokenProcessPool:
         name, path = job[0], job[1]
         return Reading(
@@ -182,14 +208,9 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _read_beside(parent: int, folder: str, job: _Job) -> Reading:
-    """Read in another process, which ends when its parent has been killed.
-
-    Processes are used again: ``folder`` is the working directory of this job.
-    """
+def _read_beside(folder: str, job: _Job) -> Reading:
+    """Read in another process; ``folder`` is the working directory of the one that asks."""
     os.chdir(folder)
-    if not any(thread.name == _WATCH for thread in threading.enumerate()):
-        threading.Thread(target=_end_with, args=(parent,), name=_WATCH, daemon=True).start()
     path, limits = job[1], job[-1].limits
     n_bytes = path.stat().st_size if path.is_file() else 0
     capture.cap_memory(_PROCESS_MEMORY * max(limits.memory, _PROCESS_MEMORY * n_bytes))
@@ -200,13 +221,6 @@ def _read_beside(parent: int, folder: str, job: _Job) -> Reading:
             return _read_one(*job)
         finally:
             faulthandler.cancel_dump_traceback_later()
-
-
-def _end_with(parent: int) -> None:
-    """End this process when its parent has ended."""
-    while os.getppid() == parent:
-        time.sleep(0.5)
-    os._exit(1)
 
 
 def _read_one(
