@@ -28,7 +28,7 @@ import signal
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -88,7 +88,7 @@ class Reference:
     names: frozenset[str]
 
 
-def run(seeds: range, database: Path) -> Iterator[Outcome]:
+def run(seeds: Sequence[int], database: Path) -> Iterator[Outcome]:
     """Kill one command for each seed, all kinds in turn.
 
     The folder that the cases copy, and what commands do undisturbed, are kept beside the database,
