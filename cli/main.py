@@ -77,7 +77,23 @@ def _run() -> int:
     except MotionDBError as error:
         typer.echo(f"error: {error}", err=True)
         return 1
+    except OSError as error:
+        if not _end_output():
+            raise
+        found = (error.strerror or "an error").lower()
+        typer.echo(f"error: output: expected to write all of it, found: {found}.", err=True)
+        return 1
     return 0
+
+
+def _end_output() -> bool:
+    """Return whether standard output takes no more, and leave out what it did not take."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return True
+    return False
 
 
 def _run_command() -> None:

@@ -13,15 +13,16 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from motiondb import capture, store
+from motiondb.bounded_files import read_bounded_text
 from motiondb.capture.sheets.sheet import SheetEntry
 from motiondb.errors import CaptureError, MotionDBError
 from motiondb.parent_process import end_with_parent, is_main_thread
@@ -43,6 +44,10 @@ interrupt it, because it was inside a library."""
 _PROCESS_MEMORY = 4.0
 """A process may take this multiple of the memory of a clip: resampling and solving the canonical
 body hold a few arrays of the same size."""
+
+
+class _NoProcessError(Exception):
+    """The system lets no process start."""
 
 
 @dataclass(frozen=True)
@@ -148,6 +153,9 @@ def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
             for job in jobs[done : done + _AHEAD * n_jobs]:
                 yield _read_alone(job)
                 done += 1
+        except _NoProcessError:
+            yield from (_read_one(*job) for job in jobs[done:])
+            return
 
 
 def _read_in_processes(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
@@ -157,6 +165,8 @@ def _read_in_processes(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
     ------
     BrokenProcessPool
         If one of the processes dies.
+    _NoProcessError
+        If the system allows no more processes or open files.
     """
     from joblib.externals.loky import ProcessPoolExecutor
 
@@ -166,17 +176,36 @@ def _read_in_processes(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
         initargs=(os.getpid(), is_main_thread()),
         env=_ONE_THREAD,
     )
-    folder, running = str(Path.cwd()), deque[Any]()
+    folder, running = _working_folder(), deque[Future[Reading]]()
     try:
         for job in jobs:
-            with _interrupts_wait():  # the first job starts the processes
-                running.append(pool.submit(_read_beside, folder, job))
+            running.append(_submit(pool, folder, job))
             if len(running) == _AHEAD * n_jobs:
                 yield running.popleft().result()
         while running:
             yield running.popleft().result()
     finally:
-        pool.shutdown(kill_workers=bool(running))  # those left belong to an error
+        with suppress(Exception):  # a pool that could not start has nothing to end
+            pool.shutdown(kill_workers=bool(running))  # files that are left belong to an error
+
+
+def _submit(pool: Executor, folder: str, job: _Job) -> Future[Reading]:
+    """Hand out a file; the first one starts the processes, for which joblib may raise anything."""
+    try:
+        with _interrupts_wait():
+            return pool.submit(_read_beside, folder, job)
+    except BrokenProcessPool:
+        raise
+    except Exception as error:
+        raise _NoProcessError from error
+
+
+def _working_folder() -> str:
+    """Return the working folder, or the root where it was removed meanwhile."""
+    try:
+        return str(Path.cwd())
+    except FileNotFoundError:
+        return os.sep
 
 
 def _read_alone(job: _Job) -> Reading:
@@ -286,7 +315,7 @@ def read_joint_map(path: Path) -> dict[str, str]:
         with every line that is no such pair.
     """
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_bounded_text(path).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise MotionDBError(f"{path}: expected a readable joint map, found {error}.") from None
     pairs: dict[str, str] = {}
