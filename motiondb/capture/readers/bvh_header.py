@@ -173,8 +173,6 @@ def _read_offset(state: _State, tokens: Tokens, place: int) -> int:
         on_line = " ".join(text for at, text in tokens[place + 1 : place + 4] if at == line)
         shown = quoted(on_line or "none")
         state.faults.append((line, f"expected 3 numbers after OFFSET, found {shown}."))
-        if state.stack and state.nodes[state.stack[-1]].offset is None:
-            state.nodes[state.stack[-1]].offset = (0.0, 0.0, 0.0)  # it is there, though wrong
         return _next_keyword(tokens, place + 1)
     if not state.stack:
         state.faults.append((line, "expected OFFSET inside a joint, found it outside."))
