@@ -113,7 +113,7 @@ def not_read(folder: Path | str) -> tuple[str, ...]:
             if not os.access(path, os.R_OK | os.X_OK):
                 sentences.append(f"{printable(path)}: a folder that may not be read")
         elif path.suffix.lower() in FORMATS and not path.is_file():
-            what = "a link that leads to no file" if path.is_symlink() else "no file"
+            what = "a link that leads to no file" if path.is_symlink() else "a pipe or device"
             sentences.append(f"{printable(path)}: {what} is not read")
         elif path.suffix.lower() in OTHER_FORMATS and path.is_file():
             others.setdefault(path.suffix.lower(), []).append(path)

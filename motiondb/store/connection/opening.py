@@ -166,10 +166,10 @@ def connect(
     StoreError
         The file is held, or is none of DuckDB's, or is damaged.
     """
-    if path.exists() and not (path.is_file() or path.is_dir()):  # DuckDB would wait for a pipe
+    if not (path.is_file() or path.is_dir()):  # DuckDB would make one, or wait for a pipe
+        found = "neither a file nor a folder" if path.exists() else "no such file"
         raise StoreError(
-            f"{named or path}: expected a database of motiondb, found neither a file nor a folder. "
-            "Name another file with --db."
+            f"{path}: expected a database of motiondb, found {found}. Name another file with --db."
         )
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
     while True:
