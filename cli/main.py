@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -43,6 +44,8 @@ def _options(
 
 
 INTERRUPTED = 130
+_NO_OUTPUT = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG, errno.EDQUOT)
+"""What the system says when standard output takes no more; a closed pipe is Typer's."""
 
 for module in (
     cataloguing, learning, asking, words, events, knowledge, grammars, motion_grammars, serving,
@@ -72,12 +75,24 @@ def _run() -> int:
     try:
         _run_command()
     except (QueryError, NotLearnedError) as error:
-        typer.echo(f"error: {error}", err=True)
+        _tell(error)
         return 2
     except MotionDBError as error:
-        typer.echo(f"error: {error}", err=True)
+        _tell(error)
+        return 1
+    except OSError as error:
+        if error.filename is not None or error.errno not in _NO_OUTPUT:
+            raise
+        found = (error.strerror or "an error").lower()
+        typer.echo(f"error: output: expected to write all of it, found: {found}.", err=True)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python flushes it when it ends
         return 1
     return 0
+
+
+def _tell(error: Exception) -> None:
+    """Print the message of an error, also where a file name in it is no text."""
+    typer.echo(f"error: {error}".encode("utf-8", "backslashreplace").decode(), err=True)
 
 
 def _run_command() -> None:

@@ -24,7 +24,7 @@ The attack on motiondb, by `python benchmarks/robustness.py PART --out DIR`, and
 `tests/cli/test_cli_waiting.py`). Counts are of the cases that ran; a target that asks for more
 cases than ran is not met, and says so. The databases are learned from the sample data."""
 
-UNKNOWN = """## What is not known
+UNKNOWN = """## What is not known, and limits
 
 * **A log that was cut short.** Changes that are not yet in the database file are in a log beside it
   (`.wal`). DuckDB replays the log up to its last whole transaction, and says nothing of what
@@ -32,6 +32,16 @@ UNKNOWN = """## What is not known
   a whole, earlier state; `check` calls it sound. It is tested that no part of a later change is
   there without the changes before it (`tests/store/test_store_cut_log.py`). That changes were lost
   cannot be seen from the file. A log with flipped bits is refused.
+* **A log that is none.** A file of that name that does not begin like a log of DuckDB's is passed
+  over by DuckDB, and `check` calls the database sound.
+* **Learning while others change captures.** `learn` computes without holding the file, and saves
+  only if captures and words are as it read them; otherwise it begins again. After three attempts it
+  gives up, says so, and changes nothing. Where somebody always writes, it never ends otherwise.
+* **Ending with a killed command.** The processes that read files for `add` end within a second or
+  two after it was killed: at once where the kernel ends them (Linux, when the command's main thread
+  started them), otherwise when their own thread has looked, every quarter of a second. A library
+  that keeps Python from running delays that on other systems than Linux. On Windows they end with
+  the file that they read.
 * **Power failures.** The kills end processes, not the computer; what the disk had written by then
   is not tried.
 * **The system's temporary folder** is not looked at after kills. Reading C3D files uses it, and so
