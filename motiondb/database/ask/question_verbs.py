@@ -98,7 +98,10 @@ class QuestionVerbs(CatalogueVerbs):
                 )
             take = replace_unknown if by_symbols else take_unknown
             seen, takings = (leave_unknown if exact else take)(learned, words, nearby_table())
-            answer = word_answers.search_words(seen, words, allowed, limit, by_symbols, written)
+            answer = word_answers.search_words(
+                seen, words, allowed, limit, by_symbols, written,
+                lambda capture: self.session.features.of_capture(capture),
+            )  # fmt: skip
             answer = word_answers.with_takings(answer, takings)
             behind = [word for taking in answer.taken.values() for word, _ in taking.words]
             return replace(
