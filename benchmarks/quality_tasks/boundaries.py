@@ -62,11 +62,13 @@ def measure(database: Path, seed: int) -> TaskReport:
     marked = read_marks(MARKS)
     with motiondb.open(database, read_only=True) as db:
         real = ask(db, marked)
-    with tempfile.TemporaryDirectory() as folder:
-        with motiondb.open(Path(folder) / "sample.duckdb") as db:
-            db.add(SAMPLE / "captures", SAMPLE / "captions.tsv")
-            db.learn(LearnSettings(seed=seed))
-            made = ask(db, _sample_marks())
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        motiondb.open(Path(folder) / "sample.duckdb") as db,
+    ):
+        db.add(SAMPLE / "captures", SAMPLE / "captions.tsv")
+        db.learn(LearnSettings(seed=seed))
+        made = ask(db, _sample_marks())
     rows = [("real captures", *_row(real, seed))]
     rows += _grouped("performer", real, lambda one: one.capture.split("/")[0], seed)
     rows += _grouped("word", real, lambda one: one.word, seed)
@@ -75,8 +77,8 @@ def measure(database: Path, seed: int) -> TaskReport:
     return TaskReport(
         "Boundaries of short actions",
         f"{n} intervals of short actions were marked by looking at strips of stick figures of "
-        f"{len({capture for capture, _ in marked})} CMU captures (a jump from take-off to landing). "
-        "Each word is asked of each capture with marks; the first interval counts, without what is "
+        f"{len({capture for capture, _ in marked})} CMU captures (a jump from take-off to "
+        "landing). Each word is asked of each capture with marks; the first interval counts, without what is "
         "written of the capture. Its boundaries are compared with the run of successive marks (one "
         "action, or several with what lies between) that they are closest to. *Segments*: the "
         "same answers with the boundaries of segments, as before there was evidence for frames. "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -324,4 +325,4 @@ def test_which_part_to_label_next_is_said(command: Any, some: Path) -> None:
     assert [row["gain"] for row in rows] == sorted((r["gain"] for r in rows), reverse=True)
     assert "boris/punch_1" in command("words", "suggest", "--parts").out
     spans = sorted((row["start"], row["end"]) for row in rows)
-    assert all(first[1] <= second[0] for first, second in zip(spans, spans[1:]))
+    assert all(first[1] <= second[0] for first, second in pairwise(spans))
