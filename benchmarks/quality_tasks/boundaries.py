@@ -78,10 +78,11 @@ def measure(database: Path, seed: int) -> TaskReport:
         "Boundaries of short actions",
         f"{n} intervals of short actions were marked by looking at strips of stick figures of "
         f"{len({capture for capture, _ in marked})} CMU captures (a jump from take-off to "
-        "landing). Each word is asked of each capture with marks; the first interval counts, without what is "
-        "written of the capture. Its boundaries are compared with the run of successive marks (one "
-        "action, or several with what lies between) that they are closest to. *Segments*: the "
-        "same answers with the boundaries of segments, as before there was evidence for frames. "
+        "landing). Each word is asked of each capture with marks; the first interval counts, "
+        "without what is written of the capture. Its boundaries are compared with the run of "
+        "successive marks (one action, or several with what lies between) that they are closest "
+        "to. *Segments*: the same answers with the boundaries of segments, as before there was "
+        "evidence for frames. "
         "Captions of the asked capture took part in learning, as in any database. Intervals are "
         "over questions.",
         ("asked of", "questions", "median error, s", "segments: median error, s",
