@@ -46,11 +46,6 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
                 rows.append((f"the suggested part, {what}", shown, *_row(after, takes, seed)))
                 rows.append((f"the suggested part, {what}, its own label counts", shown,
                              *_row(after, takes, seed, offered[0].capture)))  # fmt: skip
-        each = [
-            _right(_labelled(learned, take.capture.name, label, (start, end)), takes)
-            for take in takes
-            for start, end, label in take.parts
-        ]
     return TaskReport(
         "By word, with one part labelled",
         "The questions of *By word*, boundaries of segments. One part of one long take is labelled "
@@ -61,11 +56,6 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         "it is asked; *its own label counts*: it is used for the take that was labelled.",
         ("labelled", "part", *(f"R@1, IoU {s}" for s in SHARES), "questions"),
         tuple(rows),
-        (
-            f"Each of the {len(each)} true parts labelled alone: of the questions "
-            f"{min(each)} to {max(each)} are right at IoU 0.5, {sum(each) / len(each):.1f} in the "
-            "mean.",
-        ),
     )  # fmt: skip
 
 
@@ -101,10 +91,6 @@ def _shares(learned: Learned, takes: Sequence[LongTake], own: str = "") -> list[
             told = [(match.start, match.end) for match in found]
             shares.append(best_share(take, label, told[0]) if told else 0.0)
     return shares
-
-
-def _right(learned: Learned, takes: Sequence[LongTake]) -> int:
-    return sum(share >= 0.5 for share in _shares(learned, takes))
 
 
 def _row(
