@@ -48,7 +48,7 @@ RIDGE = 150.0
 """Ridge of the regression on standardised cues. On short actions marked in real captures, a third
 and three times as much separated the frames inside from those outside as well."""
 ROUNDS = 5
-"""Fits of the map. With 8, boundaries of marked actions lay .17 s off in the median in place of .21,
+"""Fits of the map. With 8, boundaries of marked actions lay .17 s off in the median, with 5 .21 s,
 which is within chance."""
 SHARPNESS = 6.0
 """Slope of the logistic function. With 12, boundaries of marked actions lay .19 s off in the median
