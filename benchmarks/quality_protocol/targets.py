@@ -103,6 +103,7 @@ def targets(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
     for row in ("words of whole captures", "words of the parts of the other takes"):
         cell = found["By word"].cell("R@1, IoU 0.5", row)
         yield f"by word, {row}, R@1, IoU 0.5: at least 0.6", *reached(cell, 0.6), "By word"
+    yield from _places(found)
     name = "Segmentation without labels"
     for row, column, least in (
         ("true number", "frame accuracy", 0.88), ("own number", "frame accuracy", 0.82),
@@ -117,6 +118,23 @@ def targets(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
         asked = f"{cells[0]} words: at least twice as many usable as by the plain bigram"
         yield asked, *reached(cells[4], 2.0), name
     yield from _generation(found["Generation"])
+
+
+def _places(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
+    """Places by captions of whole takes, with one label, and boundaries."""
+    column, row = "R@1, IoU 0.5", "the same, words that the take's own captions say"
+    cell = found["By word"].cell(column, row)
+    yield f"by word, {row}, {column}: at least 0.7", *reached(cell, 0.7), "By word"
+    name = "By word, with one part labelled"
+    if name in found:
+        cell = found[name].cell(column, "the suggested part, as suggested")
+        asked = f"by word, the suggested part labelled, {column}: at least 0.7"
+        yield asked, *reached(cell, 0.7), name
+    name = "Boundaries of short actions"
+    for cells in found[name].rows if name in found else ():
+        if cells[0] in ("real captures", "sample data (synthetic)"):
+            met = LEVEL if number(cells[2]) <= 0.3 else MISSED
+            yield f"boundaries, {cells[0]}: within 0.3 s in the median", cells[2], met, name
 
 
 def _times(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
