@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 if TYPE_CHECKING:
-    from motiondb import Drift, MotionDB, Taking, WordSource
+    from motiondb import Drift, Grammars, MotionDB, MotionGrammar, Scenes, Taking, WordSource
 
 
 def note_unlearned(db: MotionDB) -> None:
@@ -95,6 +95,42 @@ def note_filter(db: MotionDB, where: str, exact: bool) -> None:
     if not exact:
         for taking in db.taken_in_filter(where).values():
             typer.echo(f"filter: {taking.sentence('there')}", err=True)
+
+
+def note_pattern(grammars: Grammars, name: str, like: str | None, exact: bool) -> None:
+    """Say on standard error what the words of a pattern are taken as that no caption holds.
+
+    Parameters
+    ----------
+    grammars : Grammars
+        The grammars of a database.
+    name : str
+        Name of the grammar.
+    like : str or None
+        The pattern; None where there is none.
+    exact : bool
+        Whether words are not taken as others.
+    """
+    if like is not None and not exact:
+        for taking in grammars.taken_in_pattern(name, like).values():
+            typer.echo(taking.sentence(), err=True)
+
+
+def note_phrases(scenes: Scenes, grammar: MotionGrammar, exact: bool) -> None:
+    """Say on standard error what words of a motion grammar's phrases are taken as.
+
+    Parameters
+    ----------
+    scenes : Scenes
+        The scenes of a database.
+    grammar : MotionGrammar
+        The grammar.
+    exact : bool
+        Whether words are not taken as others.
+    """
+    if not exact:
+        for taking in scenes.taken_words(grammar).values():
+            typer.echo(f"{grammar.name}: {taking.sentence()}", err=True)
 
 
 def note_sources(sources: Sequence[WordSource]) -> None:
