@@ -113,6 +113,7 @@ def print_start(first: Mapping[str, Any]) -> None:
         )
     else:
         typer.echo("No own captions: all words and probabilities are those of the start.")
+        typer.echo("No caption of these captures has checked the probabilities (docs/start.md).")
     if not first["fits"]:
         typer.echo(
             f"{first['strange_motion']:.0%} of the motion is unlike all that the symbols of the "
