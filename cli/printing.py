@@ -150,7 +150,9 @@ def note_sources(sources: Sequence[WordSource]) -> None:
             told.append(f"{source.word} ({source.start_captions})")
     for start, words in alone.items():
         typer.echo(
-            f"known from the start {start} alone (captions there): {', '.join(words)}", err=True
+            f"known from the start {start} alone (captions there): {', '.join(words)}; no own "
+            "caption has checked their probabilities",
+            err=True,
         )
 
 

@@ -113,7 +113,9 @@ def print_start(first: Mapping[str, Any]) -> None:
         )
     else:
         typer.echo("No own captions: all words and probabilities are those of the start.")
-        typer.echo("No caption of these captures has checked the probabilities (docs/start.md).")
+        typer.echo(
+            "The probabilities are brought nearer to 0.5: no own caption has checked them."
+        )
     if not first["fits"]:
         typer.echo(
             f"{first['strange_motion']:.0%} of the motion is unlike all that the symbols of the "
