@@ -87,7 +87,6 @@ def _taken(
     if phrase <= known or not phrase - known <= takings.keys():
         return []
     choices = [
-        [word] if word in known else [w for w, _ in takings[word].words]
-        for word in sorted(phrase)
+        [word] if word in known else [w for w, _ in takings[word].words] for word in sorted(phrase)
     ]
     return [frozenset(chosen) for chosen, _ in zip(product(*choices), range(MOST_PHRASES))]
