@@ -17,7 +17,8 @@ string does not count. A rule is supported if
 
 A rule that is not supported is written out: the nonterminals that derive each other are copied once
 for each round, and the last copy lacks the rule. Then the rules are refitted, which drops what is
-not used. What remains is judged again.
+not used. What remains is judged again. Loops that are supported must also be used in the same way
+wherever they stand (:mod:`.context_evidence`).
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ import numpy as np
 from numba import njit
 
 from motiondb.grammar.induction.cheapest_parse import PARENT, PLACE, RULE, SPAN, read_all
+from motiondb.grammar.induction.context_evidence import split_context, unlike_context
 from motiondb.grammar.induction.refitting import refit, refit_fully
 from motiondb.grammar.rules.rule_laws import components, nullable_lefts, recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
@@ -223,10 +225,15 @@ def keep_supported(rule_set: RuleSet, flat: RuleSet, asked: int) -> RuleSet | No
         if judged is None:
             return None
         refused = [one for one in judged if not one.supported]
-        if not refused:
-            return current
-        worst = min(refused, key=lambda one: one.rounds)
-        written = write_out(current, worst.left, worst.right, worst.rounds)
+        written: RuleSet | None
+        if refused:
+            worst = min(refused, key=lambda one: one.rounds)
+            written = write_out(current, worst.left, worst.right, worst.rounds)
+        else:
+            context = unlike_context(current, flat)
+            if context is None:
+                return current
+            written = split_context(current, context)
         refitted = None if written is None else refit(written, flat)
         if refitted is None:
             return None
