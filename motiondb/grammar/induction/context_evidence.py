@@ -157,8 +157,8 @@ def _by_rules_above(nodes: _Nodes, rows: list[Row], loops: BoolArray) -> Iterato
                 tested = (keys[:, None] == inner).all(axis=2).any(axis=1)
             chance, c = _least_probable(counts, tested)
             row, place = keys[c, -2:].tolist()
-            above_it = (_ROOT, ()) if row == _ROOT else rows[row]
-            yield _Doubt(chance, Context(*above_it, place))
+            left, right = (_ROOT, ()) if row == _ROOT else rows[row]
+            yield _Doubt(chance, Context(left, right, place))
 
 
 def _by_rules_beside(nodes: _Nodes, rows: list[Row], loops: BoolArray) -> Iterator[_Doubt]:
@@ -172,7 +172,8 @@ def _by_rules_beside(nodes: _Nodes, rows: list[Row], loops: BoolArray) -> Iterat
         own = (triples == (row, place, other)).all(axis=1)
         keys, counts = _counted(second[own, :1], first[own, 0], weights[own], len(rows))
         chance, c = _least_probable(counts, np.ones(len(keys), dtype=np.bool_))
-        yield _Doubt(chance, Context(*rows[row], place, (other, rows[int(keys[c, 0])][1])))
+        (left, right), (_, beside) = rows[row], rows[int(keys[c, 0])]
+        yield _Doubt(chance, Context(left, right, place, (other, beside)))
 
 
 def _counted(
