@@ -1,6 +1,6 @@
 """What grammars of movement reach: times, known truth, real takes, pictures; docs/grammar.md.
 
-    python benchmarks/grammar.py --data DIR [--task speed truth recursive number real pictures]
+    python benchmarks/grammar.py --data DIR [--task speed truth recursive ...]
                                  [--style salsa ...] [--language brackets ...] [--sentences 20]
 
 DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` and ``number`` need the sample data only,
@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from grammar_tasks.completion import completion_rows
 from grammar_tasks.number import number_rows
 from grammar_tasks.pictures import pictures
 from grammar_tasks.real_takes import STYLES, real
@@ -28,10 +29,13 @@ from grammar_tasks.tables import sections, write_sections
 from grammar_tasks.truth import PARTS, truth
 
 NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
-TASKS = ("speed", "truth", "recursive", "development", "number", "real", "pictures")
-WITHOUT_DATA = ("truth", "recursive", "development", "number")
+TASKS = (
+    "speed", "truth", "recursive", "development", "completion", "number", "real", "pictures",
+)  # fmt: skip
+WITHOUT_DATA = ("truth", "recursive", "development", "completion", "number")
 RECURSIVE = "Known truth: languages that repeat and nest"
 DEVELOPED = "Known truth: languages of development"
+COMPLETION = "Completion of patterns"
 NUMBER = "Known truth: the number of terminals"
 COMMAND = "python benchmarks/grammar.py --data DIR"
 
@@ -75,6 +79,8 @@ def _made_up(chosen: argparse.Namespace, known: dict[str, str]) -> Jobs:
         names = [name for name in DEVELOPMENT if name in (chosen.language or DEVELOPMENT)]
         command = "python benchmarks/grammar.py --task development"
         jobs[DEVELOPED] = command, partial(development_rows, names, known.get(DEVELOPED, ""))
+    if "completion" in chosen.task:
+        jobs[COMPLETION] = "python benchmarks/grammar.py --task completion", completion_rows
     if "number" in chosen.task:
         jobs[NUMBER] = "python benchmarks/grammar.py --task number", number_rows
     return jobs
@@ -104,7 +110,15 @@ def _write(page: Path, title: str, body: str) -> None:
     notes = sections(NOTES.read_text(encoding="utf-8"))
     known = [f"Known truth: {part}" for part in PARTS]
     loops = [*(f"{RECURSIVE}, {n} sentences" for n in SIZES), DEVELOPED]
-    order = ["Speed", *known, *loops, NUMBER, *(_title(style) for style in STYLES), "Pictures"]
+    order = [
+        "Speed",
+        *known,
+        *loops,
+        COMPLETION,
+        NUMBER,
+        *(_title(style) for style in STYLES),
+        "Pictures",
+    ]
     parts = [body, notes.get(title, "")]
     write_sections(page, notes[""], order, {title: "\n\n".join(part for part in parts if part)})
 

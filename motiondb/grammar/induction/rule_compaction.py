@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.random import PCG64, Generator
@@ -73,6 +73,9 @@ size at which the rules of nested languages were found most often."""
 _FIRST_TRIES_A_SYMBOL = 1000
 """Tries for each symbol of these sentences. With 30, rules that nest in two ways (arithmetic, two
 kinds of brackets) were never found in ten searches, with 400 once, with 1,000 four times."""
+
+_THOROUGH = 8
+"""Searches with so many tries. Chosen by hand, to bound the time."""
 
 _OF_SAMPLE = 10, 60
 """Searches from plain sentences and from perturbed rules of each sample."""
@@ -179,12 +182,16 @@ class Search:
         Rounds of a loop that some sentence must have.
     rng : numpy.random.Generator
         Draws everything.
+    judged : set of float
+        Bits of the rules with loops that were judged. Rules of equal bits are taken for the same,
+        as in a pool, and not judged again.
     """
 
     flat: RuleSet
     effort: Effort
     rounds: int
     rng: np.random.Generator
+    judged: set[float] = field(default_factory=set)
 
     def anneal(self, pool: Pool, begun: RuleSet, tries: int, warmest: float) -> None:
         """Anneal rules; what is found goes into the pool.
@@ -197,7 +204,9 @@ class Search:
             return
         new_loops = not recursive_lefts(begun.rules) or self.rng.random() < _NEW_LOOPS
         found = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
-        if found.bits() < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
+        bits = round(found.bits(), 6)
+        if bits not in self.judged and bits < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
+            self.judged.add(bits)
             kept = keep_supported(refit_fully(found, self.flat), self.flat, self.rounds)
             if kept is not None:
                 _keep(pool, kept)
@@ -213,7 +222,8 @@ def _search_all(pool: Pool, search: Search, donors: Sequence[RuleSet]) -> None:
         _search_sample(pool, search, some or sample(flat, effort.sampled, search.rng))
     for number in range(effort.begun):
         if flat.loops and number % 2 == 0 and n > 2:
-            _search_shortest(pool, search)
+            many = number < 2 * _THOROUGH
+            _search_shortest(pool, search, _FIRST_TRIES_A_SYMBOL if many else _TRIES_A_SYMBOL)
         else:
             search.anneal(pool, flat, effort.tries, WARMEST)
     for donor in donors:
@@ -246,12 +256,15 @@ def _fitting(flat: RuleSet, between: tuple[int, int], rng: np.random.Generator) 
     return max(2, int(np.searchsorted(sizes, most, side="right")))
 
 
-def _search_shortest(pool: Pool, search: Search) -> None:
-    """Anneal the rules of the shortest sentences, then these rules for more and more sentences."""
+def _search_shortest(pool: Pool, search: Search, first_tries: int) -> None:
+    """Anneal the rules of the shortest sentences, then these rules for more and more sentences.
+
+    ``first_tries`` are the tries for each symbol of the shortest sentences.
+    """
     flat, n = search.flat, len(search.flat.rules[search.flat.start])
     number = min(n, _fitting(flat, _FIRST_SIZE, search.rng))
     found = shortest(flat, number)
-    tries, warmest = _FIRST_TRIES_A_SYMBOL, WARMEST
+    tries, warmest = first_tries, WARMEST
     while number < n:
         found = anneal(found, search.rng, tries=tries * _size(found), warmest=warmest)
         number, tries, warmest = min(n, 1 + number * 3 // 2), _TRIES_A_SYMBOL, REWARMED
@@ -271,7 +284,7 @@ def _search_sample(pool: Pool, search: Search, some: RuleSet) -> None:
     begun, repeated = (max(2, min(n, n * _SAMPLE_SIZE // size)) for n in _OF_SAMPLE)
     of_sample: Pool = {}
     _keep(of_sample, some)
-    inner = replace(search, flat=some, effort=replace(effort, tries=tries))
+    inner = replace(search, flat=some, effort=replace(effort, tries=tries), judged=set())
     for _ in range(begun):
         inner.anneal(of_sample, some, tries, WARMEST)
     _search_perturbed(of_sample, inner, repeated)

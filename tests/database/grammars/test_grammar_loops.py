@@ -10,9 +10,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
-from motiondb.grammar.cfg.context_free import choices_of, derive_by, read_grammar
+from motiondb.database.grammars import grammar_sequences
+from motiondb.database.grammars.grammar_learning import GrammarSettings
+from motiondb.database.grammars.grammar_words import terminal_shares, terminals_for
+from motiondb.errors import QueryError
+from motiondb.grammar.cfg.context_free import GrammarError, choices_of, derive_by, read_grammar
 from motiondb.grammar.cfg.parse import accepts, parse
 
 TAKES = ("ana/long_dance_2", "dora/long_dance_1")
@@ -88,3 +93,38 @@ def test_sequences_of_a_loop_end_and_are_drawn_as_loops(looping: MotionDB, tmp_p
     with Image.open(tmp_path / "parse.png") as picture:
         wide, high = picture.size
     assert high < wide / 3  # one node with all rounds: a chain of them would be as high as wide
+
+
+def test_words_and_sentences_lead_to_motion_that_obeys_the_grammar(learned_copy: Path) -> None:
+    with motiondb.open(learned_copy) as db:
+        settings = GrammarSettings(None, from_symbols=True, sentences="captures")
+        takes = ["goran/long_fight_2", "boris/long_fight_1"]
+        learned, _ = db.grammars.learn(takes, "fight", settings)
+        material = grammar_sequences.load_material(db.store, "fight")
+        shares = terminal_shares(db.learned, learned, material.numbers)
+        names = learned.terminals.names
+
+        def shown(word: str) -> set[str]:
+            return {names[k] for k in terminals_for(db.learned, shares, word)}
+
+        kick, punch = shown("kick"), shown("punch")
+        assert kick
+        assert punch
+        for seed in range(2):
+            made = db.grammars.generate("fight", seed, like="... kick ... ? ... punch ...")
+            assert accepts(learned.grammar, made.string)
+            first = next(k for k, name in enumerate(made.string) if name in kick)
+            assert any(name in punch for name in made.string[first + 2 :])
+            again = db.grammars.generate("fight", seed, like="... kick ... ? ... punch ...")
+            assert again.string == made.string
+        said = db.grammars.generate("fight", 3, like="a person kicks, then punches")
+        assert accepts(learned.grammar, said.string)
+        first = next(k for k, name in enumerate(said.string) if name in kick)
+        assert any(name in punch for name in said.string[first + 1 :])
+        assert said.motion.n_frames > 0
+        best = db.grammars.complete("fight", "... kick ...", 3)
+        assert all(kick & set(one.string) for one in best.found)
+        with pytest.raises(QueryError, match=r"'kickk': .* Did you mean kick\?"):
+            db.grammars.complete("fight", "... kickk ...")
+        with pytest.raises(GrammarError, match="expected 'kick' at once after"):
+            db.grammars.complete("fight", " ".join(["kick"] * 60))
