@@ -181,6 +181,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
 def _row(db: MotionDB, size: GrammarSize) -> dict[str, Any]:
     learned = db.grammars.load(size.name)
     return asdict(size) | {
+        "seconds": size.seconds,
         "bits": sum(size.bits.values()),
         "derives_new": derives_new(learned.grammar, learned.strings),
     }

@@ -14,6 +14,8 @@ export interface Corners {
   show(alternatives: readonly Alternative[], colours: TerminalColours): void;
   /** A sentence in the place of alternatives; an empty one removes everything. */
   say(text: string): void;
+  /** While other alternatives are asked for, those on screen cannot be chosen. */
+  wait(): void;
   close(): void;
 }
 
@@ -37,6 +39,7 @@ export function makeCorners(context: Context, choose: (sequence: Sequence) => vo
     clips.forEach((clip) => clip.close());
     ribbons = [];
     clips = [];
+    element.inert = false;
     fill(element);
   }
 
@@ -64,7 +67,7 @@ export function makeCorners(context: Context, choose: (sequence: Sequence) => vo
       { class: playable ? "corner" : "corner not-playable", "aria-label": `Alternative ${number}: ${text}` },
       h(
         "header",
-        { class: "corner-head" },
+        { class: "corner-head", title: text },
         h("b", { class: "corner-number" }, number),
         letters(one.region, colours),
       ),
@@ -110,6 +113,7 @@ export function makeCorners(context: Context, choose: (sequence: Sequence) => vo
       clear();
       if (text) fill(element, h("p", { class: "corners-message" }, text));
     },
+    wait: () => void (element.inert = true),
     close: clear,
   };
 }

@@ -7,22 +7,14 @@ import type { Context } from "../view.ts";
 import { coloursOf, type TerminalColours } from "./colours.ts";
 import { makeCorners } from "./corners.ts";
 import { makeEditorBar, madeFacts } from "./editor_bar.ts";
-import { waysTo } from "./layout.ts";
+import { regionOf, waysTo } from "./layout.ts";
 import { redoOf, rememberRedo } from "./moves.ts";
 import { makePlan } from "./plan.ts";
 import { regionHint, regionPanel } from "./region.ts";
 import { makeScene } from "./scene.ts";
 import { makeStrip } from "./strip.ts";
 import { makeParseTree } from "./tree.ts";
-import { nodeAt } from "./walk.ts";
-import type { Alternatives, GrammarFacts, Sequence } from "./types.ts";
-
-/** A terminal, the levels by which its region is wider, and which draw of alternatives is shown. */
-export interface Selection {
-  at: number;
-  wider: number;
-  draw: number;
-}
+import type { Alternatives, GrammarFacts, Selection, Sequence, TreeNode } from "./types.ts";
 
 export interface Editor {
   readonly element: HTMLElement;
@@ -44,7 +36,6 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
   let sequence: Sequence | null = null;
   let colours: TerminalColours = coloursOf([]);
   let selection: Selection | null = null;
-  let answer: Alternatives | null = null;
   let treeShown = false;
   let wanted = "";
   let asked = 0;
@@ -85,20 +76,28 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
 
   function showTree(): void {
     tree.element.hidden = !treeShown;
+    element.classList.toggle("with-tree", treeShown);
     bar.setTree(treeShown);
-    if (treeShown) markTree();
+    if (treeShown) tree.mark(chosenNode());
   }
 
-  function markTree(): void {
-    tree.mark(sequence && answer ? nodeAt(sequence.tree, answer.region.path) : null);
+  /** The node of the chosen region. */
+  function chosenNode(): number | null {
+    return sequence && selection ? regionOf(sequence.tree, selection.at, selection.wider) : null;
+  }
+
+  function chosenRegion(): TreeNode | null {
+    const node = chosenNode();
+    return node === null ? null : sequence!.tree[node]!;
   }
 
   function mark(): void {
-    const region = answer ? ([answer.region.start, answer.region.end] as const) : null;
+    const part = chosenRegion();
+    const region = part ? ([part.start, part.end] as const) : null;
     strip.mark(selection?.at ?? null, region);
     plan.mark(region);
     scene.mark(region);
-    if (treeShown) markTree();
+    if (treeShown) tree.mark(chosenNode());
   }
 
   function showPanel(): void {
@@ -106,13 +105,23 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
     const { at, wider, draw } = selection;
     fill(
       panel,
-      regionPanel(sequence, at, answer, colours, {
-        widen: () => select({ at, wider: wider + 1, draw: 0 }),
-        narrow: () => select({ at, wider: wider - 1, draw: 0 }),
+      regionPanel(sequence, selection, chosenRegion(), colours, {
+        widen,
+        narrow,
         others: () => select({ at, wider, draw: draw + 1 }),
         clear: () => select(null),
       }),
     );
+  }
+
+  function widen(): void {
+    const region = chosenRegion();
+    if (selection && region && region.parent >= 0)
+      select({ ...selection, wider: selection.wider + 1, draw: 0 });
+  }
+
+  function narrow(): void {
+    if (selection?.wider) select({ ...selection, wider: selection.wider - 1, draw: 0 });
   }
 
   function select(next: Selection | null): void {
@@ -125,7 +134,7 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
     asked += 1;
     const mine = asked;
     selection = sequence && next && sequence.strip[next.at] ? next : null;
-    if (!selection || selection.at !== answer?.region.position) answer = null;
+    corners.wait();
     if (!selection) {
       corners.say("");
       said.textContent = "";
@@ -138,7 +147,6 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
       const body = { id: sequence.id, at, wider, seed: draw };
       const found = await post<Alternatives>("/api/sequences/alternatives", body);
       if (mine !== asked) return;
-      answer = found;
       showAlternatives(found);
     } catch (problem) {
       if (mine !== asked) return;
@@ -148,8 +156,6 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
   }
 
   function showAlternatives({ region, alternatives, can_widen }: Alternatives): void {
-    mark();
-    showPanel();
     const item = sequence!.strip[selection!.at]!;
     const string = sequence!.string.slice(region.start, region.end).join(" ");
     const count = alternatives.length;
@@ -180,7 +186,6 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
   function show(next: Sequence): void {
     const edit = sequence !== null && (next.parent === sequence.id || sequence.parent === next.id);
     sequence = next;
-    answer = null;
     fault.replaceChildren();
     body.hidden = false;
     const layout = strip.show(next, colours);
@@ -196,14 +201,14 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
   function rest(): void {
     asked += 1;
     wanted = "";
-    sequence = selection = answer = null;
+    sequence = selection = null;
     corners.say("");
     scene.rest();
   }
 
   const KEYS: Record<string, () => void> = {
-    w: () => answer?.can_widen && selection && select({ ...selection, wider: selection.wider + 1, draw: 0 }),
-    n: () => answer?.can_narrow && selection && select({ ...selection, wider: selection.wider - 1, draw: 0 }),
+    w: widen,
+    n: narrow,
     Escape: () => selection && select(null),
   };
   element.addEventListener("keydown", (event) => {

@@ -81,7 +81,10 @@ export function makeFacts(context: Context): FactsPanel {
   }
 
   function terminalRow(one: Terminal, colours: TerminalColours, box: HTMLElement): HTMLElement {
-    const words = one.words.map(({ word, probability: p }) => `${word} ${probability(p)}`).join("  ");
+    const words = one.words.map(({ word, probability: p }) => [
+      word,
+      h("span", { class: "chip-detail" }, ` ${probability(p)}  `),
+    ]);
     return h(
       "li",
       {},
@@ -95,7 +98,11 @@ export function makeFacts(context: Context): FactsPanel {
           on: { click: () => play(one, box) },
         },
         h("span", { class: "letter", style: { background: colours.of(one.terminal).soft } }, one.terminal),
-        h("span", { class: "terminal-words" }, words || h("span", { class: "muted" }, "no words")),
+        h(
+          "span",
+          { class: "terminal-words" },
+          words.length ? words : h("span", { class: "muted" }, "no words"),
+        ),
         h("span", { class: "muted time" }, `${one.count} × ${one.seconds.toFixed(2)} s`),
       ),
     );

@@ -6,61 +6,13 @@ import { askWhether } from "../../parts/asking.ts";
 import { faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView, View } from "../view.ts";
-import { makeEditor, type Selection } from "./editor.ts";
+import { addressOf, routeOf } from "./address.ts";
+import { makeEditor } from "./editor.ts";
 import { makeFacts, summaryOf } from "./facts.ts";
 import { openGrammarLearning } from "./learn.ts";
 import { grammarList, jobState } from "./list.ts";
-import { makeMaker, type Wish } from "./maker.ts";
-import type { GrammarFacts, GrammarRow, Sequence } from "./types.ts";
-
-interface Route {
-  name: string;
-  sequence: string;
-  open: string;
-  selection: Selection | null;
-  tree: boolean;
-  wish: Wish;
-}
-
-const numberOr = <T>(text: string | null, other: T): number | T => {
-  const value = Number(text);
-  return text && Number.isInteger(value) && value >= 0 ? value : other;
-};
-
-/** What an address says. */
-export function routeOf(parameters: URLSearchParams): Route {
-  const at = numberOr(parameters.get("at"), null);
-  return {
-    name: parameters.get("name") ?? "",
-    sequence: parameters.get("sequence") ?? "",
-    open: parameters.get("open") ?? "",
-    selection:
-      at === null
-        ? null
-        : { at, wider: numberOr(parameters.get("wider"), 0), draw: numberOr(parameters.get("draw"), 0) },
-    tree: parameters.has("tree"),
-    wish: {
-      seed: numberOr(parameters.get("seed"), 0),
-      length: numberOr(parameters.get("length"), null) || null,
-      like: parameters.get("like"),
-    },
-  };
-}
-
-/** The address of a route. */
-export function addressOf({ name, sequence, selection, tree, wish }: Omit<Route, "open">): string {
-  return routeTo("grammar", {
-    name,
-    seed: wish.seed || null,
-    length: wish.length,
-    like: wish.like,
-    sequence,
-    at: selection?.at,
-    wider: selection?.wider || null,
-    draw: selection?.draw || null,
-    tree: tree ? 1 : null,
-  });
-}
+import { makeMaker } from "./maker.ts";
+import type { GrammarFacts, GrammarRow, Sequence, Wish } from "./types.ts";
 
 function open(host: HTMLElement, context: Context): OpenView {
   let route = routeOf(new URLSearchParams());
@@ -71,7 +23,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   const job = h("div", { "aria-live": "polite" });
   const list = h("div", {});
   const one = h("div", { class: "grammar-one", hidden: true });
-  const heading = h("div", { class: "grammar-head" });
+  const heading = h("div", { class: "row grammar-head" });
   const making = h("div", { "aria-live": "polite" });
   const panel = makeFacts(context);
   const rules = h(
@@ -128,22 +80,16 @@ function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function showHeading(known: GrammarFacts): void {
+    const remove = (): void => void forget(known.grammar);
     fill(
       heading,
-      h("a", { class: "small", href: routeTo("grammar") }, "All grammars"),
-      h(
-        "div",
-        { class: "row" },
-        h("h2", {}, known.grammar),
-        h("span", { class: "muted small" }, summaryOf(known)),
-        context.status().read_only
-          ? null
-          : h(
-              "button",
-              { class: "link danger small", type: "button", on: { click: () => void forget(known.grammar) } },
-              "Remove…",
-            ),
-      ),
+      h("a", { href: routeTo("grammar") }, "Grammars"),
+      h("span", { class: "muted", "aria-hidden": "true" }, "/"),
+      h("h2", {}, known.grammar),
+      h("span", { class: "muted small" }, summaryOf(known)),
+      context.status().read_only
+        ? null
+        : h("button", { class: "link danger small", type: "button", on: { click: remove } }, "Remove…"),
     );
   }
 

@@ -1,12 +1,7 @@
 /** Make a sequence of a grammar: seed, length, or a pattern that it must match. */
 
 import { h } from "../../dom/element.ts";
-
-export interface Wish {
-  seed: number;
-  length: number | null;
-  like: string | null;
-}
+import type { Wish } from "./types.ts";
 
 export interface Maker {
   readonly element: HTMLElement;

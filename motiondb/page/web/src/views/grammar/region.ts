@@ -4,7 +4,7 @@ import { h } from "../../dom/element.ts";
 import { interval, plural } from "../../parts/text.ts";
 import type { TerminalColours } from "./colours.ts";
 import { letters } from "./letters.ts";
-import type { Alternatives, Sequence } from "./types.ts";
+import type { Selection, Sequence, TreeNode } from "./types.ts";
 
 export interface RegionActions {
   widen(): void;
@@ -36,16 +36,15 @@ export function regionHint(): HTMLElement {
   );
 }
 
-/** The chosen terminal and its region; `answer` is null while the server computes. */
+/** The chosen terminal and its region, a node of the tree. */
 export function regionPanel(
   sequence: Sequence,
-  at: number,
-  answer: Alternatives | null,
+  { at, wider }: Selection,
+  region: TreeNode | null,
   colours: TerminalColours,
   actions: RegionActions,
 ): HTMLElement {
   const item = sequence.strip[at]!;
-  const region = answer?.region;
   const string = region ? sequence.string.slice(region.start, region.end) : [];
   return h(
     "section",
@@ -65,17 +64,16 @@ export function regionPanel(
           { class: "small region-string" },
           "Region ",
           h("b", {}, region.symbol),
-          ": ",
           letters(string, colours),
           h("span", { class: "muted" }, plural(string.length, "terminal")),
         )
-      : h("p", { class: "muted small" }, "Deriving alternatives…"),
+      : null,
     h(
       "div",
       { class: "row" },
-      plain("Wider", "The nonterminal above (W)", !answer?.can_widen, actions.widen),
-      plain("Narrower", "The nonterminal below (N)", !answer?.can_narrow, actions.narrow),
-      plain("Other four", "Derive other alternatives", !answer?.alternatives.length, actions.others),
+      plain("Wider", "The nonterminal above (W)", !region || region.parent < 0, actions.widen),
+      plain("Narrower", "The nonterminal below (N)", wider === 0, actions.narrow),
+      plain("Other four", "Derive other alternatives", !region, actions.others),
       h("button", { class: "link", type: "button", on: { click: actions.clear } }, "Clear"),
     ),
   );

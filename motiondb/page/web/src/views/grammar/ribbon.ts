@@ -9,7 +9,7 @@ import type { Sequence, Spot } from "./types.ts";
 /** Radius of a disc and distance between discs, metres. Chosen by eye: they look like one line. */
 const DISC = { radius: 0.045, apart: 0.03, height: 0.006 };
 /** The same for the translucent spheres over the region. */
-const SPHERE = { radius: 0.1, apart: 0.13, opacity: 0.32 };
+const SPHERE = { radius: 0.085, apart: 0.2, opacity: 0.45 };
 
 export interface Ribbon {
   show(sequence: Sequence, colours: TerminalColours): void;

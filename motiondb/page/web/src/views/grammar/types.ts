@@ -111,3 +111,17 @@ export interface Alternatives {
   can_narrow: boolean;
   alternatives: Alternative[];
 }
+
+/** A terminal, the levels by which its region is wider, and which draw of alternatives is shown. */
+export interface Selection {
+  at: number;
+  wider: number;
+  draw: number;
+}
+
+/** What a sequence is made from. */
+export interface Wish {
+  seed: number;
+  length: number | null;
+  like: string | null;
+}
