@@ -53,12 +53,9 @@ export function makeMaker(make: (wish: Wish) => void): Maker {
   const element = h(
     "form",
     { class: "row settings maker" },
-    h("label", { for: "sequence-seed" }, "Seed"),
-    seed,
-    h("label", { for: "sequence-length" }, "Terminals"),
-    length,
-    h("label", { for: "sequence-like" }, "Like"),
-    like,
+    h("span", { class: "maker-field" }, h("label", { for: "sequence-seed" }, "Seed"), seed),
+    h("span", { class: "maker-field" }, h("label", { for: "sequence-length" }, "Terminals"), length),
+    h("span", { class: "maker-field" }, h("label", { for: "sequence-like" }, "Like"), like),
     submit,
     next,
   );

@@ -25,8 +25,8 @@ export interface Scene {
 const REDUCED = matchMedia("(prefers-reduced-motion: reduce)");
 /** Seconds around a region that are looped with it: the seams are seen. */
 const AROUND = 0.4;
-/** Where the camera stands: angles in radians, distances in metres. Chosen by eye. */
-const [AZIMUTH, ELEVATION, NEAR, FARTHEST] = [0.6, 0.45, 5.5, 6];
+/** Where the camera stands above the ground, radians, and from a figure, metres. Chosen by eye. */
+const [ELEVATION, NEAR] = [0.45, 5.5];
 /** Seen from above, a path needs this much more distance than from the side. Chosen by eye. */
 const FROM_ABOVE = 1.2;
 
@@ -38,27 +38,34 @@ export function makeScene(context: Context, corners: HTMLElement): Scene {
   let tracks: readonly Track[] | null = null;
   let region: readonly [number, number] | null = null;
 
-  /** Loop and light the region, or everything; the time stays where it lies inside. */
+  /** Loop the region, or everything; the time stays where it lies inside. */
   function loop(): void {
     if (!sequence || !tracks) return;
     const { screen } = player;
-    const { time } = screen.playback;
-    const lit = region ? timesOf(sequence.strip, ...region) : null;
-    const part = lit ? { from: lit[0] - AROUND, to: lit[1] + AROUND } : {};
-    screen.show({ tracks, lit, ...part });
-    const { from, to } = screen.playback;
-    if (time >= from && time < to) screen.setPlayback(seek(screen.playback, time));
+    const { duration } = screen.playback;
+    const [from, to] = region ? timesOf(sequence.strip, ...region) : [0, duration];
+    const around = region ? AROUND : 0;
+    const part = { from: Math.max(from - around, 0), to: Math.min(to + around, duration) };
+    const next = { ...screen.playback, ...part };
+    const outside = next.time < next.from || next.time >= next.to;
+    screen.setPlayback(outside ? seek(next, next.from) : next);
   }
 
-  /** The whole path where it is short enough; else the figure, from above so that its way is seen. */
-  function look(): void {
+  /** See the way of the figure from above. */
+  function rise(): void {
     const { screen } = player;
-    screen.setSwitches({ follow: false });
-    screen.frameAll(AZIMUTH, ELEVATION);
-    const { distance } = screen.orbit;
-    if (distance > FARTHEST) screen.frameNow();
-    const wanted = distance > FARTHEST ? NEAR : distance * FROM_ABOVE;
-    screen.setOrbit({ ...screen.orbit, elevation: ELEVATION, distance: wanted });
+    const distance = screen.switches.follow ? NEAR : screen.orbit.distance * FROM_ABOVE;
+    screen.setOrbit({ ...screen.orbit, elevation: ELEVATION, distance });
+  }
+
+  /** Begin at an edit, with the camera as it was; a camera that follows goes along. */
+  function goTo(time: number): void {
+    const { screen } = player;
+    const { azimuth, elevation, distance } = screen.orbit;
+    player.seek(time);
+    if (!screen.switches.follow) return;
+    screen.frameNow();
+    screen.setOrbit({ ...screen.orbit, azimuth, elevation, distance });
   }
 
   return {
@@ -72,11 +79,10 @@ export function makeScene(context: Context, corners: HTMLElement): Scene {
         const got = await context.motions.tracks(next.ref);
         if (sequence !== next) return;
         tracks = got;
-        player.show({ tracks }, true);
+        player.show({ tracks }, keepCamera);
         ribbon.show(next, colours);
-        if (!keepCamera) look();
-        if (next.edited && keepCamera)
-          player.seek(timesOf(next.strip, next.edited.start, next.edited.end)[0]);
+        if (!keepCamera) rise();
+        if (next.edited && keepCamera) goTo(timesOf(next.strip, next.edited.start, next.edited.end)[0]);
         if (region) ribbon.mark(region);
         loop();
         if (!REDUCED.matches) player.play();

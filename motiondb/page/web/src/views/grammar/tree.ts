@@ -82,7 +82,7 @@ export function makeParseTree(choose: (node: number) => void): ParseTree {
           },
         },
       },
-      symbol,
+      h("span", { class: "tree-symbol" }, symbol),
     );
   }
 
