@@ -24,7 +24,7 @@ export function outcome(job: Job): string {
   if (job.kind === "grammar" && job.state === "done") {
     const lost = (result["lost"] as string[] | undefined) ?? [];
     const gone = lost.length ? ` No longer editable: ${lost.join(", ")}.` : "";
-    return `The grammar ${result["grammar"]} is learned.${gone}`;
+    return `Learned.${gone}`;
   }
   return job.message ?? "Done.";
 }

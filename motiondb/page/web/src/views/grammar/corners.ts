@@ -23,7 +23,8 @@ export interface Corners {
 const AROUND = 0.4;
 
 /** A probability from its logarithm; very small ones as powers of ten. */
-export function chanceText(logProbability: number): string {
+export function chanceText(logProbability: number | null): string {
+  if (logProbability === null) return "not known";
   const chance = Math.exp(logProbability);
   if (chance >= 0.005) return chance.toFixed(2);
   return `10^${Math.round(logProbability / Math.LN10)}`;

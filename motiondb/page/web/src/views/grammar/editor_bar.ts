@@ -91,14 +91,16 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
 
 /** Seams, feet and sources. */
 export function madeFacts(sequence: Sequence): HTMLElement {
-  const speed = (metres: number): string => `${(100 * metres).toFixed(1)} cm/s`;
+  const cost = (value: number | null): string => value?.toFixed(2) ?? "not known";
+  const speed = (metres: number | null): string =>
+    metres === null ? "not known" : `${(100 * metres).toFixed(1)} cm/s`;
   return h(
     "div",
     {},
     h(
       "p",
       { class: "muted small" },
-      `Seed ${sequence.seed}. Seams cost ${sequence.join_cost.toFixed(2)}, chosen greedily ${sequence.greedy_join_cost.toFixed(2)}. Feet slip ${speed(sequence.foot_slip)}, in the sources ${speed(sequence.foot_slip_of_sources)}.`,
+      `Seed ${sequence.seed}. Seams cost ${cost(sequence.join_cost)}, chosen greedily ${cost(sequence.greedy_join_cost)}. Feet slip ${speed(sequence.foot_slip)}, in the sources ${speed(sequence.foot_slip_of_sources)}.`,
     ),
     sourceList(sequence.sources),
   );

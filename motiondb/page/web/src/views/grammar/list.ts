@@ -12,6 +12,9 @@ import type { GrammarRow } from "./types.ts";
 
 const isActive = (job: Job): boolean => job.state === "running" || job.state === "waiting";
 
+/** Failed jobs whose message was closed. */
+const closed = new Set<string>();
+
 const COLUMNS: readonly [string, (row: GrammarRow) => string][] = [
   ["captures", (row) => String(row.captures)],
   ["length", (row) => seconds(row.seconds)],
@@ -105,8 +108,15 @@ export function grammarList(
 /** The newest job that learns a grammar: how far it is, or why it failed. */
 export function jobState(host: HTMLElement, context: Context): void {
   const job = context.live.jobs().find((one) => one.kind === "grammar");
-  if (!job || (job.state !== "failed" && !isActive(job))) return fill(host);
-  if (job.state === "failed") return fill(host, faultState(`${job.title}: ${job.message ?? "It failed."}`));
+  if (!job || closed.has(job.id) || (job.state !== "failed" && !isActive(job))) return fill(host);
+  if (job.state === "failed") {
+    const close = (): void => {
+      closed.add(job.id);
+      fill(host);
+    };
+    const message = `${job.title}: ${job.message ?? "It failed."}`;
+    return fill(host, faultState(message, [{ label: "Close", run: close, plain: true }]));
+  }
   const cancel = (): void => void remove(`/api/jobs/${encodeURIComponent(job.id)}`).catch(context.fail);
   fill(
     host,

@@ -85,10 +85,10 @@ export interface Sequence {
   seed: number;
   string: string[];
   seconds: number;
-  join_cost: number;
-  greedy_join_cost: number;
-  foot_slip: number;
-  foot_slip_of_sources: number;
+  join_cost: number | null;
+  greedy_join_cost: number | null;
+  foot_slip: number | null;
+  foot_slip_of_sources: number | null;
   strip: StripItem[];
   path: RootPath;
   tree: TreeNode[];
@@ -101,7 +101,7 @@ export interface Sequence {
 }
 
 /** Another derivation of a region: a whole sequence, or why it cannot be played. */
-export type Alternative = { region: string[]; log_probability: number } & (
+export type Alternative = { region: string[]; log_probability: number | null } & (
   (Sequence & { not_playable?: undefined }) | { string: string[]; not_playable: string }
 );
 
