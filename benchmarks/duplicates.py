@@ -97,26 +97,26 @@ def plant(number: int, clip: Clip, motion: Motion, rng: np.random.Generator) -> 
         "cut": rewrite(clip, start, start + length, rng),
         "mirror": retarget.to_clip(retarget.mirror(motion)),
     }
-    found = []
+    planted = []
     with tempfile.TemporaryDirectory() as folder:
         for kind, changed in files.items():
             path = Path(folder) / f"{kind}.bvh"
             capture.write_bvh(changed, path)
-            found.append(Planted(number, kind, retarget.to_motion(capture.read_capture(path))))
-    return found
+            planted.append(Planted(number, kind, retarget.to_motion(capture.read_capture(path))))
+    return planted
 
 
 def report(
     planted: Sequence[Planted],
     n_captures: int,
-    found: Sequence[copies.Copy],
+    copies_found: Sequence[copies.Copy],
     twins: set[tuple[int, int]],
 ) -> str:
     """The page: recall and precision by kind."""
     made = Counter(p.kind for p in planted)
     hit, right, wrong = Counter[str](), Counter[str](), Counter[str]()
     for number, plan in enumerate(planted, start=n_captures):
-        mine = [c for c in found if c.query == number and c.take < n_captures]
+        mine = [c for c in copies_found if c.query == number and c.take < n_captures]
         hit[plan.kind] += any(c.take == plan.original and c.kind == plan.kind for c in mine)
         for copy in mine:
             true = copy.take == plan.original or (copy.take, plan.original) in twins
@@ -177,14 +177,14 @@ def main() -> None:
                 planted += plant(n, db.clip(infos[n].name), motions[n], rng)
     everything = [*motions, *(p.motion for p in planted)]
     library = copies.build_library([copies.copy_poses(motion) for motion in everything])
-    found = copies.find_copies(library, range(len(everything)))
+    matches = copies.find_copies(library, range(len(everything)))
     n = len(motions)
-    among = {(c.query, c.take) for c in found if c.query < n and c.take < n}
-    text = report(planted, n, found, among | {(b, a) for a, b in among})
+    among = {(c.query, c.take) for c in matches if c.query < n and c.take < n}
+    text = report(planted, n, matches, among | {(b, a) for a, b in among})
     options.out.write_text(text, encoding="utf-8")
     print(text)
     for number, plan in enumerate(planted, start=n):
-        mine = [c for c in found if c.query == number and c.take < n]
+        mine = [c for c in matches if c.query == number and c.take < n]
         if not any(c.take == plan.original and c.kind == plan.kind for c in mine):
             print(f"missed: {plan.kind} of {infos[plan.original].name}")
         for c in mine:

@@ -70,12 +70,12 @@ def taken(
     """Every word with what it may be taken as, likeliest first."""
     known = target_facts(allowed, lexicon)
     for word in words:
-        own = base(word)
-        found = {
+        base_form = base(word)
+        evidence_of = {
             t: e for t, e in evidence(word, lexicon).items()
-            if t in allowed and (own, t) not in never and (word, t) not in never
+            if t in allowed and (base_form, t) not in never and (word, t) not in never
         }  # fmt: skip
-        targets, features = pair_features(word, found, lexicon, similarity, known)
+        targets, features = pair_features(word, evidence_of, lexicon, similarity, known)
         chances = model.probabilities(features)
         chances *= [GENERAL_SHARE if target in GENERAL else 1.0 for target in targets]
         kept = sorted(

@@ -150,9 +150,11 @@ def baseline(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
         for diagram in asked.diagrams:
             text, clips = material(base, diagram)
             rng = np.random.default_rng(seed)
-            found = paper_baseline.run(text, clips.library, rng, asked.seconds)
+            results = paper_baseline.run(text, clips.library, rng, asked.seconds)
             save(
-                asked.out, f"baseline-{diagram}-{seed}", {"diagram": diagram, "seed": seed} | found
+                asked.out,
+                f"baseline-{diagram}-{seed}",
+                {"diagram": diagram, "seed": seed} | results,
             )
 
 

@@ -77,8 +77,8 @@ def time_each(name: str, asks: Sequence[Callable[[], object]], target_ms: float)
         seconds.append(time.perf_counter() - started)
         worked.append(time.process_time() - began)
     low, high = np.quantile(seconds, [0.5, 0.95]) * 1e3
-    own = float(np.median(worked)) * 1e3
-    return Timing(name, float(low), float(high), own, "ms", len(seconds), target_ms)
+    processor = float(np.median(worked)) * 1e3
+    return Timing(name, float(low), float(high), processor, "ms", len(seconds), target_ms)
 
 
 def time_questions(db: MotionDB, repeats: int) -> list[Timing]:
@@ -115,8 +115,8 @@ def time_command(
         if run.exit_code:
             raise SystemExit(f"{' '.join(command)}: exit code {run.exit_code}\n{run.complaints}")
     low, high = np.quantile([run.seconds for run in runs], [0.5, 0.95])
-    own = float(np.median([run.processor_seconds for run in runs]))
-    timing = Timing(name, float(low), float(high), own, "s", repeats, target_s, "median")
+    processor = float(np.median([run.processor_seconds for run in runs]))
+    timing = Timing(name, float(low), float(high), processor, "s", repeats, target_s, "median")
     return timing, max(run.peak_bytes for run in runs)
 
 

@@ -95,9 +95,9 @@ def main() -> None:
     if told.check:
         with tempfile.TemporaryDirectory() as folder:
             made = make(told.data, Path(folder) / "cmu.knowledge")
-        found = differences(made, read_knowledge(SHIPPED))
-        print("\n".join(found) if found else "the same, to the last byte")
-        sys.exit(bool(found))
+        faults = differences(made, read_knowledge(SHIPPED))
+        print("\n".join(faults) if faults else "the same, to the last byte")
+        sys.exit(bool(faults))
     made = make(told.data, told.output)
     print(f"{told.output}: {told.output.stat().st_size:,} bytes, sha256 {made.origin.digest}")
     print(

@@ -69,15 +69,15 @@ def curve(
     captures: Captures, order: IntArray, gallery: IntArray, words: IntArray, steps: Sequence[int]
 ) -> FloatArray:
     """Mean average precision after the first ``steps`` captions of an order."""
-    found = []
+    precisions = []
     for n in steps:
         shown = order[:n]
         moments = word_moments(captures.vectors[shown], captures.presence[shown][:, words])
         fitted = solve_word_map(moments, RIDGE, np.array([1.0, 1.0, 0.0]))
         scores = fitted.evidence(captures.vectors[gallery])
         truth = captures.presence[gallery][:, words]
-        found.append(float(average_precisions(truth, scores).mean()))
-    return np.array(found)
+        precisions.append(float(average_precisions(truth, scores).mean()))
+    return np.array(precisions)
 
 
 def suggested_order(captures: Captures, pool: IntArray, n: int) -> IntArray:

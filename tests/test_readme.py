@@ -36,13 +36,13 @@ def place(learned_file: Path) -> Iterator[Path]:
 DECIMAL = re.compile(r"[-+]?\d+\.\d+")
 
 
-def _differences(expected: str, found: str) -> list[str]:
+def _differences(expected: str, actual: str) -> list[str]:
     """Lines in which an output differs from README's, the whole of it, word by word.
 
     Decimals may differ by 0.02 or by 2 %: sums of floating point numbers do between processors.
     Everything else is the same: names, whole numbers, the number of lines and columns.
     """
-    shown, came = expected.splitlines(), found.splitlines()
+    shown, came = expected.splitlines(), actual.splitlines()
     if shown and shown[-1] == "...":
         shown = shown[:-1]
         came = came[: len(shown)]

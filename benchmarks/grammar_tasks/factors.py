@@ -104,7 +104,7 @@ def windows(grammar: Grammar, width: int, n: int, rng: np.random.Generator) -> l
     Shorter ones only where a thousand sentences do not fill one: the grammar says next to nothing.
     """
     compiled = compiled_form(grammar)
-    found = []
+    sentences = []
     for _ in range(n):
         passage = derive(compiled, rng).leaves()
         start = int(rng.integers(max(1, len(passage))))
@@ -112,8 +112,8 @@ def windows(grammar: Grammar, width: int, n: int, rng: np.random.Generator) -> l
             if len(passage) >= start + width:
                 break
             passage += derive(compiled, rng).leaves()
-        found.append(tuple(passage[start : start + width]))
-    return found
+        sentences.append(tuple(passage[start : start + width]))
+    return sentences
 
 
 def match_factors(

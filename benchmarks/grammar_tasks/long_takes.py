@@ -47,13 +47,13 @@ def long_take_rows(grammars: dict[str, Grammar]) -> str:
             known.true_strings(takes),
             known.found_strings(takes),
         ):
-            found = find_sentences(strings, np.random.default_rng(0))
+            partition = find_sentences(strings, np.random.default_rng(0))
             given = known.given_sentences(strings, starts, begins)
-            borders.append([f"{name}: {what}", *_border_row(found.cuts, starts, begins)])
-            for how, sentences in (("found", found.sentences), ("given", given)):
+            borders.append([f"{name}: {what}", *_border_row(partition.cuts, starts, begins)])
+            for how, sentences in (("found", partition.sentences), ("given", given)):
                 for kind, learn in known.KINDS.items():
-                    own = kind == "motiondb" and how == "found"
-                    learned = found.grammar if own else learn(sentences)
+                    learned_cuts = kind == "motiondb" and how == "found"
+                    learned = partition.grammar if learned_cuts else learn(sentences)
                     labelled = known.as_labels(learned, meaning, truth)
                     measures = (
                         *known.match_row([labelled], truth),
@@ -100,8 +100,8 @@ def _border_row(
 ) -> list[str]:
     """How many borders there are between true sentences, between found ones, and in both."""
     wanted = hits = made = 0
-    for inner, own, true in zip(cuts, starts, begins, strict=True):
-        places = {int(np.argmin(np.abs(own - frame))) for frame in true[1:]}
+    for inner, cuts_of_string, true in zip(cuts, starts, begins, strict=True):
+        places = {int(np.argmin(np.abs(cuts_of_string - frame))) for frame in true[1:]}
         wanted += len(true) - 1
         made += len(inner)
         hits += len(places & set(inner))

@@ -24,10 +24,10 @@ def chain_symbols(n: int, k: int, seed: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
     ladder = np.cumsum(rng.dirichlet(np.full(k, 0.1), k), axis=1)
     draws = rng.random(n)
-    found = np.zeros(n, dtype=np.int64)
+    symbols = np.zeros(n, dtype=np.int64)
     for i in range(1, n):
-        found[i] = min(k - 1, np.searchsorted(ladder[found[i - 1]], draws[i]))
-    return found
+        symbols[i] = min(k - 1, np.searchsorted(ladder[symbols[i - 1]], draws[i]))
+    return symbols
 
 
 def chain_string(n: int, k: int, seed: int) -> tuple[str, ...]:
@@ -37,12 +37,12 @@ def chain_string(n: int, k: int, seed: int) -> tuple[str, ...]:
 
 def seconds(work: Callable[[], object], times: int = 3) -> float:
     """Processor seconds, the least of several runs."""
-    found = []
+    durations = []
     for _ in range(times):
         start = time.process_time()
         work()
-        found.append(time.process_time() - start)
-    return min(found)
+        durations.append(time.process_time() - start)
+    return min(durations)
 
 
 def repeat_times(k: int = 20) -> list[tuple[int, float, float, float]]:

@@ -43,8 +43,8 @@ STYLES: dict[str, Callable[[Capture], bool]] = {
 
 def real(data: Path, style: str, candidates: Sequence[int] = CANDIDATES) -> str:
     """The section of a style."""
-    own = [capture for capture in load_cmu(data) if STYLES[style](capture)]
-    return style_rows(own, style == "basketball", candidates)
+    of_style = [capture for capture in load_cmu(data) if STYLES[style](capture)]
+    return style_rows(of_style, style == "basketball", candidates)
 
 
 def style_rows(captures: Sequence[Capture], are_sentences: bool, candidates: Sequence[int]) -> str:
@@ -77,23 +77,23 @@ def try_all(captures: Sequence[Capture], are_sentences: bool, candidates: Sequen
     def learn(terminals: Terminals, rng: np.random.Generator) -> Sentences:
         strings = strings_of(terminals)
         if are_sentences:
-            found = sentences_between(strings, [[] for _ in strings])
+            sentences = sentences_between(strings, [[] for _ in strings])
         else:
-            found = find_sentences(strings, rng)
+            sentences = find_sentences(strings, rng)
         print(f"  {len(terminals.names)} terminals, {len(terminals.starts)} segments", flush=True)
-        return found
+        return sentences
 
     rng = np.random.default_rng(0)
     motions = [capture.motion for capture in captures]
     return choose_terminals(motions, rng, candidates=candidates, learn=learn)
 
 
-def kind_rows(found: Sentences) -> str:
+def kind_rows(partition: Sentences) -> str:
     """The grammar beside a finite state machine, Sequitur and flat rules."""
-    sentences = list(found.sentences)
+    sentences = list(partition.sentences)
     known, rows = set(sentences), []
     for kind, learn in KINDS.items():
-        grammar = found.grammar if kind == "motiondb" else learn(sentences)
+        grammar = partition.grammar if kind == "motiondb" else learn(sentences)
         strings = derived_strings(grammar, np.random.default_rng(0), STRINGS)
         language = finite_language(grammar, LIMIT)
         held = _held_out(learn, sentences)
@@ -101,7 +101,7 @@ def kind_rows(found: Sentences) -> str:
             [kind, str(len(grammar.nonterminals)), str(len(grammar.rules)),
              "no end" if language is None else str(len(language)), held,
              f"{sum(s not in known for s in strings) / STRINGS:.0%}",
-             f"{1.0 - coverage(found.grammar, strings):.0%}",
+             f"{1.0 - coverage(partition.grammar, strings):.0%}",
              f"{share_with_unseen_pairs(strings, sentences):.0%}",
              f"{np.mean([len(s) for s in strings]):.1f}"]
         )  # fmt: skip
@@ -146,13 +146,13 @@ def shot_rows(captures: Sequence[Capture], tried: dict[int, Trial]) -> str:
 
 def shot_terminals(terminals: Terminals, high: Sequence[IntArray]) -> set[str]:
     """Terminals with a segment that holds a frame of ``high``."""
-    found = set()
+    shots = set()
     for take, start, end, label in zip(
         terminals.takes, terminals.starts, terminals.ends, terminals.labels
     ):
         if ((high[take] >= start) & (high[take] < end)).any():
-            found.add(terminals.names[label])
-    return found
+            shots.add(terminals.names[label])
+    return shots
 
 
 def _hands_up(capture: Capture) -> IntArray:

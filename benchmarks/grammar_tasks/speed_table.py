@@ -41,20 +41,28 @@ def speed(data: Path) -> str:
 def measured(work: Callable[[], object]) -> tuple[object, float, float]:
     """What it gives, its seconds and its processor seconds."""
     started = time.perf_counter(), time.process_time()
-    found = work()
-    return found, time.perf_counter() - started[0], time.process_time() - started[1]
+    result = work()
+    return result, time.perf_counter() - started[0], time.process_time() - started[1]
 
 
 def terminal_rows(takes: Sequence[Motion], poses: Poses) -> str:
     """Terminals as the paper finds them and as motiondb does, seed 0."""
     weight = terminals.REPETITION_WEIGHT
     terminals.find_terminals(takes[:2], 2, np.random.default_rng(0))  # compiled before
-    found, wall, processor = measured(
+    segmentation, wall, processor = measured(
         lambda: terminals.find_terminals(takes, K, np.random.default_rng(0))
     )
-    assert isinstance(found, terminals.Terminals)
-    own = paper.rescored(poses, found, weight)
-    rows = [["motiondb", f"{own:.2f}", str(len(found.starts)), f"{wall:.1f}", f"{processor:.1f}"]]
+    assert isinstance(segmentation, terminals.Terminals)
+    theirs = paper.rescored(poses, segmentation, weight)
+    rows = [
+        [
+            "motiondb",
+            f"{theirs:.2f}",
+            str(len(segmentation.starts)),
+            f"{wall:.1f}",
+            f"{processor:.1f}",
+        ]
+    ]
     ours, wall, processor = measured(lambda: _of_paper(poses, weight))
     assert isinstance(ours, tuple)
     rows.append(
@@ -76,10 +84,10 @@ def _of_paper(poses: Poses, weight: float) -> tuple[int, float]:
 def step_rows(takes: Sequence[Motion], poses: Poses) -> str:
     """One step of tuning, one description length, one parse."""
     settings = terminals.TerminalSettings(n_starts=4, n_trials=400)
-    found = terminals.find_terminals(takes, K, np.random.default_rng(0), settings=settings)
-    starts = poses.bounds[found.takes] + found.starts
+    segmentation = terminals.find_terminals(takes, K, np.random.default_rng(0), settings=settings)
+    starts = poses.bounds[segmentation.takes] + segmentation.starts
     cuts = np.append(starts, poses.n_frames)
-    grouping = tuning.Grouping(cuts, found.labels, found.medoids)
+    grouping = tuning.Grouping(cuts, segmentation.labels, segmentation.medoids)
     costs = terminals.cut_costs(poses, settings)
     told, _, processor = measured(lambda: tuning.tune(grouping, costs, np.random.default_rng(0)))
     assert isinstance(told, tuple)

@@ -27,11 +27,11 @@ def sections(text: str) -> dict[str, str]:
     {'': 'top', 'a': '1'}
     """
     head, *blocks = re.split(r"^## ", text, flags=re.MULTILINE)
-    found = {"": head.strip()}
+    texts = {"": head.strip()}
     for block in blocks:
         title, _, body = block.partition("\n")
-        found[title.strip()] = body.strip()
-    return found
+        texts[title.strip()] = body.strip()
+    return texts
 
 
 def write_sections(path: Path, head: str, order: Sequence[str], new: dict[str, str]) -> None:

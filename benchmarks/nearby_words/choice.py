@@ -47,8 +47,8 @@ def by_use(wordnet: WordNet) -> list[str]:
 
 def answers(ordered: Sequence[str]) -> list[str]:
     """The lemmas that may be answered, sorted: of the most usual words, and all of motion."""
-    found = {lemma(w) for w in ordered[:N_ANSWERS]} | VERBS | FIXED
-    return sorted(w for w in found if is_plain(w) and w not in STOP_WORDS and lemma(w) == w)
+    lemmas = {lemma(w) for w in ordered[:N_ANSWERS]} | VERBS | FIXED
+    return sorted(w for w in lemmas if is_plain(w) and w not in STOP_WORDS and lemma(w) == w)
 
 
 def _weight(word: str, wordnet: WordNet, named: Counter[str]) -> float:

@@ -30,14 +30,14 @@ def ask_all(
     method: Method, key: Mapping[str, frozenset[str]], known: frozenset[str]
 ) -> list[Answer]:
     """Ask for every word of the key that the vocabulary lacks."""
-    found = []
+    answers = []
     for word, right in key.items():
         if word in known or base(word) in known:
             continue
         told = method(word, known)
         first, chance = told[0] if told else (None, 0.0)
-        found.append(Answer(word, first, chance, first in right, bool(right & known)))
-    return found
+        answers.append(Answer(word, first, chance, first in right, bool(right & known)))
+    return answers
 
 
 Share = Callable[[Sequence[Answer]], tuple[int, int]]

@@ -71,7 +71,7 @@ def load_shown(data: Path, seed: int) -> Shown:
 def hide_words(shown: Shown, table: NearbyTable, seed: int) -> list[Hidden]:
     """Hide every word of every fold's gallery in turn."""
     rng = np.random.default_rng(seed)
-    found = []
+    hidden = []
     for fold in np.unique(shown.folds):
         test = shown.folds == fold
         fit = fit_word_map(shown.vectors[~test], shown.presence[~test], shown.groups[~test])
@@ -94,14 +94,14 @@ def hide_words(shown: Shown, table: NearbyTable, seed: int) -> list[Hidden]:
             scores = _ask(taking, fit, shown, test)
             itself = fit.evidence(shown.vectors[test])[:, word]
             drawn = rng.integers(0, len(every), 20)
-            found.append(Hidden(
+            hidden.append(Hidden(
                 shown.names[word], taking, precision(scores, right),
                 precision(itself, right) if trained[word] >= LEAST_TRAINED else float("nan"),
                 float(np.mean([precision(rng.random(len(right)), right) for _ in range(200)])),
                 float(np.mean([precision(_ask(every[d], fit, shown, test), right) for d in drawn])),
                 int(right.sum()), len(right),
             ))  # fmt: skip
-    return found
+    return hidden
 
 
 def precision(scores: FloatArray, right: NDArray[np.bool_]) -> float:

@@ -53,8 +53,8 @@ def load_bandai(data: Path) -> list[Capture]:
 def without_copies(captures: Sequence[Capture]) -> list[Capture]:
     """The captures less those that repeat an earlier one, or its mirror image, as a whole."""
     library = copies.build_library([copies.copy_poses(c.motion) for c in captures])
-    found = copies.find_copies(library, range(len(captures)))
-    twice = {max(c.query, c.take) for c in found if c.kind in ("same", "mirror")}
+    relations = copies.find_copies(library, range(len(captures)))
+    twice = {max(c.query, c.take) for c in relations if c.kind in ("same", "mirror")}
     return [c for n, c in enumerate(captures) if n not in twice]
 
 

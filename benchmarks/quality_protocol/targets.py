@@ -39,16 +39,16 @@ def tables(text: str) -> dict[str, Table]:
     >>> tables("## A\\n\\n| m | x |\\n| --- | --- |\\n| a | .5 |\\n")["A"].cell("x", "a")
     '.5'
     """
-    found: dict[str, list[tuple[str, ...]]] = {}
+    rows_of: dict[str, list[tuple[str, ...]]] = {}
     heading, ended = "", False
     for line in text.splitlines():
         if line.startswith("#"):
             heading, ended = line.lstrip("# "), False
         elif line.startswith("| ") and not ended:
-            found.setdefault(heading, []).append(tuple(c.strip() for c in line.split("|")[1:-1]))
-        elif heading in found:
+            rows_of.setdefault(heading, []).append(tuple(c.strip() for c in line.split("|")[1:-1]))
+        elif heading in rows_of:
             ended = True
-    return {name: Table(rows[0], tuple(rows[2:])) for name, rows in found.items()}
+    return {name: Table(rows[0], tuple(rows[2:])) for name, rows in rows_of.items()}
 
 
 def number(cell: str) -> float:
@@ -57,8 +57,8 @@ def number(cell: str) -> float:
     >>> number(".488 (.445 to .533)"), number("1.000"), number("x")
     (0.488, 1.0, nan)
     """
-    found = re.match(r"-?\d*\.?\d+", cell)
-    return float(found[0]) if found else float("nan")
+    matched = re.match(r"-?\d*\.?\d+", cell)
+    return float(matched[0]) if matched else float("nan")
 
 
 def beaten(table: Table, measure: str) -> tuple[str, str]:
@@ -78,7 +78,7 @@ def reached(cell: str, least: float) -> tuple[str, str]:
     return cell, LEVEL if number(cell) >= least else MISSED
 
 
-def targets(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
+def targets(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
     """Target, figure, met or not, heading."""
     for name, measure in (
         ("Words to motion", "mean average precision"),
@@ -90,42 +90,42 @@ def targets(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
         ("Query by example: Bandai-Namco, unseen style", "mAP"),
     ):
         yield (
-            f"at least the best other method, {measure}", *beaten(found[name], measure), name,
+            f"at least the best other method, {measure}", *beaten(tables_of[name], measure), name,
         )  # fmt: skip
-    yield from _times(found)
+    yield from _times(tables_of)
     name = "Interval in a long take"
     for column, least in (
         ("R@1, IoU 0.5", 0.92), ("R@1, IoU 0.7", 0.75),
         ("per query and take, IoU 0.5", 0.85), ("per query and take, IoU 0.7", 0.68),
     ):  # fmt: skip
-        cell = found[name].cell(column, "motiondb (like)")
+        cell = tables_of[name].cell(column, "motiondb (like)")
         yield f"by example, {column}: at least {least}", *reached(cell, least), name
     for row in ("words of whole captures", "words of the parts of the other takes"):
-        cell = found["By word"].cell("R@1, IoU 0.5", row)
+        cell = tables_of["By word"].cell("R@1, IoU 0.5", row)
         yield f"by word, {row}, R@1, IoU 0.5: at least 0.6", *reached(cell, 0.6), "By word"
     name = "Segmentation without labels"
     for row, column, least in (
         ("true number", "frame accuracy", 0.88), ("own number", "frame accuracy", 0.82),
         ("own number", "boundary F1", 0.75), ("true number", "boundary F1", 0.75),
     ):  # fmt: skip
-        cell = found[name].cell(column, f"motiondb, {row}")
+        cell = tables_of[name].cell(column, f"motiondb, {row}")
         yield f"{column}, {row}: at least {least}", *reached(cell, least), name
-    for cells in found["Order"].rows:
+    for cells in tables_of["Order"].rows:
         yield f"order, {cells[0]}: at least 0.9", *reached(cells[2], 0.9), "Order"
     name = "Analogy: word sequences never seen"
-    for cells in found[name].rows[1::2]:
+    for cells in tables_of[name].rows[1::2]:
         asked = f"{cells[0]} words: at least twice as many usable as by the plain bigram"
         yield asked, *reached(cells[4], 2.0), name
-    yield from _generation(found["Generation"])
+    yield from _generation(tables_of["Generation"])
 
 
-def _times(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
+def _times(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
     column = "ms a query, searching"
     for name in (
         "Query by example: CMU main verb, unseen performer",
         "Query by example: Bandai-Namco, unseen style",
     ):
-        table = found[name]
+        table = tables_of[name]
         ours, warping = table.cell(column, OURS), table.cell(column, "DTW, whitened features")
         share = number(ours) / number(warping)
         met = LEVEL if share <= 0.01 else MISSED

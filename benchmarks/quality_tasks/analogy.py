@@ -66,14 +66,14 @@ def measure(database: Path, seed: int) -> TaskReport:
 def _left_out_note(learned: Learned) -> str:
     """How probable the transitions of each capture are by those of all others: in nats."""
     n_symbols = learned.symbols.n_symbols
-    own = [
+    counted = [
         transition.count_transitions([learned.segments.symbols[rows]], n_symbols)
         for rows in learned.rows.values()
     ]
-    total = np.sum(own, axis=0)
+    total = np.sum(counted, axis=0)
     shares = (0.5, 0.7, 0.8, 0.9)
     sums = np.zeros(len(shares) + 1)
-    for counts in own:
+    for counts in counted:
         others = total - counts
         plain = np.exp(transition.log_bigram(others))
         clustered = np.exp(transition.log_clustered_bigram(others, learned.clusters))
@@ -100,14 +100,14 @@ def unseen(learned: Learned, length: int, seed: int) -> list[tuple[str, ...]]:
     counts = learned.association.counts
     known = [w for w, n in zip(learned.association.words, counts) if n >= LEAST_CAPTIONS]
     rng = np.random.default_rng(seed)
-    found: dict[tuple[str, ...], None] = {}
+    sequences: dict[tuple[str, ...], None] = {}
     for _ in range(100_000):
         words = tuple(known[n] for n in rng.choice(len(known), length, replace=False))
         if all((a, b) not in together for a in words for b in words if a != b):
-            found[words] = None
-        if len(found) == N_SEQUENCES:
+            sequences[words] = None
+        if len(sequences) == N_SEQUENCES:
             break
-    return list(found)
+    return list(sequences)
 
 
 def _decode(learned: Learned, words: Sequence[str]) -> Decoded:

@@ -80,12 +80,12 @@ def read_failures(page: str) -> list[Failure]:
     >>> read_failures(page)[0].first
     ('1/1_02', '1/1_03')
     """
-    found: dict[str, Failure] = {}
+    failures: dict[str, Failure] = {}
     for match in _FAILED.finditer(page):
         first, true = (tuple(_CAPTURE.findall(match[key])) for key in ("first", "true"))
         failure = Failure(match["word"], float(match["ap"]), int(match["fold"]), first, true)
-        found.setdefault(failure.word, failure)
-    return list(found.values())
+        failures.setdefault(failure.word, failure)
+    return list(failures.values())
 
 
 def _cause(notes: dict[str, Notes], word: str) -> str:
@@ -150,8 +150,12 @@ def _show_changes(takes: Sequence[LongTake], notes: dict[str, Notes], seed: int)
         n_true = int(take.labels.max()) + 1
         lanes = [truth]
         for number in (None, n_true):
-            found = activities.find_activities(features, np.random.default_rng(seed), number)
-            lanes.append([(a / FEATURE_FPS, b / FEATURE_FPS, str(k)) for a, b, k in found])
+            activities_found = activities.find_activities(
+                features, np.random.default_rng(seed), number
+            )
+            lanes.append(
+                [(a / FEATURE_FPS, b / FEATURE_FPS, str(k)) for a, b, k in activities_found]
+            )
         _draw_lanes(axes, lanes, take.capture.name)
     return TaskReport(
         "Changes of activity in the long takes",

@@ -196,10 +196,10 @@ def _hmm_scores(whitened: Sequence[Float32Array], question: Question, seed: int)
     for group in np.unique(question.groups):
         queries = np.flatnonzero((question.groups == group) & (labels != ""))
         for label in np.unique(labels[(question.groups != group) & (labels != "")]):
-            own = [whitened[int(n)].astype(float) for n in np.flatnonzero(
+            examples = [whitened[int(n)].astype(float) for n in np.flatnonzero(
                 (labels == label) & (question.groups != group))]  # fmt: skip
             model = GaussianHMM(5, n_iter=10, covars_prior=1.0, random_state=seed)
-            model.fit(np.concatenate(own), [len(x) for x in own])
+            model.fit(np.concatenate(examples), [len(x) for x in examples])
             for q in queries:
                 x = whitened[int(q)].astype(float)
                 scores[q, labels == label] = model.score(x) / len(x)
@@ -230,16 +230,16 @@ def _table(
     asked = ~np.isnan(judged[OURS][0])
     weights = weighted_draws(len(asked), seed)[:, asked]
     rows: list[tuple[str | float | Measure, ...]] = []
-    for name, found in judged.items():
+    for name, results in judged.items():
         row: list[str | float | Measure] = [name]
-        for values, ours in zip(found, judged[OURS]):
+        for values, ours in zip(results, judged[OURS]):
             row.append(_measure(values[asked], weights))
             row.append("" if name == OURS else _measure((ours - values)[asked], weights))
         rows.append((*row, f"{times[name]:.3f}" if name in times else "-"))
     classes = len(set(question.labels[asked].tolist()))
-    own = "performer or style" if len(set(question.groups)) < len(asked) else "capture"
+    group_name = "performer or style" if len(set(question.groups)) < len(asked) else "capture"
     protocol = (
-        f"{int(asked.sum())} queries of {classes} classes; the query's own {own} is never "
+        f"{int(asked.sum())} queries of {classes} classes; the query's own {group_name} is never "
         "searched. motiondb judges likeness by its vectors and by the words learned from captions "
         "of the others (never the query's group), as `like` does where words were learned; the row "
         "below it by motion alone, as `like --by-motion-alone` does. CCA (16 axes) learns from the "
@@ -268,9 +268,9 @@ def _judge(scores: FloatArray, question: Question) -> tuple[FloatArray, FloatArr
         right = question.labels[there] == question.labels[q]
         if not question.labels[q] or not right.any():
             continue
-        found = right[np.argsort(-(scores[q, there] + jitter[there]), kind="stable")]
-        nearest[q] = found[0]
-        precision[q] = (np.cumsum(found) / np.arange(1, len(found) + 1))[found].mean()
+        hits = right[np.argsort(-(scores[q, there] + jitter[there]), kind="stable")]
+        nearest[q] = hits[0]
+        precision[q] = (np.cumsum(hits) / np.arange(1, len(hits) + 1))[hits].mean()
     return nearest, precision
 
 
@@ -284,9 +284,9 @@ def _confusions(scores: FloatArray, question: Question) -> tuple[str, ...]:
         there = np.flatnonzero(question.allowed[q] & (np.arange(len(scores)) != q))
         if not label or not (question.labels[there] == label).any():
             continue
-        found = str(question.labels[there[np.argmax(scores[q, there])]])
-        if found != label:
-            wrong[str(label), found] = wrong.get((str(label), found), 0) + 1
+        nearest = str(question.labels[there[np.argmax(scores[q, there])]])
+        if nearest != label:
+            wrong[str(label), nearest] = wrong.get((str(label), nearest), 0) + 1
     worst = sorted(wrong.items(), key=lambda item: -item[1])[:6]
     listed = "; ".join(f"{a} taken for {b} ({n})" for (a, b), n in worst)
     return (f"motiondb's commonest mistakes: {listed}.",) if worst else ()
@@ -313,12 +313,12 @@ def _times(
         "pooled, cosine": lambda q: rows @ rows[q],
         "DTW, whitened features": lambda q: base.warping_row(whitened[q], whitened),
     }
-    found = {}
+    times_of = {}
     for name, action in actions.items():
         times = []
         for q in some:
             started = time.process_time()
             action(q)
             times.append(time.process_time() - started)
-        found[name] = float(np.median(times[1:])) * 1e3
-    return found
+        times_of[name] = float(np.median(times[1:])) * 1e3
+    return times_of

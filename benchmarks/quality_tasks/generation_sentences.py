@@ -129,20 +129,20 @@ def generate_or_none(db: MotionDB, sentence: str, seed: int) -> Generated | None
 def _outcomes(of: Recogniser, sentence: str, made: Generated) -> list[Outcome]:
     numbers = {name: n for n, name in enumerate(of.names)}
     sources = [numbers.get(s.name, -1) for s in made.provenance.sources]
-    found = []
+    outcomes = []
     for one in made.shown:
         asked = [of.words.index(word) for word in one.words if word in of.words]
         if not asked or one.end <= one.start:
             continue
         part = cut_motion(made.motion, one.start / MOTION_FPS, one.end / MOTION_FPS)
         used = {sources[int(n)] for n in made.provenance.source_numbers[one.start : one.end]}
-        found.append(
+        outcomes.append(
             Outcome(
                 sentence, asked[0], of.view(recognition_features(part)), frozenset(used),
                 one.shown, one.probability,
             )
         )  # fmt: skip
-    return found
+    return outcomes
 
 
 def _same(of: Recogniser, first: int, asked: int) -> bool:

@@ -128,8 +128,8 @@ def best_share(take: LongTake, label: str, interval: tuple[float, float]) -> flo
 def _by_motiondb(db: MotionDB, meaning: bool | None = None) -> Finder:
     def find(take: LongTake, interval: tuple[float, float], other: LongTake) -> Found:
         where = f'name="{other.capture.name}"'
-        found = db.like(take.capture.name, *interval, where, limit=1, meaning=meaning)
-        return found[0].score, found[0].start, found[0].end
+        matches = db.like(take.capture.name, *interval, where, limit=1, meaning=meaning)
+        return matches[0].score, matches[0].start, matches[0].end
 
     return find
 
@@ -151,8 +151,8 @@ def _by_windows(whitened: Mapping[str, Float32Array]) -> Finder:
         frames = whitened[other.capture.name]
         low = np.arange(0, max(len(frames) - len(query), 0) + 1, 5)
         rows = np.array([_pooled(frames[a : a + len(query)]) for a in low])
-        own = _pooled(query)
-        cosine = rows @ own / (np.linalg.norm(rows, axis=1) * np.linalg.norm(own))
+        pooled = _pooled(query)
+        cosine = rows @ pooled / (np.linalg.norm(rows, axis=1) * np.linalg.norm(pooled))
         best = int(np.argmax(cosine))
         end = min(int(low[best]) + len(query), len(frames))
         return float(cosine[best]), low[best] / FEATURE_FPS, end / FEATURE_FPS
@@ -275,10 +275,10 @@ def _ask(db: MotionDB, take: LongTake, labels: Sequence[str]) -> list[tuple[str,
     for label in labels:
         where = f'name="{take.capture.name}"'
         try:
-            found = db.search(WORDS[label], where=where, limit=1, written=False).matches
+            matches = db.search(WORDS[label], where=where, limit=1, written=False).matches
         except MotionDBError:  # none of the words is known
-            found = ()
-        value = best_share(take, label, (found[0].start, found[0].end)) if found else 0.0
+            matches = ()
+        value = best_share(take, label, (matches[0].start, matches[0].end)) if matches else 0.0
         answers.append((take.capture.name, label, value))
     return answers
 

@@ -101,11 +101,11 @@ def judge_folds(data: PlaceData, seed: int) -> tuple[dict[str, list[Told]], int]
     unasked = 0
     for fold in range(N_FOLDS):
         rest = [capture for capture in short if folds[capture.group] != fold]
-        own = [capture for capture in short if folds[capture.group] == fold]
+        of_fold = [capture for capture in short if folds[capture.group] == fold]
         sure = place_certainty.fit_certainty(rest, known, rng)
         if sure is None:
             continue
-        for kind, take in _takes(own, rng):
+        for kind, take in _takes(of_fold, rng):
             judged = place_certainty.judge(take, known)
             unasked += len(joined_takes.questions_of(take)) - len(judged)
             told[kind] += [
@@ -134,13 +134,17 @@ def of_learned(learned: Learned) -> PlaceData:
     return PlaceData(learned.segments, learned.standardised, written, learned.places, performers)
 
 
-def _takes(own: Sequence[ShortCapture], rng: np.random.Generator) -> list[tuple[str, JoinedTake]]:
+def _takes(
+    captures: Sequence[ShortCapture], rng: np.random.Generator
+) -> list[tuple[str, JoinedTake]]:
     """Joined takes of every draw, and every capture once as it is."""
-    takes = [("whole", joined_takes.join([each])) for each in own]
+    takes = [("whole", joined_takes.join([each])) for each in captures]
     for _ in range(N_DRAWS):
-        takes += [("joined", take) for take in joined_takes.join_captures(own, rng)]
+        takes += [("joined", take) for take in joined_takes.join_captures(captures, rng)]
         takes += [
-            ("of two", take) for take in joined_takes.join_pairs(own, rng) if len(take.groups) == 2
+            ("of two", take)
+            for take in joined_takes.join_pairs(captures, rng)
+            if len(take.groups) == 2
         ]
     return takes
 

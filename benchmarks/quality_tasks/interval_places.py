@@ -60,10 +60,10 @@ def place_answers(
 
 def _first(learned: Learned, text: str, capture: int) -> tuple[float, float] | None:
     try:
-        found = search_words(learned, text, [capture], limit=1, written=False).matches
+        matches = search_words(learned, text, [capture], limit=1, written=False).matches
     except MotionDBError:  # none of the words is known
         return None
-    return (found[0].start, found[0].end) if found else None
+    return (matches[0].start, matches[0].end) if matches else None
 
 
 def _written(learned: Learned, without: int | None = None) -> place_fitting.Written:

@@ -77,8 +77,8 @@ def _rows(
     right: dict[str, list[float]] = {}
     for k in np.unique(folds):
         train = np.flatnonzero((folds != k) & known)
-        own = [q for q in questions if folds[q.capture] == k]
-        for question, value in zip(own, _answer(seen, captures, train, own)):
+        of_fold = [q for q in questions if folds[q.capture] == k]
+        for question, value in zip(of_fold, _answer(seen, captures, train, of_fold)):
             if not np.isnan(value):
                 right.setdefault(question.source, []).append(value)
     return [
@@ -162,19 +162,19 @@ def _long_take(data: Path, real: Sequence[Capture]) -> list[Told]:
 def _sample_sequences(made: Sequence[Capture]) -> list[Told]:
     """The true segments of every sample take, without standing about, in order."""
     labels = _labels(SAMPLE / "segments.tsv", "file")
-    found = []
+    told = []
     for place, capture in enumerate(made):
-        own = labels.get(f"{capture.name}.bvh", [])
-        actions = [tuple(vocabulary.words_of(label)) for label in own if label != "idle"]
+        rows = labels.get(f"{capture.name}.bvh", [])
+        actions = [tuple(vocabulary.words_of(label)) for label in rows if label != "idle"]
         actions = [a for n, a in enumerate(actions) if a and (n == 0 or a != actions[n - 1])]
         if len(actions) > 1:
-            found.append(Told(place, tuple(actions[:4]), "sample data (synthetic)"))
-    return found
+            told.append(Told(place, tuple(actions[:4]), "sample data (synthetic)"))
+    return told
 
 
 def _labels(sheet: Path, column: str) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
+    labels_of: dict[str, list[str]] = {}
     with sheet.open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file, delimiter="\t"):
-            found.setdefault(row[column], []).append(row["label"].replace("_", " "))
-    return found
+            labels_of.setdefault(row[column], []).append(row["label"].replace("_", " "))
+    return labels_of

@@ -213,8 +213,8 @@ def _by_sum(
         for verb in question.verbs
     ])  # fmt: skip
     log_none = -np.logaddexp(0.0, each).sum(axis=0)
-    found: FloatArray = np.log(-np.expm1(log_none)) - log_none
-    return found
+    log_odds: FloatArray = np.log(-np.expm1(log_none)) - log_none
+    return log_odds
 
 
 def _ignored(text: str, takes: Sequence[by_words.TakeScores], names: Sequence[str]) -> FloatArray:
@@ -238,8 +238,8 @@ def _logic(question: Question, odds: FloatArray) -> FloatArray:
 
 def _asked_words(question: Question, odds: FloatArray) -> FloatArray:
     """Mean log-odds of the words, without "not" and "or"."""
-    found: FloatArray = odds[:, [verb for verb in question.verbs if verb >= 0]].mean(axis=1)
-    return found
+    scores: FloatArray = odds[:, [verb for verb in question.verbs if verb >= 0]].mean(axis=1)
+    return scores
 
 
 def _report(collected: Collected, captures: Sequence[Capture], seed: int) -> TaskReport:
@@ -247,8 +247,8 @@ def _report(collected: Collected, captures: Sequence[Capture], seed: int) -> Tas
     empty = np.zeros(0)
 
     def precision(method: str, kind: str) -> FloatArray:
-        found = collected.ranked[method][kind]
-        return average_precisions(Judged(found, empty, empty, empty, (empty, empty)), weights)
+        ranks = collected.ranked[method][kind]
+        return average_precisions(Judged(ranks, empty, empty, empty, (empty, empty)), weights)
 
     rows: list[tuple[str | float | Measure, ...]] = []
     for kind in KINDS:

@@ -100,8 +100,8 @@ def by_change_points(windows: FloatArray, n_groups: int | None, _seed: int) -> I
 
     thinned = windows[::3]
     penalty = 2.0 * np.log(len(thinned))
-    found = ruptures.KernelCPD(kernel="rbf", min_size=7).fit(thinned).predict(pen=penalty)
-    cuts = [0, *(3 * c for c in found[:-1]), len(windows)]
+    ends = ruptures.KernelCPD(kernel="rbf", min_size=7).fit(thinned).predict(pen=penalty)
+    cuts = [0, *(3 * c for c in ends[:-1]), len(windows)]
     labels = np.repeat(np.arange(len(cuts) - 1), np.diff(cuts))
     if n_groups and len(cuts) - 1 > n_groups:
         means = np.array([windows[a:b].mean(axis=0) for a, b in pairwise(cuts)])
@@ -128,14 +128,16 @@ def join_captures(captures: Sequence[Capture], left_out: set[str], seed: int) ->
     for c in captures:
         if c.name not in left_out and c.captions and len(c.features) >= 60:
             of.setdefault(c.performer, []).append(c)
-    performers = sorted(p for p, own in of.items() if len(own) >= 5)
+    performers = sorted(p for p, captures_of in of.items() if len(captures_of) >= 5)
     joined = []
     for number in range(N_JOINED):
-        own = of[performers[number % len(performers)]]
+        captures_of = of[performers[number % len(performers)]]
         chosen: list[Capture] = []
-        for n in rng.permutation(len(own)):
-            if all(own[n].captions[0].lower()[:6] != c.captions[0].lower()[:6] for c in chosen):
-                chosen.append(own[n])
+        for n in rng.permutation(len(captures_of)):
+            if all(
+                captures_of[n].captions[0].lower()[:6] != c.captions[0].lower()[:6] for c in chosen
+            ):
+                chosen.append(captures_of[n])
             if len(chosen) == 4:
                 break
         if len(chosen) >= 3:
@@ -189,8 +191,8 @@ def _judge(
     if on_windows:
         values = context(space.project(take.capture.features).astype(float), WINDOW)
     n_true = int(take.labels.max()) + 1
-    found = find(values, n_true if is_told else None, seed)
-    return (*agreement(take.labels, found), float(len(np.unique(found)) - n_true))
+    result = find(values, n_true if is_told else None, seed)
+    return (*agreement(take.labels, result), float(len(np.unique(result)) - n_true))
 
 
 def _measures(values: Sequence[FloatArray], seed: int) -> tuple[Measure, ...]:
@@ -209,13 +211,13 @@ def _notes(takes: Sequence[LongTake], seed: int) -> tuple[str, ...]:
     """What motiondb found in every take, beside the truth."""
     notes = []
     for take in takes:
-        own, true = (
+        ours, true = (
             activities.find_activities(take.capture.features, np.random.default_rng(seed), k)
             for k in (None, int(take.labels.max()) + 1)
         )
         notes.append(
             f"{take.capture.name}: true {_list_parts(take)}; true number "
-            f"{_list_runs(true)}; own number {_list_runs(own)}."
+            f"{_list_runs(true)}; own number {_list_runs(ours)}."
         )
     return tuple(notes)
 

@@ -63,7 +63,7 @@ def run(data: Path, seed: int) -> TaskReport:
         row[[number[w] for actions in texts for action in actions for w in action]] = True
     asked = [[[[number[w] for w in a] for a in actions] for actions in texts] for texts in said]
     answers, folds = _all_answers(captures, words, seed)
-    judged = {name: _judge(found, folds, words, asked) for name, found in answers.items()}
+    judged = {name: _judge(answer, folds, words, asked) for name, answer in answers.items()}
     return _report(judged, names, captures, folds, seed)
 
 
@@ -138,9 +138,9 @@ def _judge(
                 order = np.argsort(
                     -np.where(usable, answer.described[place], -np.inf), kind="stable"
                 )
-                found = np.isin(order, right)
-                f1[capture] = found[: len(right)].mean()
-                reciprocal[capture] = 1.0 / (1 + int(np.argmax(found)))
+                hits = np.isin(order, right)
+                f1[capture] = hits[: len(right)].mean()
+                reciprocal[capture] = 1.0 / (1 + int(np.argmax(hits)))
         if answer.probabilities is not None:
             predicted.append(answer.probabilities[:, usable].ravel())
             true.append(shown[:, usable].ravel().astype(float))
@@ -260,13 +260,13 @@ def _table(judged, weights, title, protocol, measures, more) -> TaskReport:  # t
     for name in measures:
         columns += [name, "motiondb better by"]
     columns += [name for name, _ in more(judged[OURS])]
-    for method, found in judged.items():
+    for method, results in judged.items():
         row: list[str | float | Measure] = [method]
         for measure in measures.values():
-            values, ours = measure(found, weights), measure(judged[OURS], weights)
+            values, ours = measure(results, weights), measure(judged[OURS], weights)
             row.append(weighted_measure(values))
             row.append("" if method == OURS else weighted_measure(ours - values))
-        rows.append((*row, *(value for _, value in more(found))))
+        rows.append((*row, *(value for _, value in more(results))))
     return TaskReport(title, protocol, tuple(columns), tuple(rows))
 
 
@@ -281,11 +281,11 @@ def _first_ranks(judged: Judged) -> tuple[tuple[str, float], ...]:
 
 
 def _per_query(judged: Judged) -> dict[tuple[int, int], float]:
-    found = {}
+    precision_of = {}
     for key, (_, right) in judged.queries.items():
         share = np.cumsum(right) / np.arange(1, len(right) + 1)
-        found[key] = float(share[right].mean())
-    return found
+        precision_of[key] = float(share[right].mean())
+    return precision_of
 
 
 def _word_notes(
@@ -334,8 +334,8 @@ def _pictures(judged: dict[str, Judged], names: Sequence[str]) -> tuple[Picture,
     )
     figure = Figure(figsize=(9, 3.2), layout="constrained")
     axes = figure.add_subplot()
-    for found, label, shift in ((ours, OURS, -0.2), (other, "ridge to words, pooled", 0.2)):
-        means = [np.mean([found[q] for q in found if q[1] == w]) for w in words]
+    for results, label, shift in ((ours, OURS, -0.2), (other, "ridge to words, pooled", 0.2)):
+        means = [np.mean([results[q] for q in results if q[1] == w]) for w in words]
         axes.bar(np.arange(len(words)) + shift, means, 0.4, label=label)
     axes.set_xticks(np.arange(len(words)), [names[w] for w in words], rotation=60, ha="right")
     axes.set_ylabel("average precision")

@@ -32,9 +32,9 @@ def read_notes(path: Path) -> dict[str, Notes]:
         key, _, body = block.partition("\n")
         prose, verdicts = [], {}
         for line in body.splitlines():
-            found = _VERDICT.match(line)
-            if found:
-                verdicts[found["capture"]] = (found["verdict"], found["reason"])
+            matched = _VERDICT.match(line)
+            if matched:
+                verdicts[matched["capture"]] = (matched["verdict"], matched["reason"])
             else:
                 prose.append(line)
         notes[key.strip()] = Notes("\n".join(prose).strip(), verdicts)

@@ -42,17 +42,17 @@ count sentences whose motion, recognised anew, gives the decoded symbols exactly
 repeats of a symbol are merged."""
 
 
-def write_report(found: Findings, path: Path) -> Path:
+def write_report(findings: Findings, path: Path) -> Path:
     """Write the page; return its path."""
     blocks = [
         f"# Answers on real captures\n\nWritten by `{COMMAND}` on {machine()}; "
         f"{versions(*PACKAGES)}. {TERMS}",
-        _note(found.notes, "summary"),
-        _sizes(found),
-        _words(found),
-        _parts(found),
-        _examples(found),
-        _made(found),
+        _note(findings.notes, "summary"),
+        _sizes(findings),
+        _words(findings),
+        _parts(findings),
+        _examples(findings),
+        _made(findings),
     ]
     path.write_text("\n\n".join(block for block in blocks if block) + "\n", encoding="utf-8")
     return path
@@ -73,8 +73,8 @@ def _note(notes: dict[str, Notes], key: str) -> str:
     return "\n\n".join(part for part in (note.prose, "\n".join(lines)) if part)
 
 
-def _sizes(found: Findings) -> str:
-    n, stages = found.counts, found.stages
+def _sizes(findings: Findings) -> str:
+    n, stages = findings.counts, findings.stages
     rows = [
         ["captures", f"{n['captures']:.0f} of {n['performers']:.0f} performers"],
         ["motion", f"{n['seconds']:.0f} s"],
@@ -83,7 +83,7 @@ def _sizes(found: Findings) -> str:
         ["symbol space", f"{n['dimensions']:.0f} dimensions, {n['clusters']:.0f} clusters"],
         ["words", f"{n['words']:.0f}, {n['words twice']:.0f} of them in two captions or more"],
         ["database file", f"{n['bytes'] / 1e6:.0f} MB"],
-        ["copies, mirror images, cuts found", f"{len(found.relations)}"],
+        ["copies, mirror images, cuts found", f"{len(findings.relations)}"],
     ]
     for name, stage in (("add", stages.add), ("learn", stages.learn)):
         if stage is not None:
@@ -96,18 +96,18 @@ def _sizes(found: Findings) -> str:
         rows.append(["both", f"{total:.0f} s (target: 240 s, 3 GiB)"])
     else:
         rows.append(["`add`, `learn`", "not measured in this run: the database was there"])
-    rows.append(["questions, generation, pictures of this page", f"{found.seconds:.0f} s"])
-    problems = "".join(f"\n- {problem}" for problem in found.problems)
+    rows.append(["questions, generation, pictures of this page", f"{findings.seconds:.0f} s"])
+    problems = "".join(f"\n- {problem}" for problem in findings.problems)
     return "\n\n".join(
         part
         for part in (
             "## Catalogue and learning",
             table(["what", "measured"], rows),
             f"Left out when adding:\n{problems}" if problems else "",
-            f"Known already by content, so not added again: {', '.join(found.known)}."
-            if found.known
+            f"Known already by content, so not added again: {', '.join(findings.known)}."
+            if findings.known
             else "",
-            _note(found.notes, "catalogue"),
+            _note(findings.notes, "catalogue"),
             "![The symbol space](pictures/symbols.png)",
             "The symbols and words of one long take:",
             "![A long take](pictures/take-14-06.png)",
@@ -116,20 +116,20 @@ def _sizes(found: Findings) -> str:
     )
 
 
-def _words(found: Findings) -> str:
+def _words(findings: Findings) -> str:
     shown = [
         [r.words, f"{r.there}", *(_score(j) for j in (r.written, r.alone, r.unseen))]
-        for r in found.words
+        for r in findings.words
     ]
     columns = [
-        sum(sum(j.right == "yes" for j in getattr(r, name)) for r in found.words)
+        sum(sum(j.right == "yes" for j in getattr(r, name)) for r in findings.words)
         for name in ("written", "alone", "unseen")
     ]
-    possible = sum(min(FIRST, r.there) for r in found.words)
+    possible = sum(min(FIRST, r.there) for r in findings.words)
     shown.append(["**together**", "", *(f"**{c} of {possible}**" for c in columns)])
     precision = [
         [name, f"{p.words}", f"{p.precision:.3f}", f"{p.chance:.3f}"]
-        for name, p in found.precision.items()
+        for name, p in findings.precision.items()
     ]
     return "\n\n".join(
         part
@@ -149,8 +149,8 @@ def _words(found: Findings) -> str:
             "Right answers among the first five. Mean average precision over single words, for "
             "words that two performers or more were described with:",
             table(["captures ranked by", "words", "precision", "chance"], precision),
-            _note(found.notes, "words"),
-            *(_word_section(r, found.notes) for r in found.words),
+            _note(findings.notes, "words"),
+            *(_word_section(r, findings.notes) for r in findings.words),
         )
         if part
     )
@@ -192,14 +192,14 @@ def _word_section(result: WordResult, notes: dict[str, Notes]) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def _parts(found: Findings) -> str:
+def _parts(findings: Findings) -> str:
     rows = []
-    for words, match, share, part in found.parts:
+    for words, match, share, part in findings.parts:
         true = f"{part[0]:.1f}–{part[1]:.1f} s" if part else "elsewhere"
         rows.append([words, match.capture, _times(match), true, f"{share:.2f}"])
     if not rows:
         return ""
-    mean = sum(row[2] for row in found.parts) / len(found.parts)
+    mean = sum(row[2] for row in findings.parts) / len(findings.parts)
     return "\n\n".join(
         part
         for part in (
@@ -208,13 +208,13 @@ def _parts(found: Findings) -> str:
             "the last column is the intersection over the union of the found and the nearest true "
             f"interval, in the mean {mean:.2f}.",
             table(["words", "capture", "found", "true", "overlap"], rows),
-            _note(found.notes, "parts"),
+            _note(findings.notes, "parts"),
         )
         if part
     )
 
 
-def _examples(found: Findings) -> str:
+def _examples(findings: Findings) -> str:
     rows = [
         [
             r.example.name,
@@ -223,7 +223,7 @@ def _examples(found: Findings) -> str:
             _score(r.everybody),
             _score(r.others),
         ]
-        for r in found.examples
+        for r in findings.examples
     ]
     return "\n\n".join(
         part
@@ -235,8 +235,8 @@ def _examples(found: Findings) -> str:
             table(
                 ["example", "interval", "rank 1", "right of 5, everybody", "other performers"], rows
             ),
-            _note(found.notes, "examples"),
-            *(_example_section(r, found.notes) for r in found.examples),
+            _note(findings.notes, "examples"),
+            *(_example_section(r, findings.notes) for r in findings.examples),
         )
         if part
     )
@@ -258,12 +258,12 @@ def _example_section(result: ExampleResult, notes: dict[str, Notes]) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def _made(found: Findings) -> str:
-    real = median_smoothness(found.captured)
+def _made(findings: Findings) -> str:
+    real = median_smoothness(findings.captured)
     rows = [["real captures", f"{real.slip:.1f}", f"{real.jerk:.0f}", "", ""]]
     for method in METHODS:
-        median = median_smoothness([r.methods[method][0] for r in found.made])
-        again = [r.methods[method][1] for r in found.made]
+        median = median_smoothness([r.methods[method][0] for r in findings.made])
+        again = [r.methods[method][1] for r in findings.made]
         exactly, merged = again.count("exactly"), len(again) - again.count("otherwise")
         counts = [f"{n} of {len(again)}" for n in (exactly, merged)]
         rows.append([method, f"{median.slip:.1f}", f"{median.jerk:.0f}", *counts])
@@ -273,8 +273,8 @@ def _made(found: Findings) -> str:
             "## Five generated sentences",
             f"Seed {SEED}. {MEASURES}",
             table(["median", "slip cm/s", "jerk m/s³", "recognised exactly", "merged"], rows),
-            _note(found.notes, "made"),
-            *(_made_section(r, found.notes) for r in found.made),
+            _note(findings.notes, "made"),
+            *(_made_section(r, findings.notes) for r in findings.made),
         )
         if part
     )
@@ -282,7 +282,7 @@ def _made(found: Findings) -> str:
 
 def _made_section(result: MadeResult, notes: dict[str, Notes]) -> str:
     made = result.made
-    own, again = result.methods[METHODS[0]]
+    from_motion, again = result.methods[METHODS[0]]
     sources = ", ".join(source.name for source in made.provenance.sources)
     actions = "; ".join(" ".join(action) for action in made.actions)
     certificates = ", ".join(d.certificate for d in made.decodings)
@@ -292,7 +292,8 @@ def _made_section(result: MadeResult, notes: dict[str, Notes]) -> str:
         f"- decoded: {_numbers(made.symbols)} ({certificates})",
         f"- recognised again: {_numbers(made.recognised)} ({again})",
         f"- described again: {'; '.join(result.described)}",
-        f"- {own.seconds:.1f} s, slip {own.slip:.1f} cm/s, jerk {own.jerk:.0f} m/s³",
+        f"- {from_motion.seconds:.1f} s, slip {from_motion.slip:.1f} cm/s, "
+        f"jerk {from_motion.jerk:.0f} m/s³",
         f"- from {sources}",
     ]
     parts = (

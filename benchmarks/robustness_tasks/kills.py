@@ -190,12 +190,12 @@ def kill(seed: int, kind: str, base: Path, usual: Reference) -> Outcome:
         told = _is_told(kind, place)
         faults = [] if not ended or process.exitcode == 0 else [f"ended with {process.exitcode}"]
         faults += _going_on(process)
-        found = _beside(_examine, place)
-        if isinstance(found, str):
+        outcome = _beside(_examine, place)
+        if isinstance(outcome, str):
             return Outcome(
-                seed, kind, share * usual.seconds, usual.seconds, ended, told, "neither", (found,)
+                seed, kind, share * usual.seconds, usual.seconds, ended, told, "neither", (outcome,)
             )
-        checked, rows = found
+        checked, rows = outcome
         faults += checked
         state = "after" if rows == usual.after else "neither"
         state = "before" if rows == usual.before else state
@@ -224,16 +224,18 @@ def _is_told(kind: str, place: Path) -> bool:
     return "added" in printed if kind == "fetch cmu" else bool(printed)
 
 
-def _wrong_outputs(found: dict[str, str], usual: dict[str, str], is_done: bool) -> list[str]:
+def _wrong_outputs(outputs: dict[str, str], usual: dict[str, str], is_done: bool) -> list[str]:
     """What is wrong with the files that a command wrote; drafts are looked at in the end.
 
     A scene's folder is written as a whole; a download is not, and goes on at the next time.
     """
     faults = [
-        f"{name} is not whole" for name in found if found[name] != usual.get(name, found[name])
+        f"{name} is not whole"
+        for name in outputs
+        if outputs[name] != usual.get(name, outputs[name])
     ]
-    begun = {name.partition("/")[0] for name in found if "/" in name} - {"cmu"}
-    missing = sorted(set(usual) - set(found))
+    begun = {name.partition("/")[0] for name in outputs if "/" in name} - {"cmu"}
+    missing = sorted(set(usual) - set(outputs))
     faults += [f"{name} is missing" for name in missing if name.partition("/")[0] in begun]
     return faults + [f"done, and {name} is not there" for name in missing if is_done]
 
@@ -276,14 +278,14 @@ def _going_on(process: BaseProcess) -> list[str]:
     import psutil
 
     def alive() -> list[psutil.Process]:
-        found = []
+        problems = []
         for other in psutil.process_iter():
             try:
                 if os.getsid(other.pid) == process.pid and other.status() != "zombie":
-                    found.append(other)
+                    problems.append(other)
             except (OSError, psutil.Error):
                 continue
-        return found
+        return problems
 
     limit = time.monotonic() + 20.0
     while (left := alive()) and time.monotonic() < limit:
@@ -327,19 +329,19 @@ def _rows(place: Path) -> dict[str, str]:
     rows["run"] = [row[:2] for row in rows["run"]]
     rows["meta"] = [row for row in rows["meta"] if row[0] == "revision"]
     return {
-        name: hashlib.sha256("\n".join(sorted(map(repr, found))).encode()).hexdigest()
-        for name, found in rows.items()
+        name: hashlib.sha256("\n".join(sorted(map(repr, rows_of_table))).encode()).hexdigest()
+        for name, rows_of_table in rows.items()
     }
 
 
 def _names(place: Path) -> set[str]:
     """Files of a case, but whole parts of the cache."""
-    found = set()
+    names = set()
     for path in place.rglob("*"):
         name = path.relative_to(place).as_posix()
         if path.is_file() and not _is_cached(path):
-            found.add(name)
-    return found
+            names.add(name)
+    return names
 
 
 def _is_cached(path: Path) -> bool:

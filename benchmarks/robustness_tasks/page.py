@@ -56,8 +56,8 @@ def page(folder: Path) -> str:
     if notes.exists():
         sections.append(notes.read_text(encoding="utf-8").strip())
     for name, title, write in parts:
-        found = cases[name]
-        sections.append(f"## {title}\n\n{write(found) if found else 'Not run.'}")
+        cases_of_kind = cases[name]
+        sections.append(f"## {title}\n\n{write(cases_of_kind) if cases_of_kind else 'Not run.'}")
     sections.append(UNKNOWN)
     return "\n\n".join(sections) + "\n"
 
@@ -67,13 +67,13 @@ def load(folder: Path, part: str) -> list[Case]:
     path = folder / f"{part}.jsonl"
     if not path.exists():
         return []
-    found = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-    if found and "seed" in found[0]:
-        found = list({(case["seed"], case["kind"]): case for case in found}.values())
-        found.sort(key=lambda case: (case["seed"], case["kind"]))
+    cases = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    if cases and "seed" in cases[0]:
+        cases = list({(case["seed"], case["kind"]): case for case in cases}.values())
+        cases.sort(key=lambda case: (case["seed"], case["kind"]))
     if part == "questions":
-        found = list({case["kind"]: case for case in found}.values())
-    return found
+        cases = list({case["kind"]: case for case in cases}.values())
+    return cases
 
 
 def seeds_of(cases: Sequence[Case]) -> str:

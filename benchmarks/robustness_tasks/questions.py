@@ -152,6 +152,6 @@ def run(database: Path) -> Iterator[Outcome]:
     for kind, question in QUESTIONS.items():
         with tempfile.TemporaryDirectory() as folder:
             place = Place(Path(folder), database)
-            found = fuzz.read_beside(Case(kind, question), place)
-        answer = "answered" if found.result == "read" else found.result
-        yield Outcome(kind, answer, found.message, found.seconds, found.megabytes)
+            outcomes = fuzz.read_beside(Case(kind, question), place)
+        answer = "answered" if outcomes.result == "read" else outcomes.result
+        yield Outcome(kind, answer, outcomes.message, outcomes.seconds, outcomes.megabytes)

@@ -95,8 +95,8 @@ def _search(db: MotionDB, _turn: int) -> None:
 
 
 def _like(db: MotionDB, _turn: int) -> None:
-    found = db.like("boris/kick_1").matches[0]
-    _expect(found.capture == "boris/kick_1", f"like finds {found.capture} first")
+    match = db.like("boris/kick_1").matches[0]
+    _expect(match.capture == "boris/kick_1", f"like finds {match.capture} first")
 
 
 def _describe(db: MotionDB, _turn: int) -> None:

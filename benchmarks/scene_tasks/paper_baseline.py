@@ -58,10 +58,10 @@ class FreeDerivations(Derivations):
         most: int = 10_000,
     ) -> Derivation | None:
         """A subtree that leads from ``since`` to one of ``ends`` by chance, or None."""
-        found = self.free.draw(symbol, 0, [0], rng, most)
-        if found is None or self.run(found.actions, since)[-1] not in ends:
+        drawn = self.free.draw(symbol, 0, [0], rng, most)
+        if drawn is None or self.run(drawn.actions, since)[-1] not in ends:
             return None
-        return found
+        return drawn
 
 
 class PaperChain(Chain):

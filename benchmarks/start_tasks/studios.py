@@ -144,7 +144,7 @@ def across_studios(data: Path, source: str, seed: int) -> dict[str, Any]:
         "with start": view_by(knowledge, ours.captures),
         "without start": View(alone.segments, alone.symbols.n_symbols),
     }
-    found = _curves(ours, views, begin(knowledge, {}), seed)
+    curves = _curves(ours, views, begin(knowledge, {}), seed)
     return {
         "source": source,
         "target": target,
@@ -152,7 +152,7 @@ def across_studios(data: Path, source: str, seed: int) -> dict[str, Any]:
         "captures": len(ours.captures),
         "symbols": {name: v.n_symbols for name, v in views.items()},
         "strange": round(strange_share(views["with start"].table), 4),
-        **found,
+        **curves,
     }
 
 
@@ -169,15 +169,15 @@ def _curves(ours: Folder, views: dict[str, View], started: Started, seed: int) -
         queries.append(len(asked))
         order = np.random.default_rng(seed).permutation(others)
         for n in CAPTIONED:
-            own = np.sort(order[:n])
+            chosen = np.sort(order[:n])
             for name, view in views.items():
                 start, seen = (started if name == "with start" else None), view
-                if start is not None and is_set_aside(view.table, len(own)):
+                if start is not None and is_set_aside(view.table, len(chosen)):
                     start, seen = None, views["without start"]
-                answers = answer(ours, seen, own, gallery, start)
+                answers = answer(ours, seen, chosen, gallery, start)
                 judged = judge(ours.words, answers, gallery, asked, seed)
                 gathered.setdefault((name, n), []).append(judged)
-                print(fold, name, len(own), _brief(judged), flush=True)
+                print(fold, name, len(chosen), _brief(judged), flush=True)
     rows = []
     for n in CAPTIONED:
         each = {name: _measures(gathered[name, n], draws) for name in views}
@@ -216,18 +216,18 @@ def _no_examples(written: asked_certainty.Written) -> certainty.Certainty | None
 def answer(
     ours: Folder,
     view: View,
-    own: NDArray[np.int64],
+    captioned: NDArray[np.int64],
     gallery: NDArray[np.int64],
     started: Started | None,
 ) -> Asked | None:
     """Learn the words of some captions and ask the gallery; None where nothing was learned."""
-    captions = {int(i): ours.captions[int(i)] for i in own}
+    captions = {int(i): ours.captions[int(i)] for i in captioned}
     taught = TaughtWords(captions, {}, dict(enumerate(ours.groups)))
     asked_certainty.example_certainty = _no_examples  # only words are asked here
     fitted: FittedWords
     if started is not None:
         fitted = fit_words_with_start(view.table, taught, started)
-    elif len(own):
+    elif len(captioned):
         fitted = fit_words(view.table, taught, view.n_symbols)
     else:
         return None
@@ -296,9 +296,9 @@ def judge(
             answers.described[place, number[w]] if answers is not None and w in number else -1e9
             for w in asked
         ])  # fmt: skip
-        found = true[np.lexsort([noise, -scores])]
-        reciprocal[int(capture)] = 1.0 / (1 + int(np.argmax(found)))
-        share[int(capture)] = float(found[: true.sum()].mean())
+        hits = true[np.lexsort([noise, -scores])]
+        reciprocal[int(capture)] = 1.0 / (1 + int(np.argmax(hits)))
+        share[int(capture)] = float(hits[: true.sum()].mean())
     return {"rankings": rankings, "reciprocal": reciprocal, "f1": share, "told": told,
             "calibration": calibration}  # fmt: skip
 
@@ -313,19 +313,19 @@ def _measures(folds: list[dict[str, Any]], draws: FloatArray) -> dict[str, Float
             share = hits / np.maximum(np.cumsum(weight, axis=1), 1e-12)
             total += (weight * np.array(right) * share).sum(axis=1) / np.maximum(hits[:, -1], 1e-12)
             count += hits[:, -1] > 0
-    found = {"words to motion, mAP": total / np.maximum(count, 1)}
+    measures = {"words to motion, mAP": total / np.maximum(count, 1)}
     for name, key in (
         ("reciprocal", "motion to words, reciprocal rank"),
         ("f1", "motion to words, F1"),
     ):
         values = {c: v for fold in folds for c, v in fold[name].items()}
         weight = draws[:, list(values)]
-        found[key] = (
+        measures[key] = (
             weight @ np.array(list(values.values())) / np.maximum(weight.sum(axis=1), 1e-12)
         )
     told = np.array([pair for fold in folds for pair in fold["told"]], dtype=float)
     some = weighted_draws(len(told), 0, len(draws) - 1)
-    found["nothing matches, balanced accuracy"] = some @ told.mean(axis=1) / some.sum(axis=1)
+    measures["nothing matches, balanced accuracy"] = some @ told.mean(axis=1) / some.sum(axis=1)
     pairs = [pair for fold in folds for pair in fold["calibration"]]
     if pairs:
         said, right = np.array(pairs, dtype=float).T
@@ -334,8 +334,8 @@ def _measures(folds: list[dict[str, Any]], draws: FloatArray) -> dict[str, Float
         error = float(np.sum(gaps) / len(said))
     else:
         error = float("nan")
-    found["calibration error of the first five answers"] = np.full(len(draws), error)
-    return found
+    measures["calibration error of the first five answers"] = np.full(len(draws), error)
+    return measures
 
 
 def _told(values: FloatArray) -> list[float] | None:
@@ -356,7 +356,7 @@ def _brief(judged: dict[str, Any]) -> str:
 
 def unseen_performers(data: Path, seed: int) -> dict[str, Any]:
     """Knowledge of four folds of CMU performers for the captures of the fifth, without captions."""
-    found = {}
+    results = {}
     for name, index_alone in (("words of the CMU index", True), ("all captions", False)):
         every = folder_of(without_copies(load_cmu(data)), index_alone)
         has = np.array([bool(w) for w in every.words])
@@ -379,8 +379,8 @@ def unseen_performers(data: Path, seed: int) -> dict[str, Any]:
             judged.append(one)
             print(name, fold, len(asked), _brief(one), flush=True)
         measures = _measures(judged, draws)
-        found[name] = {
+        results[name] = {
             "queries": sum(len(j["rankings"]) for j in judged),
             **{m: _told(v) for m, v in measures.items()},
         }
-    return {"seed": seed, "rows": found}
+    return {"seed": seed, "rows": results}

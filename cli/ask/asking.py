@@ -196,7 +196,7 @@ def _print_answer(
     more: Mapping[str, Any] | None = None,
 ) -> None:
     """Print the matches, and whether any is good enough; in JSON one object."""
-    matches, found = answer.matches, answer.matches_anything
+    matches, any_match = answer.matches, answer.matches_anything
     if json:
         rows: list[dict[str, Any]] = [
             {
@@ -211,7 +211,7 @@ def _print_answer(
             row["explain"] = reason
         print_json(
             {
-                "matches_anything": found,
+                "matches_anything": any_match,
                 "strength": answer.strength,
                 "threshold": answer.threshold,
                 "matches": rows,
@@ -219,7 +219,7 @@ def _print_answer(
             }
         )
         return
-    if found is False:
+    if any_match is False:
         typer.echo("nothing in this database matches" + ("; the nearest:" if matches else ""))
     if matches:
         _print_matches(matches, reasons)

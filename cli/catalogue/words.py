@@ -115,11 +115,11 @@ def set_synonyms(
 def suggest(limit: Limit = 10, db: Db = DEFAULT_DB, json: Json = False) -> None:
     """List the captures to caption next: those that resemble most of the others."""
     with database(db) as base:
-        found = base.suggest_captions(limit)
+        suggestions = base.suggest_captions(limit)
     if json:
-        print_json([asdict(one) for one in found])
+        print_json([asdict(one) for one in suggestions])
         return
-    if not found:
+    if not suggestions:
         typer.echo("no capture would gain from words: all have some")
         return
     print_table(
@@ -127,6 +127,6 @@ def suggest(limit: Limit = 10, db: Db = DEFAULT_DB, json: Json = False) -> None:
         ["rank", "capture", "seconds", "gain", "why"],
         [
             [str(one.rank), one.capture, f"{one.seconds:.2f}", f"{one.gain:.1%}", one.reason]
-            for one in found
+            for one in suggestions
         ],
     )

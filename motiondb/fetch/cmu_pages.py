@@ -74,8 +74,8 @@ def read_trials(page: str, subject: int) -> tuple[Trial, ...]:
     reader.feed(page)
     reader.close()
     trials = (_trial(row, subject) for row in reader.rows)
-    found = {trial.number: trial for trial in trials if trial is not None}
-    return tuple(found[number] for number in sorted(found))
+    trial_of = {trial.number: trial for trial in trials if trial is not None}
+    return tuple(trial_of[number] for number in sorted(trial_of))
 
 
 def _trial(row: _Row, subject: int) -> Trial | None:

@@ -44,12 +44,12 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     >>> directions_of(("sit", "down")), directions_of(("wave", "left", "hand"))
     (('down',), ())
     """
-    found = [
+    directions = [
         word
         for word, following in zip(words, [*words[1:], ""])
         if word in FULL and not (word in SIDES and following in LIMBS)
     ]
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(directions))
 
 
 def progress(path: FloatArray, direction: str) -> FloatArray:

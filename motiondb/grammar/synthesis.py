@@ -208,10 +208,12 @@ def clip_candidates(
     for position, clip in (pinned or {}).items():
         if clip in numbers[position]:
             numbers[position] = np.array([clip])
-    ready = {name: _candidates(terminals, found, source) for name, found in rows.items()}
+    ready = {name: _candidates(terminals, candidates, source) for name, candidates in rows.items()}
     return [
-        ready[name] if len(found) == len(rows[name]) else _candidates(terminals, found, source)
-        for name, found in zip(string, numbers)
+        ready[name]
+        if len(candidates) == len(rows[name])
+        else _candidates(terminals, candidates, source)
+        for name, candidates in zip(string, numbers)
     ], numbers
 
 

@@ -172,9 +172,9 @@ def read_summary(content: bytes, source: str) -> tuple[Origin, tuple[str, ...]]:
     return _read_origin(header["origin"], source), _read_words(header["words"], source)
 
 
-def _fault(source: str, expected: str, found: str) -> KnowledgeError:
+def _fault(source: str, expected: str, actual: str) -> KnowledgeError:
     return KnowledgeError(
-        f"{source}: expected {expected}, found {found}. "
+        f"{source}: expected {expected}, found {actual}. "
         "The file is damaged, or no file of knowledge: get it again."
     )
 

@@ -191,7 +191,7 @@ def described_intervals(
     known_lemmas : dict, optional
         Lemmas that the dictionary gave earlier; other words are looked up in it.
     """
-    found = []
+    intervals = []
     for capture_id, rows in sorted(captions.items()):
         first, last = np.searchsorted(table.capture_ids, [capture_id, capture_id + 1])
         for caption in rows:
@@ -205,8 +205,8 @@ def described_intervals(
             if inside.any():
                 which = first + np.flatnonzero(inside)
                 rows_of = (int(which[0]), int(which[-1]) + 1)
-                found.append(Described(capture_id, *rows_of, start, end, words, len(actions)))
-    return found
+                intervals.append(Described(capture_id, *rows_of, start, end, words, len(actions)))
+    return intervals
 
 
 def known_only(described: list[Described], number: Mapping[str, int]) -> list[Described]:
@@ -250,12 +250,12 @@ def training_rows(
     vectors = np.empty((len(merged), len(scores.mean)))
     presence = np.zeros((len(merged), len(number)), dtype=bool)
     for row, (d, words) in enumerate(merged.values()):
-        own = rows[d.capture_id]
+        rows_of_interval = rows[d.capture_id]
         if d.capture_id not in standardised:
             standardised[d.capture_id] = scores.standardise(
-                np.array(table.scores[own]), np.array(table.movement[own])
+                np.array(table.scores[rows_of_interval]), np.array(table.movement[rows_of_interval])
             )
-        inside = slice(d.low - own.start, d.high - own.start)
+        inside = slice(d.low - rows_of_interval.start, d.high - rows_of_interval.start)
         part = slice(d.low, d.high)
         vectors[row] = score_vectors.interval_vectors(
             standardised[d.capture_id][inside], table.starts[part], table.ends[part],

@@ -76,8 +76,8 @@ def _draw_pairs(
     table: JudgingTable, performers: Mapping[int, str], rng: np.random.Generator
 ) -> list[tuple[int, int, int]]:
     """Pairs of captures for the calibration: (word, one that says it, one that does not)."""
-    own = table.vectors @ judge_all(table)
-    scores = {c: own[table.owners == c].mean(axis=0) for c in table.said}
+    evidence = table.vectors @ judge_all(table)
+    scores = {c: evidence[table.owners == c].mean(axis=0) for c in table.said}
     pairs = []
     for word in np.flatnonzero(np.diag(table.together) >= 2.0).tolist():
         related = table.related(word)
@@ -98,9 +98,9 @@ def _draw_pairs(
 
 def judge_all(table: JudgingTable) -> FloatArray:
     """Slopes of the regression on all windows: array (columns + 1, words)."""
-    found = judge_without(table, ())
-    assert found is not None  # a described capture has a window
-    return found.slopes
+    judged = judge_without(table, ())
+    assert judged is not None  # a described capture has a window
+    return judged.slopes
 
 
 def _compare(

@@ -373,13 +373,13 @@ class Learned(LearnedModel):
         Of the captures that have such captions now.
         """
         written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
-        found = {}
+        evidence = {}
         for capture, rows in self.rows.items():
             parts = written.of_intervals(capture)
             said = label_intervals(self.segments, rows, parts, False, len(self.word_numbers))
             if said is not None:
-                found[capture] = LABELLED * np.nan_to_num(said)
-        return found
+                evidence[capture] = LABELLED * np.nan_to_num(said)
+        return evidence
 
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""

@@ -262,8 +262,8 @@ class WithoutSources:
         """The words of the largest z, with their probabilities."""
         known = np.flatnonzero(self.n_captures >= 1.0)
         order = known[np.argsort(-scores[known], kind="stable")][:n_words]
-        found = [(int(w), self.probability(scores, int(w))) for w in order]
-        return [(word, p) for word, p in found if p is not None]
+        likely = [(int(w), self.probability(scores, int(w))) for w in order]
+        return [(word, p) for word, p in likely if p is not None]
 
 
 def judge_without(

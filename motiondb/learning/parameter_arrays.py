@@ -285,9 +285,9 @@ def started_from(arrays: Arrays) -> Started | None:
     """The start that a database learned with; None where there was none."""
     if ORIGIN_NAME not in arrays:
         return None
-    own = ("start_words", "start_names", ORIGIN_NAME)
-    rest = {n[6:]: v for n, v in arrays.items() if n.startswith("start_") and n not in own}
-    words, names = (tuple(array_text(arrays[n]).split("\n")) for n in own[:2])
+    start_keys = ("start_words", "start_names", ORIGIN_NAME)
+    rest = {n[6:]: v for n, v in arrays.items() if n.startswith("start_") and n not in start_keys}
+    words, names = (tuple(array_text(arrays[n]).split("\n")) for n in start_keys[:2])
     return Started(knowledge_from(origin_from(arrays), words, rest), names)
 
 

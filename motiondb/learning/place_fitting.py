@@ -131,17 +131,17 @@ def find_places(table: SegmentTable, standardised: FloatArray, written: Written)
         return None
     captures, takes = listed
     with one_blas_thread():  # many small systems
-        found = fit_place_map(takes)
+        fitted = fit_place_map(takes)
     words, shown = {}, {}
     for capture, inside, actions, further in zip(
         captures, takes.rows(), takes.actions, takes.further
     ):
-        own = {word for action in actions for word in action} | set(further)
+        known_words = {word for action in actions for word in action} | set(further)
         if takes.labelled is not None:
             said = ~np.isnan(takes.labelled[inside]).all(axis=0)
-            own |= set(np.flatnonzero(said).tolist())
-        words[capture] = tuple(sorted(own))
-        shown[capture] = found.shown[inside][:, list(words[capture])]
+            known_words |= set(np.flatnonzero(said).tolist())
+        words[capture] = tuple(sorted(known_words))
+        shown[capture] = fitted.shown[inside][:, list(words[capture])]
     return Places(words, shown)
 
 
@@ -193,13 +193,13 @@ def place_evidence(
     captures, takes, shown = placed_takes(places, table, standardised, n_words)
     with one_blas_thread():
         evidence = left_out_evidence(takes, shown)
-    found = {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
-    others = [capture for capture in rows if capture not in found]
+    evidence_of = {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
+    others = [capture for capture in rows if capture not in evidence_of]
     if others:
         fit = map_places(takes.vectors, shown, take_weights(takes))
         for capture in others:
-            found[capture] = fit.evidence(window_vectors(table, standardised, rows[capture]))
-    return found
+            evidence_of[capture] = fit.evidence(window_vectors(table, standardised, rows[capture]))
+    return evidence_of
 
 
 def evidence_by_others(
@@ -227,15 +227,15 @@ def evidence_by_others(
     rows = capture_rows(table)
     captures, takes, shown = placed_takes(places, table, standardised, n_words)
     owners = np.array([performers[c] for c in captures])[takes.owners]
-    found = {}
+    evidence_of = {}
     with one_blas_thread():  # many small systems
         fit = fit_places(takes, shown)
         for name in sorted({performers[c] for c in rows}):
             others = fit.without(np.flatnonzero(owners == name))
             for capture in (c for c in rows if performers[c] == name):
                 vectors = window_vectors(table, standardised, rows[capture])
-                found[capture] = others.evidence(vectors)
-    return found
+                evidence_of[capture] = others.evidence(vectors)
+    return evidence_of
 
 
 def placed_takes(

@@ -113,17 +113,17 @@ def add_written(
     asked = _asked_forms(learned, text)
     if learned.fitted_word_map is None or known.issuperset(asked):
         return learned
-    found = find()
-    if not found:
+    written = find()
+    if not written:
         return learned
     wanted = []
     for word, form in asked.items():
-        if word in known or word in found:
+        if word in known or word in written:
             wanted.append(word)
         elif table is not None:
-            taking = take_word(form, known | found.keys(), table)
+            taking = take_word(form, known | written.keys(), table)
             wanted += [w for w, _ in taking.words] if taking.is_taken else []
-    return with_written(learned, found, wanted)
+    return with_written(learned, written, wanted)
 
 
 def _asked_forms(learned: Learned, text: str) -> dict[str, str]:

@@ -131,8 +131,10 @@ def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Star
     started : Started
         The start.
     """
-    own = score_vectors.fit_score_space(table.scores, table.ends - table.starts, table.movement)
-    scores = joining.adapt_score_space(started, own, len(table.symbols))
+    own_space = score_vectors.fit_score_space(
+        table.scores, table.ends - table.starts, table.movement
+    )
+    scores = joining.adapt_score_space(started, own_space, len(table.symbols))
     known = counting.dictionary_lemmas(taught.captions)
     described = counting.described_intervals(table, taught.captions, taught.synonyms, known)
     written, _ = vocabulary.count_words([d.words for d in described])
@@ -207,20 +209,20 @@ def _certainties(
     rows: _Rows,
     scores: score_vectors.ScoreSpace,
     fit: word_map.WordMap,
-    own: OwnRows | None = None,
+    own_rows: OwnRows | None = None,
 ) -> Certainties:
     """How sure answers are, from questions whose answers the captions give.
 
-    With a start, ``own`` fits the word map without some rows.
+    With a start, ``own_rows`` fits the word map without some rows.
     """
     if len(rows.captures) < len(rows.performers):  # one row, doubled
         return Certainties()
     starts, ends = asked_certainty.intervals_of(described)
     names: Sequence[str] = vocabulary.count_words([d.words for d in described])[0]
     fit_without = None
-    if own is not None:
-        names = own.words
-        fit_without = partial(own.without, ridge=fit.ridge, calibration=fit.calibration)
+    if own_rows is not None:
+        names = own_rows.words
+        fit_without = partial(own_rows.without, ridge=fit.ridge, calibration=fit.calibration)
     return fit_certainties(
         asked_certainty.Written(
             vectors=rows.vectors,

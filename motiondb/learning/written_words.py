@@ -131,12 +131,12 @@ def written_words(learned: Learned) -> dict[str, WrittenWord]:
         for word, tag in _tag_words(learned.captures[capture], learned.synonyms, learned.lemmas):
             if word not in known:
                 tags.setdefault(word, {}).setdefault(tag, set()).add(capture)
-    found = {}
+    words = {}
     for word in sorted({*captions, *tags}):
         said, tagged = captions.get(word, set()), tags.get(word, {})
         everywhere = frozenset(said.union(*tagged.values()))
-        found[word] = WrittenWord(word, tuple(sorted(tagged)), everywhere, len(said))
-    return found
+        words[word] = WrittenWord(word, tuple(sorted(tagged)), everywhere, len(said))
+    return words
 
 
 def _tag_words(
@@ -152,7 +152,7 @@ def _tag_words(
 
 
 def with_written(
-    learned: Learned, found: Mapping[str, WrittenWord], wanted: Collection[str]
+    learned: Learned, written: Mapping[str, WrittenWord], wanted: Collection[str]
 ) -> Learned:
     """What was learned, with a word more for every wanted word that is written somewhere.
 
@@ -160,14 +160,14 @@ def with_written(
     ----------
     learned : Learned
         What was learned.
-    found : mapping of str to WrittenWord
+    written : mapping of str to WrittenWord
         As :func:`written_words` finds them.
     wanted : collection of str
         Lemmas; those that are not written anywhere, or already in the vocabulary, are left out.
     """
     chosen = tuple(
-        found[word] for word in dict.fromkeys(wanted)
-        if word in found and word not in learned.word_numbers
+        written[word] for word in dict.fromkeys(wanted)
+        if word in written and word not in learned.word_numbers
     )  # fmt: skip
     if not chosen or learned.fitted_word_map is None:
         return learned

@@ -52,10 +52,10 @@ def answer(ended: Any, code: int = 0) -> Any:
 
 
 def string_of(command: Any, path: Path) -> list[str]:
-    found = answer(
+    facts = answer(
         command("grammar", "parse", "fight", "boris/long_fight_1", "--json", "--db", path)
     )
-    return [str(name) for name in found["sentences"][0]["string"]]
+    return [str(name) for name in facts["sentences"][0]["string"]]
 
 
 def test_learn_says_what_was_learned(command: Any, copy: Path) -> None:
@@ -68,11 +68,11 @@ def test_learn_says_what_was_learned(command: Any, copy: Path) -> None:
     assert facts["grammar"] == "punch_1"  # the capture's name, where none is given
     assert facts["no_longer_editable"] == []
     assert facts["derives_new"] is False
-    found = answer(command("grammar", "list", "--json", "--db", copy))
-    assert [row["grammar"] for row in found] == ["fight", "punch", "punch_1"]
-    assert found[2]["captures"] == 1
+    actual = answer(command("grammar", "list", "--json", "--db", copy))
+    assert [row["grammar"] for row in actual] == ["fight", "punch", "punch_1"]
+    assert actual[2]["captures"] == 1
     for key in ("run", "segments", "sentences", "nonterminals", "rules", "bits"):
-        assert found[2][key] == facts[key], key
+        assert actual[2][key] == facts[key], key
     assert command("grammar", "list", "--db", copy).out.count("\n") == 3
     assert command("check", "--db", copy).code == 0
 
@@ -108,13 +108,13 @@ def test_parse_tells_sentences_or_where_it_fails(command: Any, taught: Path) -> 
     assert Path("p.png").stat().st_size > 1000
     ended = command("grammar", "parse", "fight", "boris/punch_1", "--db", taught)
     assert " (read anew)" in ended.out
-    found = answer(
+    facts = answer(
         command("grammar", "parse", "fight", "boris/punch_1", "--json", "--db", taught), ended.code
     )
-    assert (found["fault"] is None) == (ended.code == 0)
-    if found["fault"]:
-        assert found["fault"]["says"] in ended.out
-        assert "that is " in ended.out or found["fault"]["found"] is None
+    assert (facts["fault"] is None) == (ended.code == 0)
+    if facts["fault"]:
+        assert facts["fault"]["says"] in ended.out
+        assert "that is " in ended.out or facts["fault"]["found"] is None
 
 
 def test_parse_tells_what_is_unlike_anything_learned(
@@ -122,17 +122,17 @@ def test_parse_tells_what_is_unlike_anything_learned(
 ) -> None:
     words = ("grammar", "parse", "fight", samples_folder / "chidi" / "layup_1.bvh", "--db", taught)
     ended = command(*words)
-    found = answer(command(*words, "--json"), 1)
-    assert found["is_unlike"]
-    far = [n for n, distance in enumerate(found["distances"]) if distance > found["usual_distance"]]
-    assert found["unlike"] == far
-    said = f"is unlike what fight was learned from for {found['share_unlike']:.0%} of its time"
+    facts = answer(command(*words, "--json"), 1)
+    assert facts["is_unlike"]
+    far = [n for n, distance in enumerate(facts["distances"]) if distance > facts["usual_distance"]]
+    assert facts["unlike"] == far
+    said = f"is unlike what fight was learned from for {facts['share_unlike']:.0%} of its time"
     assert (ended.code, said in ended.out) == (1, True), ended.out
-    worst = max(far, key=lambda n: found["distances"][n])
+    worst = max(far, key=lambda n: facts["distances"][n])
     first = next(x for x in ended.out.splitlines() if x.split()[:1] == [str(worst)])
-    assert first.split()[1] == found["string"][worst]
-    assert first.split()[-1] == f"{found['distances'][worst]:.2f}"
-    assert f"usual: within {found['usual_distance']:.2f} m" in ended.out
+    assert first.split()[1] == facts["string"][worst]
+    assert first.split()[-1] == f"{facts['distances'][worst]:.2f}"
+    assert f"usual: within {facts['usual_distance']:.2f} m" in ended.out
     own = answer(
         command("grammar", "parse", "fight", "boris/long_fight_1", "--json", "--db", taught)
     )
@@ -146,18 +146,18 @@ def test_parse_tells_when_terminals_have_too_few_members(
     capsys: pytest.CaptureFixture[str], stored: bool, reach: float | None, said: bool
 ) -> None:
     distances = () if stored else (0.1,)
-    found = ParsedMotion(("a",), (0.0,), (1.0,), stored, distances=distances, reach=reach)
-    parsing._say_unlike(found, "fight", "x")
+    actual = ParsedMotion(("a",), (0.0,), (1.0,), stored, distances=distances, reach=reach)
+    parsing._say_unlike(actual, "fight", "x")
     assert ("fight have too few members" in capsys.readouterr().err) == said
 
 
 def test_suggest_lists_what_may_come_next(command: Any, taught: Path) -> None:
     string = string_of(command, taught)
-    found = answer(
+    facts = answer(
         command("grammar", "suggest", "fight", " ".join(string), "--json", "--db", taught)
     )
-    assert sum(row["probability"] for row in found) == pytest.approx(1.0)
-    assert any(row["end"] for row in found)
+    assert sum(row["probability"] for row in facts) == pytest.approx(1.0)
+    assert any(row["end"] for row in facts)
     ended = command("grammar", "suggest", "fight", " ".join(string), "--db", taught)
     assert "the end" in ended.out
     assert command("grammar", "suggest", "fight", "--db", taught).code == 0
@@ -262,8 +262,8 @@ def test_alternatives_that_cannot_be_played_are_offered_with_the_reason(
     toy = read_grammar("S -> a B\nB -> b | c | d")
     tree = derive_by(toy, (0, 1))
     region = region_at(tree, 1)
-    found = alternatives(toy, tree, region, 2, np.random.default_rng(0))
-    edited = Edit(tree, (), region, found)
+    alternatives_offered = alternatives(toy, tree, region, 2, np.random.default_rng(0))
+    edited = Edit(tree, (), region, alternatives_offered)
 
     def play(_name: str, edited: Edit, number: int, _seed: int) -> tuple[str, ...]:
         if edited.tree(number).leaves()[1] in gone:
@@ -369,10 +369,10 @@ def test_suggest_completes_a_pattern_and_generate_obeys_it(
 ) -> None:
     first, *_, last = string_of(command, copy)
     like = f"{first} ... {last}"
-    found = answer(command("grammar", "suggest", "fight", "--like", like, "--json", "--db", copy))
-    strings = [one["string"] for one in found["sentences"]]
+    facts = answer(command("grammar", "suggest", "fight", "--like", like, "--json", "--db", copy))
+    strings = [one["string"] for one in facts["sentences"]]
     assert all((s[0], s[-1]) == (first, last) for s in strings)
-    chances = [one["probability"] for one in found["sentences"]]
+    chances = [one["probability"] for one in facts["sentences"]]
     assert chances == sorted(chances, reverse=True)
     assert 0.0 < sum(chances) <= 1.0 + 1e-9
     said = command("grammar", "suggest", "fight", "--like", like, "--db", copy)

@@ -49,8 +49,8 @@ def commands(before: Path, samples_folder: Path) -> dict[str, tuple[list[Any], f
     folder = before.parent / "more"
     folder.mkdir()
     for name in ("dance_1", "kick_1", "punch_1"):
-        found = sorted(samples_folder.glob(f"*/{name}.bvh"))[0]
-        shutil.copy(found, folder)
+        actual = sorted(samples_folder.glob(f"*/{name}.bvh"))[0]
+        shutil.copy(actual, folder)
     jobs = {"add": ["add", folder], "learn": ["learn", "--symbols", 2]}
     timed = {}
     for name, words in jobs.items():

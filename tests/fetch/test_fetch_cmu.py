@@ -52,8 +52,8 @@ def fetch(site, folder, pauses=None, **options):
 
 
 def files_in(folder: Path) -> dict[str, bytes]:
-    found = (path for path in folder.rglob("*") if path.is_file())
-    return {str(path.relative_to(folder)): path.read_bytes() for path in found}
+    actual = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in actual}
 
 
 def whole(site) -> dict[str, bytes]:

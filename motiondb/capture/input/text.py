@@ -234,7 +234,7 @@ def _read_row(
     for place, token in enumerate(map(decode, tokens)):
         value = number(token)
         if value is None:
-            found = f"expected numbers, found {token[:20]!r} as value {place + 1}"
-            return None, f"{found}. Correct the line, or pass --skip-bad-frames to leave it out."
+            problem = f"expected numbers, found {token[:20]!r} as value {place + 1}"
+            return None, f"{problem}. Correct the line, or pass --skip-bad-frames to leave it out."
         values.append(value)
     return values, None

@@ -90,8 +90,8 @@ def write_atomically(path: Path, data: bytes) -> None:
             draft.write_bytes(data)
     except OSError as error:
         expected = "to write the file" if path.parent.is_dir() else "a folder to write in"
-        found = error.strerror or error
-        raise CaptureError(path, f"expected {expected}, found {found}.") from error
+        reason = error.strerror or error
+        raise CaptureError(path, f"expected {expected}, found {reason}.") from error
 
 
 def _translations(clip: Clip) -> FloatArray:

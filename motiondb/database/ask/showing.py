@@ -257,8 +257,9 @@ def _timed(words: str, start: float | None, end: float | None) -> str:
 
 
 def _sources(base: QuestionVerbs, capture_id: int) -> list[str]:
-    found = store.load_provenance(base.store, capture_id)
+    provenance = store.load_provenance(base.store, capture_id)
+    numbers = provenance.source_numbers
     return [
-        f"{s.name} (frames {int((found.source_numbers == n).sum())}, licence {s.licence or '?'})"
-        for n, s in enumerate(found.sources)
+        f"{s.name} (frames {int((numbers == n).sum())}, licence {s.licence or '?'})"
+        for n, s in enumerate(provenance.sources)
     ]

@@ -234,7 +234,7 @@ def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
     library = copies.build_library(poses)
     fresh = [n for n, info in enumerate(infos) if info.name in new]
     old = [n for n in range(len(infos)) if n not in set(fresh)]
-    found = copies.find_copies(library, fresh) + copies.find_copies(library, old, fresh)
+    relations = copies.find_copies(library, fresh) + copies.find_copies(library, old, fresh)
     return [
         Relation(
             infos[c.query].name,
@@ -244,7 +244,7 @@ def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
             c.end / MOTION_FPS,
             c.distance,
         )
-        for c in found
+        for c in relations
     ]
 
 

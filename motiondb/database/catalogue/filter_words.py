@@ -53,13 +53,13 @@ def take_filter_words(
 
 def _positive(filters: Iterable[Filter]) -> list[Condition]:
     """Conditions that are not within a negation."""
-    found: list[Condition] = []
+    conditions: list[Condition] = []
     for each in filters:
         if isinstance(each, Condition):
-            found.append(each)
+            conditions.append(each)
         elif isinstance(each, OneOf):
-            found += _positive(f for alternative in each.alternatives for f in alternative)
-    return found
+            conditions += _positive(f for alternative in each.alternatives for f in alternative)
+    return conditions
 
 
 def _is_word(condition: Condition) -> bool:

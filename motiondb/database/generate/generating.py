@@ -236,13 +236,13 @@ def generate(
             learned, takings = _replace_unknown(session.learned, words, settings.anyway)
         for variant in range(number):
             rng = np.random.default_rng([seed, variant] if variant else seed)
-            found = make_motion(
+            generated = make_motion(
                 learned, session.takes,
                 MotionRequest(words, settings.method, settings.anyway), rng, used,
             )  # fmt: skip
-            used.update(enumerate(found.captures))
+            used.update(enumerate(generated.captures))
             motions.append(
-                _to_generated(session, found, (words, seed), settings, (learned, takings))
+                _to_generated(session, generated, (words, seed), settings, (learned, takings))
             )
     return motions
 
@@ -271,29 +271,29 @@ def _replace_unknown(
 
 def _to_generated(
     session: Session,
-    found: MadeMotion,
+    motion: MadeMotion,
     asked: tuple[str, int],
     settings: GenerateSettings,
     known: tuple[Learned, Mapping[str, Taking]],
 ) -> Generated:
-    made, (learned, takings) = found.made, known
+    made, (learned, takings) = motion.made, known
     provenance = store.to_provenance(session.store, made.captures, made.frames, edits=made.edits)
     return Generated(
         motion=made.motion,
-        symbols=tuple(int(s) for s in found.symbols),
-        positions=found.positions,
-        actions=found.actions,
-        decodings=found.decodings,
-        recognised=tuple(int(s) for s in found.recognised),
+        symbols=tuple(int(s) for s in motion.symbols),
+        positions=motion.positions,
+        actions=motion.actions,
+        decodings=motion.decodings,
+        recognised=tuple(int(s) for s in motion.recognised),
         provenance=provenance,
-        question=found.question,
-        shown=found.shown,
-        decided=found.decided,
+        question=motion.question,
+        shown=motion.shown,
+        decided=motion.decided,
         taken={word: taking for word, taking in takings.items() if taking.is_taken},
         suggested={word: taking for word, taking in takings.items() if not taking.is_taken},
-        spans=found.spans,
-        not_used=found.not_used,
-        sources=word_sources(learned, (word for action in found.actions for word in action)),
+        spans=motion.spans,
+        not_used=motion.not_used,
+        sources=word_sources(learned, (word for action in motion.actions for word in action)),
         words=asked[0],
         seed=asked[1],
         method=settings.method,

@@ -191,10 +191,10 @@ def _word_places(material: Material, learned: Learned) -> Callable[[str], Place]
 
     def place(word: str) -> Place:
         names = material.learned.terminals.names
-        found = [names[k] for k in terminals_for(learned, shares, word)]
-        if not found:
+        terminals = [names[k] for k in terminals_for(learned, shares, word)]
+        if not terminals:
             raise QueryError(_shown_by_none(material, learned, shares, word))
-        return Place(word, frozenset(found))
+        return Place(word, frozenset(terminals))
 
     return place
 

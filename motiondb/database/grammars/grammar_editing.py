@@ -113,8 +113,8 @@ def offer(
     except context_free.GrammarError as error:  # the region was asked for by the user
         raise QueryError(str(error)) from None
     rng = np.random.default_rng(seed)
-    found = edit.alternatives(material.learned.grammar, tree, region, n, rng)
-    return Edit(tree, clips, region, found)
+    offered = edit.alternatives(material.learned.grammar, tree, region, n, rng)
+    return Edit(tree, clips, region, offered)
 
 
 def play_alternative(material: Material, edited: Edit, number: int, seed: int) -> GrammarSequence:
@@ -214,10 +214,10 @@ def _is_kept(
     return len(words) == 1 and words[0] not in grammar.terminals
 
 
-def _check_same(found: str, wanted: str, what: str) -> None:
+def _check_same(actual: str, wanted: str, what: str) -> None:
     """Raise QueryError if a sequence belongs to another grammar."""
-    if found != wanted:
+    if actual != wanted:
         raise QueryError(
-            f"{what}: expected a sequence of the grammar {wanted}, found one of {found}."
-            f" Edit it by that one: motiondb grammar edit {found} ..."
+            f"{what}: expected a sequence of the grammar {wanted}, found one of {actual}."
+            f" Edit it by that one: motiondb grammar edit {actual} ..."
         )

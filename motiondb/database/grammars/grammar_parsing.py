@@ -167,11 +167,15 @@ def as_learned(learned: store.LearnedGrammar, take: int) -> ParsedMotion:
     """
     terminals = learned.terminals
     rows = np.flatnonzero(terminals.takes == take)
-    own = [n for n, (a, _) in enumerate(learned.sentences) if rows[0] <= a <= rows[-1]]
+    sentences_of_take = [
+        n for n, (a, _) in enumerate(learned.sentences) if rows[0] <= a <= rows[-1]
+    ]
     return ParsedMotion(
         learned.string(int(rows[0]), int(rows[-1]) + 1),
         tuple((terminals.starts[rows] / MOTION_FPS).tolist()),
         tuple((terminals.ends[rows] / MOTION_FPS).tolist()),
         True,
-        tuple(context_free.derive_by(learned.grammar, learned.parses[n]) for n in own),
+        tuple(
+            context_free.derive_by(learned.grammar, learned.parses[n]) for n in sentences_of_take
+        ),
     )

@@ -127,9 +127,9 @@ class Grammars(SequenceVerbs):
         """Draw the terminals with figures and words, and the captures as strings, as PNG."""
         return grammar_pictures.draw_strings(self.material(name), self.meanings(name), path)
 
-    def draw_parse(self, name: str, found: ParsedMotion, path: str | Path) -> Path:
+    def draw_parse(self, name: str, parsed: ParsedMotion, path: str | Path) -> Path:
         """Draw the trees of a parsed motion as PNG."""
-        return grammar_pictures.draw_parse(self.material(name), found.trees, path)
+        return grammar_pictures.draw_parse(self.material(name), parsed.trees, path)
 
     def draw_edit(self, name: str, edited: Edit, path: str | Path) -> Path:
         """Draw a sequence and the alternatives of its region as trees, as PNG."""

@@ -94,17 +94,17 @@ def find_start(
         When a number of symbols is asked for too.
     """
     if isinstance(start, Knowledge):
-        found: Knowledge | None = start
+        knowledge: Knowledge | None = start
     elif start is not None:
-        found = None if str(start) == NONE else load_knowledge(start)
+        knowledge = None if str(start) == NONE else load_knowledge(start)
     else:
-        found = _former_start(opened)
-    if found is not None and settings.n_symbols is not None:
+        knowledge = _former_start(opened)
+    if knowledge is not None and settings.n_symbols is not None:
         raise QueryError(
-            f"learn: expected a number of symbols or the start {found.origin.name!r}, found both. "
-            f"The symbols of a start are taken over; --start {NONE} learns own ones."
+            f"learn: expected a number of symbols or the start {knowledge.origin.name!r}, found "
+            f"both. The symbols of a start are taken over; --start {NONE} learns own ones."
         )
-    return found
+    return knowledge
 
 
 def _former_start(opened: store.Store) -> Knowledge | None:
@@ -149,14 +149,14 @@ def start_facts(learned: Learned) -> dict[str, Any] | None:
     if started is None or learned.counted is None:
         return None
     counts = learned.counted.counts
-    own = {w for w, n in zip(learned.association.words, counts.said.tolist()) if n > 0}
+    captioned = {w for w, n in zip(learned.association.words, counts.said.tolist()) if n > 0}
     return {
         **started.knowledge.facts(),
         "weight": round(start_weight(counts.moments.n), 4),
         "own_captions": int(counts.moments.n),
         "strange_motion": round(strange_share(learned.segments), 4),
         "fits": fits(learned.segments),
-        "words_of_start_alone": len(set(started.names) - own),
-        "words_of_both": len(set(started.names) & own),
-        "words_of_own_captions_alone": len(own - set(started.names)),
+        "words_of_start_alone": len(set(started.names) - captioned),
+        "words_of_both": len(set(started.names) & captioned),
+        "words_of_own_captions_alone": len(captioned - set(started.names)),
     }

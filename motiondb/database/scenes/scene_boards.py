@@ -119,17 +119,17 @@ def read_board(text: str) -> Board:
 
 def _faults(message: str, player: str = "") -> tuple[BoardFault, ...]:
     """Return the faults of an error: each begins with the place."""
-    found: list[BoardFault] = []
+    faults: list[BoardFault] = []
     for line in message.split("\n"):
         place = _LINE.match(line)
         if place:
-            found.append(BoardFault(int(place[1]), line[place.end() :], player))
-        elif found and not line.startswith(f"{WHERE}: "):
-            last = found.pop()
-            found.append(BoardFault(last.line, f"{last.message}\n{line}", player))
+            faults.append(BoardFault(int(place[1]), line[place.end() :], player))
+        elif faults and not line.startswith(f"{WHERE}: "):
+            last = faults.pop()
+            faults.append(BoardFault(last.line, f"{last.message}\n{line}", player))
         else:
-            found.append(BoardFault(0, line.removeprefix(f"{WHERE}: "), player))
-    return tuple(found)
+            faults.append(BoardFault(0, line.removeprefix(f"{WHERE}: "), player))
+    return tuple(faults)
 
 
 def element_faults(board: Board) -> tuple[str, ...]:

@@ -58,7 +58,7 @@ class ShownAction:
 
 def find_actions(session: Session, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
     """Return for every terminal the parts of captures that show it, each once."""
-    found: dict[str, dict[ShownAction, None]] = {t.name: {} for t in grammar.terminals}
+    parts_of: dict[str, dict[ShownAction, None]] = {t.name: {} for t in grammar.terminals}
     synonyms = store.load_synonyms(session.store)
     captions = store.load_captions(session.store)
     asked = {
@@ -74,11 +74,11 @@ def find_actions(session: Session, grammar: MotionGrammar) -> dict[str, tuple[Sh
             part = ShownAction(info.name, caption.start, caption.end)
             for name, (phrases, without) in asked.items():
                 if _all_show(named, phrases, without):
-                    found[name][part] = None
+                    parts_of[name][part] = None
             if caption.start is not None or not timed:
                 for name, stretch in _about_a_throw(named, asked, thrown):
-                    found[name][replace(part, stretch=stretch)] = None
-    return {name: tuple(parts) for name, parts in found.items()}
+                    parts_of[name][replace(part, stretch=stretch)] = None
+    return {name: tuple(parts) for name, parts in parts_of.items()}
 
 
 _Words = tuple[frozenset[str], ...]
@@ -93,11 +93,11 @@ def _about_a_throw(
     if len(named) < 2 or not all(shown) or len(throws) != 1:
         return []
     at = throws[0]
-    found = sorted(shown[at] & thrown)
-    if any(no <= words for name in found for no in asked[name][1] for words in named):
+    with_throw = sorted(shown[at] & thrown)
+    if any(no <= words for name in with_throw for no in asked[name][1] for words in named):
         return []  # a feigned throw, which hands cannot tell from one
     before = set.intersection(*shown[:at]) if at else set()
-    return [(name, THROW) for name in found] + [(name, BEFORE) for name in sorted(before)]
+    return [(name, THROW) for name in with_throw] + [(name, BEFORE) for name in sorted(before)]
 
 
 def _words(

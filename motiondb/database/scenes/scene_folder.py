@@ -139,21 +139,21 @@ def _draw(
     progress("drawing", 1.0, record.error)
 
 
-def source_facts(found: store.Provenance) -> list[dict[str, Any]]:
+def source_facts(provenance: store.Provenance) -> list[dict[str, Any]]:
     """Return the captures that frames come from, with licence, digest and number of frames."""
     return [
         {
             "capture": source.name,
             "licence": source.licence or "unknown",
             "sha256": source.sha256,
-            "frames": int((found.source_numbers == number).sum()),
+            "frames": int((provenance.source_numbers == number).sum()),
         }
-        for number, source in enumerate(found.sources)
+        for number, source in enumerate(provenance.sources)
     ]
 
 
 def action_runs(
-    clips: IntArray, made: MadeScene, name: str, found: store.Provenance
+    clips: IntArray, made: MadeScene, name: str, provenance: store.Provenance
 ) -> list[dict[str, Any]]:
     """Return runs of frames of one action: their capture, its frames, and what was done to them.
 
@@ -161,22 +161,22 @@ def action_runs(
     """
     actions = made.state.players[_number(made, name)].tree.leaves()
     numbers = np.asarray(clips)
-    waits = waiting(found.edits)
-    changed = (np.diff(numbers) != 0) | (np.diff(found.source_numbers) != 0)
-    changed |= (waits[1:] != waits[:-1]) | (np.abs(np.diff(found.source_frames)) > _LEFT_OUT)
+    waits = waiting(provenance.edits)
+    changed = (np.diff(numbers) != 0) | (np.diff(provenance.source_numbers) != 0)
+    changed |= (waits[1:] != waits[:-1]) | (np.abs(np.diff(provenance.source_frames)) > _LEFT_OUT)
     bounds = [0, *(np.flatnonzero(changed) + 1).tolist(), len(numbers)]
     return [
         {
             "start": start,
             "end": end,
             "action": actions[int(numbers[start])],
-            "capture": found.sources[int(found.source_numbers[start])].name,
-            "source_start": round(float(found.source_frames[start]), 2),
-            "source_end": round(float(found.source_frames[end - 1]), 2),
+            "capture": provenance.sources[int(provenance.source_numbers[start])].name,
+            "source_start": round(float(provenance.source_frames[start]), 2),
+            "source_end": round(float(provenance.source_frames[end - 1]), 2),
             "edits": sorted(
                 {
                     "blend" if part.startswith("blend") else part
-                    for edit in found.edits[start:end]
+                    for edit in provenance.edits[start:end]
                     for part in edit.split(", ")
                     if part
                 }
@@ -238,9 +238,9 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
     try:
         record = from_json(path.read_text(encoding="utf-8"), str(path))
     except (OSError, UnicodeDecodeError) as error:
-        found = getattr(error, "strerror", None) or "other bytes than text"
+        reason = getattr(error, "strerror", None) or "other bytes than text"
         raise SceneError(
-            f"{path}: expected the record of a scene, found: {found}."
+            f"{path}: expected the record of a scene, found: {reason}."
             " Make the scene with motiondb scene make, or name the folder of one."
         ) from None
     try:

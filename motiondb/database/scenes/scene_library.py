@@ -112,9 +112,9 @@ def _frames(part: ShownAction, motion: Motion, seen: dict[str, BodyFrames]) -> t
     return (first, last) if part.stretch == THROW else (start, first)
 
 
-def _check_terminals(grammar: MotionGrammar, found: set[str]) -> None:
+def _check_terminals(grammar: MotionGrammar, shown: set[str]) -> None:
     """Refuse a grammar with terminals that no capture shows."""
-    missing = [terminal for terminal in grammar.terminals if terminal.name not in found]
+    missing = [terminal for terminal in grammar.terminals if terminal.name not in shown]
     if not missing:
         return
     asked = "; ".join(

@@ -276,10 +276,10 @@ def _attempt(
     spans = [player.spans for player in state.players]
     table = bind(text.diagram, text.grammar, list(state.trees), spans)
     polished = polish(state, clips.library, clips.motions, table, settings.gaze, start is not None)
-    found = report_scene(state, clips.library, clips.motions, table, polished)
+    report = report_scene(state, clips.library, clips.motions, table, polished)
     seconds["polishing"] += time.monotonic() - began
     return MadeScene(
-        text, settings, clips, state, table, polished, found, trace, trace.final, number + 1,
+        text, settings, clips, state, table, polished, report, trace, trace.final, number + 1,
         seconds, cut_short,
     )  # fmt: skip
 

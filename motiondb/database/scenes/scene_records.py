@@ -76,7 +76,7 @@ def scene_record(
 
 
 def _players(made: MadeScene, digests: Mapping[str, str]) -> tuple[store.ScenePlayer, ...]:
-    library, found = made.clips.library, []
+    library, players = made.clips.library, []
     for who, state in zip(made.text.diagram.players, made.state.players, strict=True):
         entries = np.asarray(state.entries).tolist()
         begins = state.delay + np.concatenate([[0], np.cumsum(library.n_frames[entries])])
@@ -91,10 +91,10 @@ def _players(made: MadeScene, digests: Mapping[str, str]) -> tuple[store.ScenePl
         )  # fmt: skip
         x, z, heading = (float(value) for value in state.origin)
         rules = choices_of(state.tree)
-        found.append(
+        players.append(
             store.ScenePlayer(who.name, who.team, rules, (x, z, heading), int(state.delay), clips)
         )
-    return tuple(found)
+    return tuple(players)
 
 
 def record_text(record: store.StoredScene) -> SceneText:

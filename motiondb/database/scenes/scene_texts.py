@@ -49,8 +49,8 @@ class SceneText:
     @cached_property
     def expressions(self) -> Mapping[str, str]:
         """What the diagram requires of each player, such as ``(hold)(pass)(run)*(catch)``."""
-        found = expressions(self.diagram)
-        return {name: "".join(map(str, items)) for name, items in found.items()}
+        items_of = expressions(self.diagram)
+        return {name: "".join(map(str, items)) for name, items in items_of.items()}
 
     @cached_property
     def shortest(self) -> Mapping[str, tuple[str, ...]]:

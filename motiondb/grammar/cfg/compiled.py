@@ -243,14 +243,14 @@ def compile_grammar(grammar: Grammar) -> CompiledGrammar:
 def _check_size(grammar: Grammar) -> None:
     """Refuse a grammar that would take too long to compile."""
     lengths = [len(rule.right) for rule in grammar.rules]
-    for what, found, most in (
+    for what, count, most in (
         ("nonterminals", len(grammar.nonterminals), MOST_NONTERMINALS + 1),  # that of passages
         ("symbols on a right side", max(lengths, default=0), LONGEST_RULE),
         ("symbols on all right sides", sum(lengths), LARGEST_GRAMMAR),
     ):
-        if found > most:
+        if count > most:
             raise GrammarError(
-                f"grammar: expected at most {most:,} {what}, found {found:,}. Divide it into"
+                f"grammar: expected at most {most:,} {what}, found {count:,}. Divide it into"
                 " smaller grammars."
             )
 

@@ -84,14 +84,14 @@ class Tree:
 
     def leaves(self) -> tuple[str, ...]:
         """Return the string that the tree derives."""
-        found: list[str] = []
+        terminals: list[str] = []
         waiting = [self]
         while waiting:
             tree = waiting.pop()
             if tree.is_leaf:
-                found.append(tree.symbol)
+                terminals.append(tree.symbol)
             waiting.extend(reversed(tree.children))
-        return tuple(found)
+        return tuple(terminals)
 
     def nodes(self) -> Iterator[Tree]:
         """Yield all nodes in preorder."""
@@ -139,7 +139,7 @@ class Grammar:
         numbers: dict[str, list[int]] = {}
         for number, rule in enumerate(self.rules):
             numbers.setdefault(rule.left, []).append(number)
-        return {left: tuple(found) for left, found in numbers.items()}
+        return {left: tuple(rules) for left, rules in numbers.items()}
 
     def is_nonterminal(self, symbol: str) -> bool:
         """Whether a rule rewrites the symbol."""
@@ -377,9 +377,9 @@ def _build(grammar: Grammar, waiting: list[int]) -> Tree:
     while True:
         if grammar.is_nonterminal(symbol):
             if not waiting or waiting[-1] not in grammar.rules_of[symbol]:
-                found = f"rule {waiting[-1]}" if waiting else "the end"
+                rest = f"rule {waiting[-1]}" if waiting else "the end"
                 raise GrammarError(
-                    f"derivation: expected a rule of {symbol!r}, found {found}."
+                    f"derivation: expected a rule of {symbol!r}, found {rest}."
                     " The parse belongs to another grammar: parse again."
                 )
             open_nodes.append((symbol, waiting.pop(), []))

@@ -51,12 +51,12 @@ class ParseError(GrammarError):
         self,
         message: str,
         position: int,
-        found: str | None,
+        symbol: str | None,
         expected: tuple[str, ...],
         may_end: bool,
     ) -> None:
         super().__init__(message)
-        self.position, self.found = position, found
+        self.position, self.found = position, symbol
         self.expected, self.may_end = expected, may_end
 
 
@@ -202,8 +202,8 @@ def fault_at(compiled: CompiledGrammar, sentence: tuple[str, ...], reading: Read
     expected = tuple(t for t, weight in zip(terminals, reading.weights) if weight > 0)
     may_end = reading.end > 0
     message = _say(compiled, sentence, reading.position, expected, may_end)
-    found = sentence[reading.position] if reading.position < len(sentence) else None
-    return ParseError(message, reading.position, found, expected, may_end)
+    symbol = sentence[reading.position] if reading.position < len(sentence) else None
+    return ParseError(message, reading.position, symbol, expected, may_end)
 
 
 def passage_grammar(grammar: Grammar) -> Grammar:

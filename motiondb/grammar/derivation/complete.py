@@ -188,11 +188,11 @@ def _expansions(meeting: Intersection, item: Item) -> Iterator[tuple[int, tuple[
 
 def _listed(rules: _Rules) -> list[int]:
     """Return linked rules in the order in which they were taken."""
-    found = []
+    chosen = []
     while rules is not None:
         rule, rules = rules
-        found.append(rule)
-    return found[::-1]
+        chosen.append(rule)
+    return chosen[::-1]
 
 
 def sample_completion(

@@ -189,21 +189,21 @@ def alternatives(  # noqa: PLR0913  what to edit, and what is wished
         )
     local = compiled_form(replace(whole, start=region.symbol))
     old = _node(tree, region.path).leaves()
-    found: dict[tuple[str, ...], Tree] = {}
+    trees: dict[tuple[str, ...], Tree] = {}
     for _ in range(_TRIES * n):
         drawn = derive(local, rng, length=length, most=most)
         string = drawn.leaves()
         if string != old:
-            found.setdefault(string, drawn)
-        if len(found) == n:
+            trees.setdefault(string, drawn)
+        if len(trees) == n:
             break
-    if len(found) < n and length is None:
-        for string, _ in best_strings(local, n + 1 + len(found), steps=_STEPS):
-            if string != old and string not in found and len(found) < n:
-                found[string] = parse(local, string)
+    if len(trees) < n and length is None:
+        for string, _ in best_strings(local, n + 1 + len(trees), steps=_STEPS):
+            if string != old and string not in trees and len(trees) < n:
+                trees[string] = parse(local, string)
     ranked = [
         Alternative(subtree, string, log_probability(local, string))
-        for string, subtree in found.items()
+        for string, subtree in trees.items()
     ]
     return tuple(sorted(ranked, key=lambda a: (-a.log_probability, a.string)))
 

@@ -184,9 +184,9 @@ def automaton_of(
 
 def _targets(pattern: Pattern, state: int, terminal: str) -> list[int]:
     """Return the numbers of places that may be filled after a terminal."""
-    found = [state] if pattern.gaps[state] else []
+    states = [state] if pattern.gaps[state] else []
     if state < len(pattern.places):
         wanted = pattern.places[state].terminals
         if wanted is None or terminal in wanted:
-            found.append(state + 1)
-    return found
+            states.append(state + 1)
+    return states

@@ -180,8 +180,8 @@ def induce_with_bits(
         flat = flat_rules(counted, len(names))
         donors = [one.rule_set for one in candidates if one.bits < _WORTH_PLANTING * flat.bits()]
         searched = compact(flat, [*donors, *known], effort=effort)
-        found = [rules.without_idle_start() for rules in (searched, *known)]
-        candidates += [Candidate(rules.bits(), FLAT, FLAT, rules) for rules in found]
+        rule_sets = [rules.without_idle_start() for rules in (searched, *known)]
+        candidates += [Candidate(rules.bits(), FLAT, FLAT, rules) for rules in rule_sets]
     best = min(candidates, key=lambda candidate: round(candidate.bits, 6))
     return _finished(best, names, sentences)
 

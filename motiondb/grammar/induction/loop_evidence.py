@@ -107,7 +107,7 @@ def judge_loops(rule_set: RuleSet, flat: RuleSet, asked: int) -> list[Judged] | 
     rows, readings = parsed
     counts = np.array([sentences[sentence] for sentence in readings])
     lefts = np.array([left for left, _ in rows])
-    found: list[Judged] = []
+    verdicts: list[Judged] = []
     for group in components(rule_set.rules):
         places = _loop_places(rows, set(group))
         looping = np.flatnonzero(places.any(axis=1)).tolist()
@@ -124,11 +124,11 @@ def judge_loops(rule_set: RuleSet, flat: RuleSet, asked: int) -> list[Judged] | 
             strict = strict or (enough and not bounded)
             within = bool(above.any() and below.any()) and most >= asked - 1
             of_group.append((row, most, enough, within, bounded))
-        found += [
+        verdicts += [
             Judged(*rows[row], most, (enough or (within and strict)) and not bounded)
             for row, most, enough, within, bounded in of_group
         ]
-    return found
+    return verdicts
 
 
 def _loop_places(rows: list[tuple[int, Right]], group: set[int]) -> BoolArray:

@@ -188,9 +188,9 @@ class Search:
             _keep(pool, anneal(begun, self.rng, tries=tries, warmest=warmest))
             return
         new_loops = not recursive_lefts(begun.rules) or self.rng.random() < _NEW_LOOPS
-        found = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
-        if found.bits() < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
-            kept = keep_supported(refit_fully(found, self.flat), self.flat, self.rounds)
+        annealed = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
+        if annealed.bits() < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
+            kept = keep_supported(refit_fully(annealed, self.flat), self.flat, self.rounds)
             if kept is not None:
                 _keep(pool, kept)
 
@@ -241,17 +241,17 @@ def _fitting(flat: RuleSet, rng: np.random.Generator) -> int:
 def _search_shortest(pool: Pool, search: Search, number: int) -> None:
     """Anneal the rules of the shortest sentences, then these rules for more and more sentences."""
     flat, n = search.flat, len(search.flat.rules[search.flat.start])
-    found = shortest(flat, number)
+    best = shortest(flat, number)
     warmest = WARMEST
     while number < n:
-        tries = min(search.effort.tries, _TRIES_A_SYMBOL * _size(found))
-        found = anneal(found, search.rng, tries=tries, warmest=warmest)
+        tries = min(search.effort.tries, _TRIES_A_SYMBOL * _size(best))
+        best = anneal(best, search.rng, tries=tries, warmest=warmest)
         number, warmest = min(n, 1 + number * 3 // 2), REWARMED
-        refitted = refit(found, shortest(flat, number))
+        refitted = refit(best, shortest(flat, number))
         if refitted is None:
             return
-        found = refitted
-    search.anneal(pool, found, search.effort.tries, REWARMED)
+        best = refitted
+    search.anneal(pool, best, search.effort.tries, REWARMED)
 
 
 def _search_sample(pool: Pool, search: Search, some: RuleSet) -> None:

@@ -120,11 +120,11 @@ def symbol_for(
     way = rng.random()
     if way < _ANY_HOME:
         first, second = (one, other) if way < _FIRST_HOME else (other, one)
-        found = home(table, first, rng)
-        if found < 0:
-            found = home(table, second, rng)
-        if found >= 0:
-            return found
+        symbol = home(table, first, rng)
+        if symbol < 0:
+            symbol = home(table, second, rng)
+        if symbol >= 0:
+            return symbol
     elif way < _ANY_NONTERMINAL:
         left = table.rows[draw(rng, table.used[ROWS]), LEFT]
         if left != table.n_terminals:

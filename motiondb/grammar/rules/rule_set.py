@@ -185,17 +185,17 @@ class RuleSet:
                 if symbol in waiting:
                     waiting[symbol] += 1
         ready = [left for left, number in waiting.items() if number == 0]
-        found = []
+        ordered = []
         while ready:
             left = ready.pop()
-            found.append(left)
+            ordered.append(left)
             for right in self.rules[left]:
                 for symbol in right:
                     if symbol in waiting:
                         waiting[symbol] -= 1
                         if waiting[symbol] == 0:
                             ready.append(symbol)
-        return found if len(found) == len(self.rules) else None
+        return ordered if len(ordered) == len(self.rules) else None
 
     def lawful(self) -> bool:
         """Whether the rules keep all laws."""
@@ -269,8 +269,8 @@ def single_terminals(sentences: Mapping[Right, int]) -> frozenset[int]:
         for terminal, number in Counter(sentence).items():
             most[terminal] = max(most[terminal], number)
             standing[terminal] += told
-    found = [t for t in sorted(most) if most[t] == 1 and standing[t] >= ENOUGH]
-    return frozenset(sorted(found, key=lambda terminal: -standing[terminal])[:62])
+    terminals = [t for t in sorted(most) if most[t] == 1 and standing[t] >= ENOUGH]
+    return frozenset(sorted(terminals, key=lambda terminal: -standing[terminal])[:62])
 
 
 def flat_rules(

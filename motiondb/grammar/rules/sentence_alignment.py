@@ -95,21 +95,21 @@ def _links(one: IntArray, other: IntArray, biased: bool) -> IntArray:
                 best = max(best, _worth(i, j, n, m, biased) + gain[i + 1, j + 1])
             gain[i, j] = best
     links = np.empty((min(n, m), 2), dtype=np.int64)
-    found = i = j = 0
+    n_links = i = j = 0
     while i < n and j < m:
         linked = -1.0
         if one[i] == other[j]:
             linked = _worth(i, j, n, m, biased) + gain[i + 1, j + 1]
         if linked >= gain[i, j] - 1e-12:
-            links[found] = i, j
-            found += 1
+            links[n_links] = i, j
+            n_links += 1
             i += 1
             j += 1
         elif gain[i, j + 1] >= gain[i, j] - 1e-12:
             j += 1
         else:
             i += 1
-    return links[:found]
+    return links[:n_links]
 
 
 @njit(cache=True)

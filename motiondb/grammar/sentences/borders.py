@@ -64,12 +64,12 @@ def border_places(strings: Sequence[Sentence]) -> Places:
     dict of Kind to list of pairs
         Number of the string and place of each border; the kinds are sorted.
     """
-    found: Places = {}
+    places: Places = {}
     for k, string in enumerate(strings):
         for i in range(1, len(string)):
             for kind in kinds_at(string, i):
-                found.setdefault(kind, []).append((k, i))
-    return {kind: found[kind] for kind in sorted(found)}
+                places.setdefault(kind, []).append((k, i))
+    return {kind: places[kind] for kind in sorted(places)}
 
 
 def recurring_splits(strings: Sequence[Sentence], shortest: int, longest: int) -> list[Cuts]:
@@ -127,11 +127,14 @@ def spaced(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]], shortest:
     """
     kept: list[tuple[int, ...]] = []
     for string, inner in zip(strings, cuts, strict=True):
-        own: list[int] = []
+        cuts_of_string: list[int] = []
         for place in sorted(inner):
-            if place - (own[-1] if own else 0) >= shortest and len(string) - place >= shortest:
-                own.append(place)
-        kept.append(tuple(own))
+            if (
+                place - (cuts_of_string[-1] if cuts_of_string else 0) >= shortest
+                and len(string) - place >= shortest
+            ):
+                cuts_of_string.append(place)
+        kept.append(tuple(cuts_of_string))
     return tuple(kept)
 
 

@@ -168,9 +168,9 @@ def find_sentences(
         improved = [improve(strings, one, lengths, rng, spent) for one in improved[:number]]
         improved.sort(key=lambda judged: judged.bits)
         tell(heat, _STEPS)
-    found = _learned(strings, improved[0].cuts, [improved[0].rules])
+    sentences = _learned(strings, improved[0].cuts, [improved[0].rules])
     tell(_STEPS, _STEPS)
-    return found
+    return sentences
 
 
 def _searched(
@@ -183,8 +183,8 @@ def _searched(
     """Yield the best partition of each search: one in the covered room, two in the free room."""
     free = cutting_room(strings, *lengths, free=True)
     for searched in (room, free, free):
-        found, _ = search_cuts(searched, rng, max(1, evaluations // _SEARCHES))
-        yield _by_string(found, room)
+        cuts, _ = search_cuts(searched, rng, max(1, evaluations // _SEARCHES))
+        yield _by_string(cuts, room)
 
 
 def _by_string(cuts: Sequence[int], room: Room) -> Cuts:

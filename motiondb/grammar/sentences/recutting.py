@@ -126,14 +126,14 @@ def cheapest_cuts(
             if fixed[i]:
                 break
     chosen = np.empty(n, dtype=np.int64)
-    found = 0
+    n_cuts = 0
     j = n - 1
     while j > 0:
-        chosen[found] = j
-        found += 1
+        chosen[n_cuts] = j
+        n_cuts += 1
         j = before[j]
-    chosen[found] = 0
-    return chosen[: found + 1][::-1].copy()
+    chosen[n_cuts] = 0
+    return chosen[: n_cuts + 1][::-1].copy()
 
 
 @njit(cache=True)
@@ -157,7 +157,7 @@ def shared_symbols(symbols: IntArray, places: IntArray, cuts: IntArray) -> Float
     array (P,)
         Number of shared symbols, after and before together.
     """
-    found = np.zeros(places.size)
+    shared = np.zeros(places.size)
     for k in range(places.size):
         a = places[k]
         after = before = 0
@@ -176,5 +176,5 @@ def shared_symbols(symbols: IntArray, places: IntArray, cuts: IntArray) -> Float
                     break
                 n += 1
             before = max(before, n)
-        found[k] = after + before
-    return found
+        shared[k] = after + before
+    return shared

@@ -85,11 +85,11 @@ def cut_by_rules(
     price = sentence_prices(symbols, rule_set, longest, novelty)
     if shaken is not None:
         price += shaken[:, None]
-    found = []
+    cuts = []
     for low, high in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
         places = _cheapest(price[low : high - 1], shortest)
-        found.append(tuple(places.tolist()))
-    return tuple(found)
+        cuts.append(tuple(places.tolist()))
+    return tuple(cuts)
 
 
 def sentence_prices(
@@ -269,11 +269,11 @@ def _cheapest(price: FloatArray, shortest: int) -> IntArray:
             if least[i] + price[i, m] < least[i + m]:
                 least[i + m], before[i + m] = least[i] + price[i, m], i
     cuts = np.empty(n, dtype=np.int64)
-    found = 0
+    n_cuts = 0
     if least[n] < np.inf:
         j = before[n]
         while j > 0:
-            cuts[found] = j
-            found += 1
+            cuts[n_cuts] = j
+            n_cuts += 1
             j = before[j]
-    return cuts[:found][::-1].copy()
+    return cuts[:n_cuts][::-1].copy()

@@ -108,7 +108,7 @@ def candidate_cuts(poses: Poses, grid: int, shortest: int) -> IntArray:
     array (cuts,)
         Frames, with begins and ends of takes.
     """
-    found = [np.array([0])]
+    cuts = [np.array([0])]
     for first, last in zip(poses.bounds, poses.bounds[1:]):
         n_frames = int(last - first)
         still = rests(poses.speeds[first:last])
@@ -116,8 +116,8 @@ def candidate_cuts(poses: Poses, grid: int, shortest: int) -> IntArray:
         fixed = np.concatenate([[0], still, [n_frames]])
         for a, b in pairwise(fixed):
             n_parts = -(-int(b - a) // grid)
-            found.append(first + a + np.arange(1, n_parts + 1) * (b - a) // n_parts)
-    return np.unique(np.concatenate(found))
+            cuts.append(first + a + np.arange(1, n_parts + 1) * (b - a) // n_parts)
+    return np.unique(np.concatenate(cuts))
 
 
 def make_cells(

@@ -319,8 +319,8 @@ def _propose(task: Task, state: State, rng: np.random.Generator) -> int:
     if not 0 <= first < last < len(cells.cuts):
         return -1
     some = slice(cells.pointers[last], cells.pointers[last + 1])
-    found = np.flatnonzero(cells.firsts[some] == first)
-    return int(cells.pointers[last] + found[0]) if len(found) else -1
+    places = np.flatnonzero(cells.firsts[some] == first)
+    return int(cells.pointers[last] + places[0]) if len(places) else -1
 
 
 def path_medoids(task: Task, state: State, path: IntArray) -> IntArray:

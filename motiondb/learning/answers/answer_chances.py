@@ -170,12 +170,12 @@ def _of_part(
     """How sure a capture shows part k; None where it asks for nothing."""
     asked = [n for n, statement in enumerate(hit.statements) if statement.exclusion < 0]
     of_part = {n for n in asked if hit.statements[n].part == k}
-    own = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]
-    if not reading.parts[k].actions or not own:
+    odds_of_part = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]
+    if not reading.parts[k].actions or not odds_of_part:
         return None
-    heard = [float(sure.log_odds(np.array([odds - said]))) for odds, said in own]
+    heard = [float(sure.log_odds(np.array([odds - said]))) for odds, said in odds_of_part]
     return PartChance(
-        prod(_probability(h + said) for h, (_, said) in zip(heard, own)),
+        prod(_probability(h + said) for h, (_, said) in zip(heard, odds_of_part)),
         prod(map(_probability, heard)),
         all(reason.written > 0.0 for reason in why if reason.action in of_part),
     )

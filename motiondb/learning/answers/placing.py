@@ -93,7 +93,7 @@ def place_answer(
     if placed is None:
         return tuple(PartPlace(*span, p) for span, p in zip(hit.parts, sure))
     ends = int(placed.starts[0]), int(placed.ends[-1])
-    found = []
+    places = []
     for k, (first, behind) in enumerate(placed.spans):
         span = int(placed.starts[first]), int(placed.ends[behind - 1])
         part = reading.parts[k]
@@ -108,8 +108,8 @@ def place_answer(
                 else right < LIKELY
             )
         )
-        found.append(PartPlace(*(ends if unknown else span), sure[k], right, unknown))
-    return tuple(found)
+        places.append(PartPlace(*(ends if unknown else span), sure[k], right, unknown))
+    return tuple(places)
 
 
 def interval_probability(
@@ -158,8 +158,8 @@ def _right(
     Nor is it known where no captions of other performers hold the words.
     """
     sure = learned.certainties.place
-    own = learned.performers[capture]
-    support = count_performers(learned.listed_by, _words(learned, part), [own])
+    performer = learned.performers[capture]
+    support = count_performers(learned.listed_by, _words(learned, part), [performer])
     if sure is None or not support:
         return None
     cues = cues_of(placed.values[k], *placed.spans[k], support)

@@ -65,15 +65,15 @@ def find(
             hits.append((capture, hit))
     shares = caption_shares(learned, read) if as_caption else CaptionShares((), {})
     hits.sort(key=lambda pair: (-pair[1].log_odds - shares.total(pair[0]), pair[0]))
-    found = []
+    answers = []
     for capture, hit in hits[:limit]:
         why = explain_hit(learned, capture, hit, written)
         sure = chances(learned, read, hit, why)
-        found.append(Found(capture, hit, with_shares(why, shares, capture), sure))
-    found.sort(key=lambda each: (-reasons.total(each.why), each.capture))
+        answers.append(Found(capture, hit, with_shares(why, shares, capture), sure))
+    answers.sort(key=lambda each: (-reasons.total(each.why), each.capture))
     if as_caption and not shares.words:
         not_used = (*not_used, NOT_A_CAPTION)
-    return found, read, not_used
+    return answers, read, not_used
 
 
 def explain_hit(
@@ -125,10 +125,10 @@ def strength(learned: Learned, why: Sequence[reasons.WordReason], threshold: flo
     if threshold is None:
         return min(clear, default=0.0)
     for lowering in reasons.lowerings(why):
-        own = [w for w in why if w.exclusion == lowering.exclusion]
-        numbers = sorted({w.action for w in own})
+        same_exclusion = [w for w in why if w.exclusion == lowering.exclusion]
+        numbers = sorted({w.action for w in same_exclusion})
         over = min(
-            odds - usually([w for w in own if w.action == number])
+            odds - usually([w for w in same_exclusion if w.action == number])
             for number, (odds, _) in zip(numbers, lowering.actions)
         )
         clear.append(2.0 * threshold - over)

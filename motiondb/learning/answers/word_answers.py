@@ -143,19 +143,19 @@ def search_words(
     question = understand(learned, text)
     if by_symbols:
         return _search_decoded(learned, question, allowed, limit)
-    found, read, left_out = question_search.find(
+    ranked, read, left_out = question_search.find(
         learned, question, allowed, limit, written, as_caption
     )
     matches = tuple(
         _match(learned, rank, each, read[each.hit.reading], question, written)
-        for rank, each in enumerate(found, start=1)
+        for rank, each in enumerate(ranked, start=1)
     )
     sure = learned.word_certainty
     threshold = None if sure is None or np.isnan(sure.threshold) else sure.threshold
     return WordAnswer(
         matches, question, plain_actions(question.tree)[0], (*question.not_used, *left_out),
-        reasons=tuple(each.why for each in found),
-        strength=max((question_search.strength(learned, each.why, threshold) for each in found),
+        reasons=tuple(each.why for each in ranked),
+        strength=max((question_search.strength(learned, each.why, threshold) for each in ranked),
                      default=None),
         threshold=threshold, vocabulary=learned.association.words,
         sources=word_sources(learned, _asked_words(question)),
@@ -169,7 +169,7 @@ def _asked_words(question: KnownQuestion) -> list[str]:
 def _match(
     learned: Learned,
     rank: int,
-    found: question_search.Found,
+    answer: question_search.Found,
     reading: Reading,
     question: KnownQuestion,
     written: bool,
@@ -177,11 +177,11 @@ def _match(
     """One capture's answer: ranked by the word map, placed by the evidence of places."""
     takes = learned.takes if written else learned.seen_takes
     places = placing.place_answer(
-        learned, found.capture, found.hit, reading, found.sure.parts, written
+        learned, answer.capture, answer.hit, reading, answer.sure.parts, written
     )
     parts = tuple(
         MatchPart(
-            words, *to_seconds(learned, found.capture, place.start, place.end), place.probability,
+            words, *to_seconds(learned, answer.capture, place.start, place.end), place.probability,
             place.interval_probability, "unknown" if place.unknown else "known",
         )
         for words, place in zip(_part_words(reading), places)
@@ -189,13 +189,13 @@ def _match(
     start, end = min(p.start for p in places), max(p.end for p in places)
     return Match(
         rank,
-        learned.captures[found.capture].name,
-        *to_seconds(learned, found.capture, start, end),
-        float(1.0 / (1.0 + np.exp(-reasons.total(found.why)))),
-        _matched(takes[found.capture], question, learned.word_numbers),
-        "; ".join(map(_say_part, parts)) + mark_generated(learned, found.capture, "; "),
-        found.sure.whole,
-        placing.interval_probability(found.sure.whole, places, reading),
+        learned.captures[answer.capture].name,
+        *to_seconds(learned, answer.capture, start, end),
+        float(1.0 / (1.0 + np.exp(-reasons.total(answer.why)))),
+        _matched(takes[answer.capture], question, learned.word_numbers),
+        "; ".join(map(_say_part, parts)) + mark_generated(learned, answer.capture, "; "),
+        answer.sure.whole,
+        placing.interval_probability(answer.sure.whole, places, reading),
         "unknown" if any(place.unknown for place in places) else "known",
         parts,
     )
@@ -269,7 +269,7 @@ def _search_decoded(
     symbols = np.array(decoded.symbols)
     weights = np.full(len(symbols), 1.0 / len(symbols))
     scale = alignment.distance_scale(learned.distances)
-    found = []
+    answers = []
     for capture in allowed:
         rows = learned.rows[capture]
         score, first, last = alignment.align(
@@ -277,10 +277,10 @@ def _search_decoded(
         )
         if last > first:
             start = int(learned.segments.starts[rows][first])
-            found.append((score, capture, start, int(learned.segments.ends[rows][last - 1])))
-    found.sort(key=lambda hit: (-hit[0], hit[1]))
+            answers.append((score, capture, start, int(learned.segments.ends[rows][last - 1])))
+    answers.sort(key=lambda hit: (-hit[0], hit[1]))
     number = learned.word_numbers
-    occurs = any(np.isclose(hit[0], 1.0) for hit in found)
+    occurs = any(np.isclose(hit[0], 1.0) for hit in answers)
     note = "" if occurs else "; this sequence of symbols never occurred, the nearest are given"
     matches = tuple(
         Match(
@@ -292,7 +292,7 @@ def _search_decoded(
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
             + mark_generated(learned, capture, "; "),
         )
-        for rank, (score, capture, start, end) in enumerate(found[:limit], start=1)
+        for rank, (score, capture, start, end) in enumerate(answers[:limit], start=1)
     )
     return WordAnswer(matches, question, actions, not_used, decoded)
 

@@ -44,15 +44,15 @@ class WordSource:
         >>> WordSource("dash", "cmu", 0, 3, 0.5).sentence()
         'dash: known from 3 own captions alone'
         """
-        own = f"{self.own_captions} own caption{'' if self.own_captions == 1 else 's'}"
+        captions = f"{self.own_captions} own caption{'' if self.own_captions == 1 else 's'}"
         if not self.own_captions:
             there = "1 caption" if self.start_captions == 1 else f"{self.start_captions} captions"
             return f"{self.word}: known from the start {self.start} alone ({there} there)"
         if not self.start_captions:
-            return f"{self.word}: known from {own} alone"
+            return f"{self.word}: known from {captions} alone"
         return (
-            f"{self.word}: known from {own} and {self.start_captions} of the start {self.start}, "
-            f"each of which counts {self.weight:.2g}"
+            f"{self.word}: known from {captions} and {self.start_captions} of the start "
+            f"{self.start}, each of which counts {self.weight:.2g}"
         )
 
 
@@ -65,11 +65,11 @@ def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ..
     if started is None or learned.counted is None:
         return ()
     counts = learned.counted.counts
-    own = dict(zip(learned.counted.reference.association.words, counts.said.tolist()))
+    captions_of = dict(zip(learned.counted.reference.association.words, counts.said.tolist()))
     weight = start_weight(counts.moments.n)
     sources = []
     for word in dict.fromkeys(words):
-        there, here = started.said.get(word, 0), own.get(word, 0)
+        there, here = started.said.get(word, 0), captions_of.get(word, 0)
         if there or here:
             name = started.knowledge.origin.name
             sources.append(WordSource(word, name, there, here, weight if here else 1.0))

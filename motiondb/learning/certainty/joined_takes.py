@@ -184,8 +184,8 @@ def join_pairs(captures: Sequence[ShortCapture], rng: np.random.Generator) -> li
     order = [groups[i] for i in rng.permutation(len(groups))]
     takes = []
     for pair in list(zip(order[::2], order[1::2]))[:MOST_PAIRS]:
-        own = [capture for capture in captures if capture.group in pair]
-        some = [own[i] for i in rng.permutation(len(own))[:MOST_OF_PAIR]]
+        of_pair = [capture for capture in captures if capture.group in pair]
+        some = [of_pair[i] for i in rng.permutation(len(of_pair))[:MOST_OF_PAIR]]
         takes += _deal(some, rng)
     return takes
 

@@ -101,12 +101,12 @@ def _shapes(arrays: Arrays, n_words: int) -> Iterator[str]:
     for name, shape in expected.items():
         if name not in arrays:
             continue
-        found = arrays[name].shape
-        if len(found) != len(shape) or any(
-            want not in (-1, have) for want, have in zip(shape, found)
+        actual = arrays[name].shape
+        if len(actual) != len(shape) or any(
+            want not in (-1, have) for want, have in zip(shape, actual)
         ):
             wanted = tuple("any" if n == -1 else n for n in shape)
-            yield f"expected {name!r} of shape {wanted}, found {found}"
+            yield f"expected {name!r} of shape {wanted}, found {actual}"
     sizes = block_sizes(columns - symbols) if columns > symbols else ()
     if columns < symbols or sum(sizes) != columns - symbols:
         yield f"expected columns of movement after {symbols} symbols, found {columns - symbols}"

@@ -45,15 +45,15 @@ def look(acts: BallActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Mo
     """
     heads = [retarget.motion_positions(motion)[0][:, _I["head"]] for motion in motions]
     seen = [ball.copy() for _ in motions]
-    for number, own in enumerate(acts.possessions):
+    for number, possession in enumerate(acts.possessions):
         aim = np.tile(np.array([acts.rim[0], RIM, acts.rim[1]]), (len(ball), 1))
         last = number + 1 == len(acts.possessions)
         if last and not acts.shot:
             continue
         if not last:
             aim = heads[acts.possessions[number + 1].player]
-        frames = np.arange(max(own.until - AIMING, own.since), own.until + 1)
-        seen[own.player][frames] = aim[frames]
+        frames = np.arange(max(possession.until - AIMING, possession.since), possession.until + 1)
+        seen[possession.player][frames] = aim[frames]
     return [follow(motion, spot) for motion, spot in zip(motions, seen, strict=True)]
 
 

@@ -20,11 +20,11 @@ _I = body.INDEX
 
 def palms(positions: FloatArray) -> FloatArray:
     """Return both palms: array (frames, 2, 3), left and right, from joints (frames, 21, 3), m."""
-    found = []
+    wrists_and_palms = []
     for side in "lr":
         elbow, wrist = positions[:, _I[f"{side}_elbow"]], positions[:, _I[f"{side}_wrist"]]
-        found.append(wrist + PALM * rotation.normalize(wrist - elbow))
-    return np.stack(found, axis=1)
+        wrists_and_palms.append(wrist + PALM * rotation.normalize(wrist - elbow))
+    return np.stack(wrists_and_palms, axis=1)
 
 
 def reach(motion: Motion, targets: FloatArray, weights: FloatArray) -> Motion:

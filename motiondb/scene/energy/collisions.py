@@ -65,7 +65,7 @@ def overlaps(scene: SceneArrays, library: ClipArrays, p: int, q: int) -> int:
     one, other = scene.grid[p], scene.grid[q]
     last_p, last_q = scene.filled[p], scene.filled[q]
     nearer = 1.0 / (2.0 * library.fastest[0] * scene.every[0])  # looks a metre, at most
-    found, g = 0, 0
+    n_overlaps, g = 0, 0
     while g <= max(last_p, last_q):
         i, j = min(g, last_p), min(g, last_q)
         dx, dz = one[i, 0] - other[j, 0], one[i, 1] - other[j, 1]
@@ -73,6 +73,6 @@ def overlaps(scene: SceneArrays, library: ClipArrays, p: int, q: int) -> int:
         if square >= _APART:
             g += int((math.sqrt(square) - 2.0 * RADIUS) * nearer * _ROUNDING)
         elif touch(scene, library, p, q, g):
-            found += 1
+            n_overlaps += 1
         g += 1
-    return found
+    return n_overlaps

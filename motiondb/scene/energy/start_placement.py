@@ -155,8 +155,8 @@ def _lateness(scene: SceneArrays, library: ClipArrays, r: int) -> float:
         x, z, _ = place_in_clip(placed, library.path, clip.path_start + frame, k)
         tx, tz, _ = place_in_clip(there, library.path, theirs.path_start + theirs.event, m)
         lag = math.hypot(tx - x, tz - z) / PASS_SPEED
-    own = scene.begin[row.player, k] + frame
-    return (scene.begin[row.partner, m] + theirs.event - own) / MOTION_FPS - lag
+    thrown = scene.begin[row.player, k] + frame
+    return (scene.begin[row.partner, m] + theirs.event - thrown) / MOTION_FPS - lag
 
 
 @compiled

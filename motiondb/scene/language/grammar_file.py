@@ -176,12 +176,12 @@ def _read_terminal(cursor: Cursor, reading: _Reading) -> None:
 
 def _phrases(cursor: Cursor) -> tuple[str, ...]:
     """Read quoted words, divided by commas."""
-    found: list[str] = []
-    while not found or cursor.meets(","):
+    phrases: list[str] = []
+    while not phrases or cursor.meets(","):
         if cursor.here.kind != "text" or not cursor.here.text.strip():
             cursor.fail("words in quotes", 'Write them as "pick up".')
-        found.append(cursor.take().text)
-    return tuple(found)
+        phrases.append(cursor.take().text)
+    return tuple(phrases)
 
 
 def _read_place(cursor: Cursor, reading: _Reading) -> None:

@@ -41,14 +41,14 @@ def read_alternatives(cursor: Cursor, left: str, used: dict[str, Token]) -> list
     SceneError
         The message names the place.
     """
-    found: list[Alternative] = []
+    alternatives: list[Alternative] = []
     helpers: list[Alternative] = []
     names = (f"{left}.{n}" for n in range(_next_number(used, left), 10**6))
     while True:
         symbols = _read_sequence(cursor, names, helpers, used)
-        found.append((left, symbols, _read_probability(cursor)))
+        alternatives.append((left, symbols, _read_probability(cursor)))
         if not cursor.meets("|"):
-            return [*found, *helpers]
+            return [*alternatives, *helpers]
 
 
 def _next_number(used: dict[str, Token], left: str) -> int:

@@ -72,7 +72,7 @@ def tokens_of(text: str, where: str) -> list[Token]:
     >>> [token.text for token in tokens_of("A -> run | walk  # moves", "x.grammar")]
     ['A', '->', 'run', '|', 'walk']
     """
-    found = []
+    tokens = []
     for number, line in enumerate(text.split("\n"), start=1):
         at = 0
         while at < len(line):
@@ -82,9 +82,9 @@ def tokens_of(text: str, where: str) -> list[Token]:
                 refuse(f"{where}:{number}:{at + 1}", what, repr(line[at:].strip()), "Correct it.")
             kind = str(match.lastgroup)
             if kind != "blank":
-                found.append(Token(kind, match.group().strip('"'), number, at + 1))
+                tokens.append(Token(kind, match.group().strip('"'), number, at + 1))
             at = match.end()
-    return found
+    return tokens
 
 
 def statements(text: str, where: str) -> Iterator[Cursor]:
@@ -100,9 +100,9 @@ def statements(text: str, where: str) -> Iterator[Cursor]:
     return (Cursor(line, where) for line in lines)
 
 
-def refuse(place: str, expected: str, found: str, advice: str) -> NoReturn:
+def refuse(place: str, expected: str, actual: str, advice: str) -> NoReturn:
     """Raise a SceneError: where, what was expected, what was found, and what to do."""
-    raise SceneError(f"{place}: expected {expected}, found {found}. {advice}")
+    raise SceneError(f"{place}: expected {expected}, found {actual}. {advice}")
 
 
 class Cursor:

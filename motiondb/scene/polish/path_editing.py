@@ -238,14 +238,14 @@ def _correct(
     kind = row["kind"]
     if kind in (kinds.UNMET, kinds.SYNCHRONISATION):
         return
-    player, own = int(row["player"]), timeline.places[row["player"], frames]
+    player, path = int(row["player"]), timeline.places[row["player"], frames]
     if kind == kinds.DIRECTION:
         wanted = wanted_headings(row, timeline, frames)
-        _turn(turns[player], frames, own[:, 2], wanted, float(row["weight"]))
+        _turn(turns[player], frames, path[:, 2], wanted, float(row["weight"]))
         return
     target = target_places(row, timeline, frames, "target")
     if kind == kinds.DISTANCE:
-        away, apart = _apart(own[:, :2], target)
+        away, apart = _apart(path[:, :2], target)
         near, far = float(row["near"]), float(row["far"])
         clear = min(SLACK, (far - near) / 4.0)
         wanted = np.clip(apart, near + clear * (near > 0.0), far - clear)
@@ -258,8 +258,9 @@ def _correct(
         return
     nearest = target
     if kind == kinds.LINE:
-        nearest = nearest_on_line(own[:, :2], target, target_places(row, timeline, frames, "other"))
-    away, apart = _apart(own[:, :2], nearest)
+        other = target_places(row, timeline, frames, "other")
+        nearest = nearest_on_line(path[:, :2], target, other)
+    away, apart = _apart(path[:, :2], nearest)
     bad = frame_values(row, timeline, frames) > float(row["weight"]) * BEYOND
     by = away * (float(row["weight"]) * WITHIN - apart)[:, None]
     places[player].move(frames[bad], by[bad])
@@ -267,9 +268,9 @@ def _correct(
 
 def _face(facing: Facing, timeline: Timeline, turns: list[_Held]) -> None:
     """Turn a player who does not face the target."""
-    own = timeline.places[facing.player, facing.frames]
-    away = timeline.places[facing.target, facing.seen, :2] - own[:, :2]
-    off = np.unwrap(own[:, 2] - np.arctan2(away[:, 0], away[:, 1]))  # all in one direction
+    places = timeline.places[facing.player, facing.frames]
+    away = timeline.places[facing.target, facing.seen, :2] - places[:, :2]
+    off = np.unwrap(places[:, 2] - np.arctan2(away[:, 0], away[:, 1]))  # all in one direction
     off -= 2.0 * math.pi * np.rint(off.mean() / (2.0 * math.pi))
     _bring(turns[facing.player], facing.frames, off, facing.tolerance)
 
@@ -288,9 +289,9 @@ def _bring(turned: _Held, frames: IntArray, off: FloatArray, tolerance: float) -
     turned.move(frames[bad], by[bad][:, None])
 
 
-def _apart(own: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _apart(points: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return unit vectors (frames, 2) from target to place, and distances, m."""
-    away = own - target
+    away = points - target
     apart = np.linalg.norm(away, axis=1)
     away = np.where(apart[:, None] > 1e-9, away / np.maximum(apart, 1e-9)[:, None], [0.0, 1.0])
     return away, apart

@@ -186,9 +186,9 @@ def _taken(source: ClipSource, motions: Mapping[str, Motion], waits: bool) -> Ta
 
 def _contacts(source: ClipSource, motion: Motion, n_frames: int) -> NDArray[np.bool_]:
     """Return the feet that stand in the capture at a clip and its margin: array (frames, 2)."""
-    found = find_contacts(retarget.motion_positions(motion, FEET)[0])
-    found = found[:, ::-1] if source.mirrored else found
-    return found[np.clip(source.start - _HALF + np.arange(n_frames), 0, len(found) - 1)]
+    contacts = find_contacts(retarget.motion_positions(motion, FEET)[0])
+    contacts = contacts[:, ::-1] if source.mirrored else contacts
+    return contacts[np.clip(source.start - _HALF + np.arange(n_frames), 0, len(contacts) - 1)]
 
 
 def _waiting(taken: Taken, n_frames: int) -> Taken:

@@ -128,12 +128,12 @@ def impossible_gait(
     """
     natural = [ranges[label] for label in labels]
     airborne_limits = _widest([n.airborne for n in natural], _BLEND)
-    found = []
+    faults = []
     for start, end in runs(airborne(joints)):
         limit = math.ceil(SLOWEST * float(airborne_limits[start:end].max())) + AIR_SLACK
         if end - start > limit:
             middle = (start + end) // 2
-            found.append(
+            faults.append(
                 ImpossibleMotion(
                     "airborne", (player,), labels[middle], start, end, middle,
                     float(end - start), float(limit), "frames",
@@ -148,12 +148,12 @@ def impossible_gait(
         for start, end in runs(values > limits):
             worst = start + int(np.argmax((values - limits)[start:end]))
             value, limit_there = float(values[worst]), float(limits[worst])
-            found.append(
+            faults.append(
                 ImpossibleMotion(
                     kind, (player,), labels[worst], start, end, worst, value, limit_there, unit
                 )
             )
-    return found
+    return faults
 
 
 def _widest(values: Sequence[float], reach: int) -> FloatArray:
@@ -239,7 +239,7 @@ def crossing_limbs(limbs: Sequence[LimbReport]) -> list[ImpossibleMotion]:
 
 def guard_distances(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
     """Return how far guards are from the players whom they guard, over all frames of the scene."""
-    found: dict[tuple[int, int], GuardReport] = {}
+    reports: dict[tuple[int, int], GuardReport] = {}
     frames: dict[tuple[int, int], set[int]] = {}
     for row in table.rows:
         player, target = int(row["player"]), int(row["target"])
@@ -253,8 +253,8 @@ def guard_distances(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
         looked.update(moment_frames(row, timeline).tolist())
         near, far = float(row["near"]), float(row["far"])
         frame = int(np.argmax(apart))
-        found[player, target] = GuardReport(
+        reports[player, target] = GuardReport(
             table.players[player], table.players[target], near, far, len(looked),
             float(((apart < near) | (apart > far)).mean()), float(apart[frame]), frame,
         )  # fmt: skip
-    return list(found.values())
+    return list(reports.values())

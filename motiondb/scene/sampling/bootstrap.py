@@ -46,9 +46,9 @@ def first_derivation(derivations: Derivations, rng: np.random.Generator, most: i
     """
     start, last = derivations.grammar.start, derivations.n_states - 1
     for _ in range(_TRIES):
-        found = derivations.draw(start, 0, [last], rng, most)
-        if found is not None and found.actions:
-            return found
+        derivation = derivations.draw(start, 0, [last], rng, most)
+        if derivation is not None and derivation.actions:
+            return derivation
     raise SceneError(
         f"grammar: expected strings from {start} of 1 to {most} actions, found none in {_TRIES}"
         " draws. Allow more actions, or ask for fewer things."

@@ -221,10 +221,10 @@ class Chain:
         """Insert or remove a link of a chain in one of the trees; return whether accepted."""
         self.jumps.tried += 1
         growing = bool(self.rng.random() < 0.5)
-        found = places(self.play.chains, self.shapes, growing)
+        nodes = places(self.play.chains, self.shapes, growing)
         offer = linked = None
-        if found:
-            player, node = found[int(self.rng.integers(len(found)))]
+        if nodes:
+            player, node = nodes[int(self.rng.integers(len(nodes)))]
             old, known = self.shapes[player], self.play.chains[player]
             room = self.play.most_actions - len(old.actions)
             linked = known.grown(old, node, room, self.rng) if growing else known.shrunk(old, node)
@@ -237,7 +237,7 @@ class Chain:
             return False
         new, clip_ratio = offer
         shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
-        log_ratio = linked.log_ratio + clip_ratio + math.log(len(found))
+        log_ratio = linked.log_ratio + clip_ratio + math.log(len(nodes))
         log_ratio -= math.log(len(places(self.play.chains, shapes, not growing)))
         near = max(span[0] - AROUND, 0), span[0] + len(actions) + AROUND
         self._walk(new.scene, steps, groups, temperature, shares, (player, *near, attention))
@@ -277,12 +277,12 @@ class Chain:
         """Return E of all nodes of all players' trees."""
         errors = np.zeros(scene.entry.shape)
         token_errors(scene, self.play.library, errors)
-        found = []
+        errors_of_players = []
         for player, shape in enumerate(shapes):
-            own = np.empty(len(shape.rules))
-            subtree_errors(shape.children, errors[player], own)
-            found.append(own)
-        return found
+            node_errors = np.empty(len(shape.rules))
+            subtree_errors(shape.children, errors[player], node_errors)
+            errors_of_players.append(node_errors)
+        return errors_of_players
 
     def _offer(
         self, player: int, node: int, groups: ClipGroups, exact: bool
@@ -337,18 +337,18 @@ class Chain:
     ) -> tuple[IntArray, float]:
         """Return clips for new actions, and log(q(old) / q(new)) relative to uniform draws."""
         play, n = self.play, int(self.scene.n_clips[player])
-        own, seams = self.scene.entry[player, :n], play.library.clips["seam"]
-        before = int(seams[own[span[0] - 1]]) if span[0] > 0 else -1
-        after = int(seams[own[span[1]]]) if span[1] < n else -1
-        ratio, found = 0.0, own[:0]
+        entries, seams = self.scene.entry[player, :n], play.library.clips["seam"]
+        before = int(seams[entries[span[0] - 1]]) if span[0] > 0 else -1
+        after = int(seams[entries[span[1]]]) if span[1] < n else -1
+        ratio, clips = 0.0, entries[:0]
         gone = self.shapes[player].actions[span[0] : span[1]]
-        for sign, names, old in ((1, gone, own[span[0] : span[1]]), (-1, actions, None)):
+        for sign, names, old in ((1, gone, entries[span[0] : span[1]]), (-1, actions, None)):
             ranges = np.array([play.first[name] for name in names], np.int64).reshape(-1, 2)
             rng = self.rng if old is None else None
-            found, log_probability = smooth_string(groups, ranges, before, after, rng, old)
+            clips, log_probability = smooth_string(groups, ranges, before, after, rng, old)
             uniform = -float(np.log(ranges[:, 1] - ranges[:, 0]).sum())
             ratio += sign * (log_probability - uniform)
-        return found, ratio
+        return clips, ratio
 
     def _respelled(
         self, player: int, tree: Tree, span: tuple[int, int], entries: IntArray

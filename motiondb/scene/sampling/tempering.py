@@ -245,8 +245,8 @@ def sample(
             since = 0 if best[-1] < 0.99 * best[-1 - since - 1] else since + 1
             if since >= settings.patience or (progress is not None and progress(done, best[-1])):
                 break
-    found = _cooled(play, min(chains, key=lambda chain: chain.best).best_state, settings, last)
-    return found.best_state, _trace(ladder, energies, best, found)
+    cooled = _cooled(play, min(chains, key=lambda chain: chain.best).best_state, settings, last)
+    return cooled.best_state, _trace(ladder, energies, best, cooled)
 
 
 def warm_up(play: Play, settings: SamplerSettings, rng: np.random.Generator) -> None:
@@ -321,15 +321,15 @@ def _cooled(
     return chain
 
 
-def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], found: Chain) -> Trace:
+def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], cooled: Chain) -> Trace:
     jumps = [(c.jumps.tried, c.jumps.refused, c.jumps.taken) for c in ladder.chains]
     steps = np.sum([chain.jumps.steps for chain in ladder.chains], axis=0)
-    delays = Prices(delay=found.play.prices.delay)
+    delays = Prices(delay=cooled.play.prices.delay)
     return Trace(
         np.array(energies),
         np.array(best),
-        found.best,
-        Chain(replace(found.play, prices=delays), found.best_state, found.rng).energy,
+        cooled.best,
+        Chain(replace(cooled.play, prices=delays), cooled.best_state, cooled.rng).energy,
         np.array(jumps, dtype=np.int64),
         steps,
         ladder.exchanges,

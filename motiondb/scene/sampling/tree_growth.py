@@ -145,7 +145,7 @@ def chains(derivations: Derivations) -> Chains:
         linked = len(rule.right) == 2 and rule.right[1] == rule.left != rule.right[0]
         if linked and rule.probability > 0.0:
             links[rule.left] = (*links.get(rule.left, ()), number)
-    return Chains(derivations, links, frozenset(n for found in links.values() for n in found))
+    return Chains(derivations, links, frozenset(n for link in links.values() for n in link))
 
 
 def places(

@@ -72,12 +72,12 @@ class Playing:
     @property
     def pauses(self) -> tuple[tuple[int, int], ...]:
         """The frames [start, end) of pauses."""
-        found, at = [], 0
+        pauses, at = [], 0
         for part in self.parts:
             if part.waits:
-                found.append((at, at + part.n_frames))
+                pauses.append((at, at + part.n_frames))
             at += part.n_frames
-        return tuple(found)
+        return tuple(pauses)
 
     @property
     def knots(self) -> IntArray:

@@ -60,11 +60,11 @@ def may_pause(library: ClipLibrary, entries: IntArray) -> IntArray:
 
     It is 0 everywhere if the grammar has no clip to stand in.
     """
-    found = np.zeros(len(entries), dtype=np.int64)
+    allowed = np.zeros(len(entries), dtype=np.int64)
     if len(library.rest) and len(_standing(library, IDLE)):
         rest = np.asarray(library.rest)[np.asarray(library.seam_class)[entries]]
-        found[:-1] = (rest[:-1, 1] <= AT_REST) & (rest[1:, 0] <= AT_REST)
-    return found
+        allowed[:-1] = (rest[:-1, 1] <= AT_REST) & (rest[1:, 0] <= AT_REST)
+    return allowed
 
 
 def pause_entry(library: ClipLibrary, entries: IntArray, behind: int) -> int:
@@ -153,13 +153,13 @@ def _step(library: ClipLibrary, entry: int, side: int) -> int:
 def _standing(library: ClipLibrary, action: str) -> IntArray:
     """Return entries of an action, as captured, that stay in place; else of the other action."""
     for name in (action, HOLDING if action == IDLE else IDLE):
-        found = [
+        entries = [
             entry
             for entry in (library.of(name) if name in library.terminals else ())
             if library.source[entry].bend == 0.0
             and library.source[entry].stretch == 1.0
             and float(np.hypot(*library.step[entry, :2])) < _STILL
         ]
-        if found:
-            return np.array(found, dtype=np.int64)
+        if entries:
+            return np.array(entries, dtype=np.int64)
     return np.zeros(0, dtype=np.int64)

@@ -287,20 +287,20 @@ class Lowering:
 def lowerings(reasons: Sequence[WordReason]) -> list[Lowering]:
     """What every exclusion takes from an answer, in order; each after the ones before it."""
     statements = [log_odds for log_odds, _ in by_action(reasons)]
-    found = []
+    lowered = []
     for number in sorted({reason.exclusion for reason in reasons if reason.exclusion >= 0}):
-        own = [reason for reason in reasons if reason.exclusion == number]
+        excluding = [reason for reason in reasons if reason.exclusion == number]
         each = []
-        for action in sorted({reason.action for reason in own}):
-            words = [reason for reason in own if reason.action == action]
+        for action in sorted({reason.action for reason in excluding}):
+            words = [reason for reason in excluding if reason.action == action]
             log_odds = math.fsum(part for reason in words for part in reason.parts)
             each.append((log_odds, math.fsum(reason.written for reason in words)))
         joint = joint_log_odds([log_odds for log_odds, _ in each])
         before = joint_log_odds(statements) if statements else 0.0
         statements.append(-joint)
         amount = joint_log_odds(statements) - before
-        found.append(Lowering(number, tuple(each), joint, amount))
-    return found
+        lowered.append(Lowering(number, tuple(each), joint, amount))
+    return lowered
 
 
 def total(reasons: Sequence[WordReason]) -> float:

@@ -57,9 +57,9 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
             cause = error if isinstance(error, duckdb.Error) else error.__cause__
             if not isinstance(cause, duckdb.Error) or is_damage(cause):
                 raise
-            found = first_sentence(cause)
+            reason = first_sentence(cause)
             raise StoreError(
-                f"{path}: expected room for a copy beside it, found: {found} "
+                f"{path}: expected room for a copy beside it, found: {reason} "
                 "The old file was kept; look at the disk."
             ) from error
         finally:
@@ -78,11 +78,11 @@ def _copy(store: Store, new: Path) -> None:
     source, target = str(row[0]).replace('"', '""') if row else "", str(new).replace("'", "''")
     connection.execute(f"ATTACH '{target}' AS compacted (READ_WRITE)")
     connection.execute(f'COPY FROM DATABASE "{source}" TO compacted')
-    expected, found = count_rows(store), _count(connection, "'compacted'")
+    expected, copied = count_rows(store), _count(connection, "'compacted'")
     connection.execute("DETACH compacted")
-    if found != expected:
+    if copied != expected:
         raise StoreError(
-            f"{store.path}: expected a copy with as many rows in every table, found {found} for "
+            f"{store.path}: expected a copy with as many rows in every table, found {copied} for "
             f"{expected}. The old file was kept; look at the disk."
         )
 

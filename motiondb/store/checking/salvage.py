@@ -291,11 +291,11 @@ def _files_alone(store: Store) -> Iterator[SalvagedCapture]:
 
 
 def _read_source_row(store: Store, row: int) -> Source:
-    found = store.connection.execute(
+    source = store.connection.execute(
         "SELECT sha256, format, file_name, data, skeleton_name, skeleton_data FROM source "
         "WHERE rowid = ?",
         [row],
     ).fetchone()
-    if found is None:
+    if source is None:
         raise KeyError(row)
-    return unpack_source(store.path, Source(*found))
+    return unpack_source(store.path, Source(*source))

@@ -90,18 +90,18 @@ def translate(path: Path, error: duckdb.Error) -> StoreError:
     )
 
 
-def damage_sentence(path: Path, found: str) -> str:
+def damage_sentence(path: Path, reason: str) -> str:
     """What to say of a damaged file, and what can be done.
 
     Parameters
     ----------
     path : Path
         The database file.
-    found : str
+    reason : str
         What is wrong, a sentence.
     """
     return (
-        f"{path}: expected tables that can be read, found: {found} The file is damaged: "
+        f"{path}: expected tables that can be read, found: {reason} The file is damaged: "
         f"restore a copy, or save what is readable: motiondb rescue {path} -o NEW.duckdb."
     )
 

@@ -64,9 +64,9 @@ def open_store(
     check_file_name(path)
     if not path.exists() or (path.is_file() and path.stat().st_size == 0):
         if read_only or not create:
-            found = "an empty file" if path.exists() else "no such file"
+            actual = "an empty file" if path.exists() else "no such file"
             raise StoreError(
-                f"{path}: expected a database of motiondb, found {found}. "
+                f"{path}: expected a database of motiondb, found {actual}. "
                 f"Make one: motiondb add FOLDER --db {path}."
             )
         _create(path)
@@ -182,9 +182,9 @@ def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
             "in another mode. Close it first."
         )
     if "not a valid DuckDB" in text or "Is a directory" in text:
-        found = "a folder" if path.is_dir() else "another kind of file"
+        actual = "a folder" if path.is_dir() else "another kind of file"
         return (
-            f"{path}: expected a database of motiondb, found {found}. Name another file with --db."
+            f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
         )
     rescue = (
         f"if it is damaged, save what is readable (motiondb rescue {path} -o NEW.duckdb) or "

@@ -183,11 +183,11 @@ def _undo(store: Store, error: BaseException) -> None:
         Store.changes_saved += 1  # an interrupt that came just after COMMIT
     cause = error if isinstance(error, duckdb.Error) else error.__cause__
     if isinstance(cause, duckdb.Error):
-        found = first_sentence(cause)
+        reason = first_sentence(cause)
         if is_damage(cause):
-            raise type(error)(damage_sentence(store.path, found)) from cause
+            raise type(error)(damage_sentence(store.path, reason)) from cause
         raise StoreError(
-            f"{store.path}: expected to save the change, found: {found} Nothing was changed."
+            f"{store.path}: expected to save the change, found: {reason} Nothing was changed."
         ) from cause
 
 

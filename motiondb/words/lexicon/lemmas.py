@@ -137,5 +137,5 @@ def _dictionary_lemma(word: str) -> str:
     """The lemma in simplemma's English dictionary, or the word itself."""
     from simplemma import lemmatize
 
-    found = lemmatize(word, lang="en").lower()
-    return FORMS.get(found, found)
+    dictionary_form = lemmatize(word, lang="en").lower()
+    return FORMS.get(dictionary_form, dictionary_form)

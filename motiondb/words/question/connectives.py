@@ -63,7 +63,7 @@ def match_connective(text: str, place: int) -> tuple[str, re.Match[str]] | None:
     ('not', 'not')
     """
     for kind, pattern in PATTERNS:
-        found = pattern.match(text, place)
-        if found is not None:
-            return kind, found
+        match = pattern.match(text, place)
+        if match is not None:
+            return kind, match
     return None

@@ -96,8 +96,8 @@ def readings(tree: Node) -> tuple[tuple[Reading, ...], tuple[NotUsed, ...]]:
     (Exclusion(actions=(('jump',),), first=0, last=2),)
     """
     not_used: list[NotUsed] = []
-    found = _read(tree, not_used)
-    unique = tuple(dict.fromkeys(found))
+    read = _read(tree, not_used)
+    unique = tuple(dict.fromkeys(read))
     return unique, tuple(dict.fromkeys(not_used))
 
 
@@ -111,48 +111,48 @@ def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
             return [Reading((Part(()),))]
         case Without():
             excluded = [e for one in node.excluded for e in _excluded(one, not_used)]
-            found = [_without(reading, excluded) for reading in _read(node.part, not_used)]
+            parts = [_without(reading, excluded) for reading in _read(node.part, not_used)]
         case Repeated():
             if node.most is not None:
                 reason = "search cannot tell that it is not seen more often"
                 not_used.append(NotUsed(say_count(0, node.most), reason))
-            found = [_repeat(r, max(node.least, 1)) for r in _read(node.part, not_used)]
+            parts = [_repeat(r, max(node.least, 1)) for r in _read(node.part, not_used)]
         case Lasting():
-            found = [_lasting(r, node, not_used) for r in _read(node.part, not_used)]
+            parts = [_lasting(r, node, not_used) for r in _read(node.part, not_used)]
         case _:
-            found = _read_joined(node, not_used)
-    return _limited(found)
+            parts = _read_joined(node, not_used)
+    return _limited(parts)
 
 
 def _read_joined(node: InOrder | AtOnce | Both | AnyOf, not_used: list[NotUsed]) -> list[Reading]:
     """The readings of a node that joins parts."""
     each = [_read(part, not_used) for part in node.parts]
     if isinstance(node, AnyOf):
-        return [reading for found in each for reading in found]
+        return [reading for read in each for reading in read]
     if isinstance(node, InOrder):
         return _products(each, _in_order)
     if isinstance(node, Both):
         return [*_products(each, _at_once), *_products(each, _in_order)]
-    if len({len(reading.parts) for found in each for reading in found} - {1}) > 1:
+    if len({len(reading.parts) for read in each for reading in read} - {1}) > 1:
         reason = "orders of different lengths are searched one after the other"
         not_used.append(NotUsed(say(node), reason))
     return _products(each, _at_once)
 
 
-def _limited(found: list[Reading]) -> list[Reading]:
-    if len(found) > MOST_READINGS:
-        _refuse("alternatives", len(found), MOST_READINGS)
-    longest = max(len(reading.parts) for reading in found)
+def _limited(alternatives: list[Reading]) -> list[Reading]:
+    if len(alternatives) > MOST_READINGS:
+        _refuse("alternatives", len(alternatives), MOST_READINGS)
+    longest = max(len(reading.parts) for reading in alternatives)
     if longest > MOST_PARTS:
         _refuse("actions in order", longest, MOST_PARTS)
-    return found
+    return alternatives
 
 
 def _products(
     each: Sequence[list[Reading]], combine: Callable[[Sequence[Reading]], Reading]
 ) -> list[Reading]:
     """Every choice of one reading a part, combined."""
-    number = prod(len(found) for found in each)
+    number = prod(len(read) for read in each)
     if number > MOST_READINGS:
         _refuse("alternatives", number, MOST_READINGS)
     return [combine(choice) for choice in product(*each)]

@@ -147,9 +147,9 @@ def _token_at(text: str, place: int) -> tuple[Token | None, int]:
     if number := match_number(text, place):
         return Token("number", text[place : number[0]], (), *number[1:]), number[0]
     for kind, pattern in (("number", _DIGITS), ("text", _WORD)):
-        found = pattern.match(text, place)
-        if found is not None:
-            return Token(kind, found.group()[:30], (), -1.0), found.end()
+        matched = pattern.match(text, place)
+        if matched is not None:
+            return Token(kind, matched.group()[:30], (), -1.0), matched.end()
     return None, place + 1
 
 
@@ -159,7 +159,7 @@ def _words(
     """Words looked up: motion words, manners, and fillers that say nothing of a motion."""
     for token in tokens:
         if token.kind == "quote":
-            pieces = [p for found in _WORD.findall(token.text) for p in split_compound(found)]
+            pieces = [p for spelling in _WORD.findall(token.text) for p in split_compound(spelling)]
             words = tuple(w for p in pieces if (w := motion_word(p, synonyms, lemmas)) is not None)
             yield replace(token, words=words) if words else Token("filler", token.text)
         elif token.kind in ("text", "skip"):

@@ -87,11 +87,11 @@ def test_same_motion_mirror_image_and_cut_are_reported(tmp_path: Path, some: Pat
         )
         for name in ("same", "cut", "mirror"):
             relations = db.add(more / f"{name}.bvh").relations
-            (found,) = [r for r in relations if (r.capture, r.other) == (name, "boris/kick_1")]
-            assert found.kind == name
+            (actual,) = [r for r in relations if (r.capture, r.other) == (name, "boris/kick_1")]
+            assert actual.kind == name
             whole = (0.0, db.captures("name=boris/kick_1")[0].duration)
             place = (0.5, 2.5) if name == "cut" else whole
-            assert (found.start, found.end) == pytest.approx(place, abs=0.11)
+            assert (actual.start, actual.end) == pytest.approx(place, abs=0.11)
         assert "mirror" in {r.kind for r in db.relations("mirror")}
 
 

@@ -218,8 +218,8 @@ def test_commands_offer_start_and_say_what_comes_from_it(
     assert learned.code == 0
     assert "Started from k: " in learned.out
     assert "No own captions: all words and probabilities are those of the start." in learned.out
-    found = command("search", "walk", "--db", db)
-    assert "known from the start k alone (captions there): walk (" in found.err
+    ended = command("search", "walk", "--db", db)
+    assert "known from the start k alone (captions there): walk (" in ended.err
     why = command("search", "walk", "--explain", "--db", db)
     assert "walk: known from the start k alone (" in why.out
     facts = json.loads(command("search", "walk", "--json", "--db", db).out)

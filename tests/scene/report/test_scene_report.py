@@ -48,8 +48,8 @@ def rules():
     other = np.array([0, 328]), np.array([201]), np.array([328])
     begins, instants, ends = ((*own, alone) for own, alone in zip(clips, other, strict=True))
     timeline = Timeline(places, begins, instants, ends)
-    found = [_rule(table, number, timeline, timeline) for number in range(len(table.rows))]
-    return {(rule.action, rule.kind): rule for rule in found}
+    actual = [_rule(table, number, timeline, timeline) for number in range(len(table.rows))]
+    return {(rule.action, rule.kind): rule for rule in actual}
 
 
 def test_throughout_looks_at_its_actions_own_frames(rules) -> None:
