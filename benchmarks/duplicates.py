@@ -26,6 +26,7 @@ from motiondb.records import Clip, FloatArray, Motion
 from motiondb.search import copies
 
 RATES = (24.0, 25.0, 50.0, 60.0, 100.0, 120.0)
+"""Frames per second to which a planted copy is resampled: rates that captures commonly have."""
 NOISE = 0.2
 """Degrees, on every angle of every frame."""
 LIMBS = 0.08

@@ -44,6 +44,7 @@ TARGETS = {
     "right when taken": 0.9,
     "not taken where nothing fits": 0.8,
 }
+"""Least value that each measure should reach."""
 
 
 def key_tables(answers: Mapping[str, Mapping[str, Sequence[Answer]]], seed: int) -> list[str]:

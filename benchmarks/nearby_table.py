@@ -39,6 +39,7 @@ from nearby_words.wordnet import read_wordnet
 
 OUTPUT = Path(__file__).parents[1] / "motiondb" / "words" / "nearby" / "words.table"
 N_TAKEN = 12
+"""Known words kept for one word. Chosen by hand; not tuned."""
 LEAST_KEPT = 0.03
 """Less likely words are not kept; below 0.3 nothing is said, but shares of a mixture are."""
 LEAST_HELD = 0.3

@@ -32,6 +32,7 @@ from motiondb.records import Caption, CaptureInfo
 
 ROOT = Path(__file__).resolve().parents[1]
 AGAIN = 10
+"""Requests after the first one, whose median counts. Chosen by hand; not tuned."""
 
 
 def make_captures(folder: Path, count: int, seed: int = 0) -> Path:

@@ -29,6 +29,7 @@ sys.path[:0] = [str(_TESTS / name) for name in ("capture", "store", "fetch")]  #
 
 PARTS = ("fuzz", "kills", "damage", "together", "questions")
 CASES = {"fuzz": 50_000, "kills": 200, "damage": 200}
+"""Cases that docs/robustness.md reports."""
 
 
 def main() -> None:

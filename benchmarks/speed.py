@@ -31,7 +31,9 @@ from real_tasks.real_page import table
 
 HERE = Path(__file__).parent
 EXAMPLE_SECONDS = 3.0
+"""Seconds of an example."""
 DECODED_WORDS = 6
+"""Words that are decoded together. Chosen by hand; not tuned."""
 PACKAGES = ("motiondb", "numpy", "scipy", "numba", "duckdb", "hmmlearn", "nltk")
 
 

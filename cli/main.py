@@ -43,6 +43,7 @@ def _options(
 
 
 INTERRUPTED = 130
+"""Exit code after Ctrl-C: 128 + SIGINT, as shells report it."""
 
 for module in (
     cataloguing, learning, asking, words, events, knowledge, grammars, motion_grammars, serving,

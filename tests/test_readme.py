@@ -139,7 +139,7 @@ def test_every_command_stands_in_the_table() -> None:
     rows = "\n".join(line.split("|")[1] for line in TEXT.splitlines() if line.startswith("| `"))
     told = set(re.findall(r"`([a-z]+(?: [a-z]+)?)", rows))
     known: set[str] = set()
-    for name, command in typer.main.get_command(app).commands.items():  # type: ignore[attr-defined]
+    for name, command in typer.main.get_command(app).commands.items():
         known |= {f"{name} {sub}" for sub in getattr(command, "commands", {})} or {name}
     assert known - told == set()
 

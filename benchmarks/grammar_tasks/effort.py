@@ -26,7 +26,10 @@ from motiondb.grammar.induction.induction import induce_with_bits
 from motiondb.grammar.rules.description_length import description_length
 
 LEAST_STRINGS, MOST_STRINGS, LONGEST = 60, 200_000, 20
+"""Strings of a random language at least and at most, and symbols of its longest string. Chosen by
+hand, so that a language can be enumerated; not tuned."""
 OF_RANDOM = 40
+"""Sentences drawn from every random language. Chosen by hand; not tuned."""
 
 
 def random_grammar(seed: int) -> Grammar:

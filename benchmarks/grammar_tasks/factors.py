@@ -31,6 +31,7 @@ from motiondb.grammar.derivation.derive import derive
 
 String = tuple[str, ...]
 _MOST_SENTENCES = 1000
+"""Windows drawn at most. Chosen by hand; not tuned."""
 
 
 def factor_grammar(grammar: Grammar) -> Grammar:

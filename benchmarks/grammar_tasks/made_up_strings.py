@@ -16,7 +16,9 @@ from motiondb.grammar.rules.repeats import cover_repeats, maximal_repeats, suffi
 from motiondb.grammar.sentences.cutting import Room, cutting_room, draw_best, search_cuts
 
 LENGTHS = (125_000, 250_000, 500_000, 1_000_000)
+"""Symbols of the strings: doubled from row to row, so that the growth of the time can be read."""
 N_SENTENCES = 40
+"""Sentences into which a string is cut. Chosen by hand; not tuned."""
 
 
 def chain_symbols(n: int, k: int, seed: int) -> np.ndarray:

@@ -20,7 +20,9 @@ from motiondb.grammar.sentences.partition import find_sentences
 from motiondb.grammar.terminals.terminals import find_terminals, strings_of
 
 SEEDS, FIRST_SEED = 2, 100
+"""Number of seeds, and the first one. Chosen by hand; not tuned."""
 NUMBERS, TRIES = (5, 6, 7, 8, 10, 12), 5
+"""Numbers of terminals whose bits are measured several times, and how often. Chosen by hand."""
 
 
 def number_rows() -> str:

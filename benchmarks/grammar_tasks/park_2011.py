@@ -38,11 +38,16 @@ from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 from quality_protocol.captures import load_cmu
 
 GRID = 30
+"""Frames between candidate cuts, as in the paper."""
 POPULATION, GENERATIONS, TUNING_STEPS = 100, 500, 1000
+"""Solutions, generations and steps of tuning, as in the paper."""
 CROSSED = 0.7
+"""Probability that a pair is crossed. The paper gives none; chosen by hand."""
 KEPT = 8  # places that a segment spans at most for its distances to be kept
 STEPS = (15, 8, 4, 2, 1)
+"""d in frames, from the first fifth of the steps to the last. The paper gives none."""
 N_FRAMES = 8677
+"""Length of the paper's break-dance in frames."""
 NAMES = ("14/14_02", "17/17_10", "60/60_01", "60/60_02")
 
 

@@ -22,7 +22,9 @@ from motiondb.grammar.derivation.derive import derive
 from quality_protocol.captures import Capture, load_cmu
 
 N_TERMINALS = 20
+"""Terminals of every style. Chosen by hand; not tuned."""
 LENGTH, N_SEQUENCES, SEEDS = 12, 8, 100
+"""Terminals of a generated sequence, sequences of a style, and seeds. Chosen by hand; not tuned."""
 TREES = ("break-dance", "basketball")
 
 

@@ -32,7 +32,10 @@ from motiondb.records import IntArray
 from quality_protocol.captures import Capture, load_cmu
 
 STRINGS, FOLDS, LIMIT = 500, 5, 10_000
+"""Strings drawn from a grammar, parts of the cross-validation, and strings at most that are
+counted in a language. Chosen by hand; not tuned."""
 ABOVE_HEAD = 0.0
+"""Metres that a wrist must be above the head at the top of a shot."""
 STYLES: dict[str, Callable[[Capture], bool]] = {
     "break-dance": lambda capture: capture.performer == "85",
     "boxing": lambda capture: capture.name in ("14/14_02", "17/17_10"),

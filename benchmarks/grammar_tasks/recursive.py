@@ -49,7 +49,10 @@ LANGUAGES = {
 }
 BOUNDED = ("one to three times",)
 SENTENCES, LONGEST, STRINGS, MEAN = 20, 60, 300, 40.0
+"""Sentences given, symbols of the longest, strings drawn to compare languages, and the mean
+length. Chosen by hand; not tuned."""
 SEEDS = 2
+"""Sets of sentences drawn from every language."""
 
 
 def recursive_rows(n: int = SENTENCES, seeds: int = SEEDS) -> str:

@@ -26,7 +26,9 @@ from motiondb.records import Motion
 
 K = 20
 N_RULES, N_NONTERMINALS, SENTENCE_LENGTH = 150, 30, 20
+"""Rules and nonterminals of the grammar, and terminals of the sentence, of the stated target."""
 EVALUATIONS, SEARCH_SEEDS = 1000, 8
+"""Partitions tried by each search, and searches. Chosen by hand; not tuned."""
 
 
 def speed(data: Path) -> str:

@@ -38,9 +38,13 @@ from motiondb.records import IntArray, Motion
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 SEEDS = 3
+"""Seeds over which a figure is averaged."""
 TOLERANCE = 5
+"""Frames by which a border may differ from the true one."""
 GIVEN = (10, 20, 40)
+"""Numbers of true sentences from which a grammar is learned."""
 ORDERS = 24
+"""Orders of the six sentences of the paper that are tried."""
 PARTS = (
     "boundaries",
     "languages of takes",

@@ -16,7 +16,9 @@ from motiondb.words.lexicon.vocabulary import STOP_WORDS
 from nearby_words.wordnet import WordNet, is_plain
 
 N_WORDS = 24_000
+"""Words of the table, the most common first. Chosen by hand for the size of the file."""
 N_ANSWERS = 12_000
+"""The most common words, which may be given as answers. Chosen by hand; not tuned."""
 FIELDS = {
     **dict.fromkeys(
         (29, 33, 34, 35, 38), 4.0

@@ -12,6 +12,7 @@ from nearby_words.methods import Method
 from nearby_words.pairs import base
 
 DRAWS = 2000
+"""Bootstrap samples of an interval. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)

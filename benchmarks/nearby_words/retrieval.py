@@ -24,6 +24,7 @@ from quality_protocol.captures import Capture, load_cmu, performer_folds, withou
 from quality_protocol.recognition import recognise
 
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
+"""Captures of a word that must be trained and shown, as in quality_tasks/words.py."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from quality_protocol.captures import Capture
 from quality_protocol.judge import cut, pool
 
 N_FOLDS = 8
+"""Parts of the cross-validation that fits the calibration. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,6 +25,7 @@ from motiondb.records import Float32Array, IntArray, Motion
 from motiondb.search import copies
 
 N_FOLDS = 5
+"""Parts of the performers; each part is unseen once."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ from motiondb.records import IntArray
 from quality_protocol.captures import Capture
 
 NEAR_SECONDS = 0.5
+"""Seconds by which a boundary may differ from the true one. Chosen by hand; not tuned."""
 
 Part = tuple[float, float, str]
 """start, end (seconds), label."""

@@ -42,6 +42,7 @@ from quality_tasks.words import calibration_error
 OURS = "motiondb"
 BEARING = N_POSTURE + N_TRAVEL
 LEAST_TRAINED = 3
+"""Captures that must hold a word for it to be asked, as in ``words``."""
 SHOWN = 5
 """Answers of a question whose probabilities are judged: the first ones."""
 

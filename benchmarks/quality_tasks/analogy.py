@@ -19,8 +19,11 @@ from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, TaskReport
 
 LENGTHS = (2, 3, 4)
+"""Words of a sequence."""
 N_SEQUENCES = 1000
+"""Sequences drawn. Chosen by hand; not tuned."""
 LEAST_CAPTIONS = 4
+"""Captions that must hold a word for it to be drawn. Chosen by hand; not tuned."""
 CLEAR = 0.05
 """t(word | symbol) from which a symbol explains a word; the mean over all words is about 0.003."""
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
@@ -30,7 +31,9 @@ from real_tasks.notes import Notes, read_notes
 PAGE = Path(__file__).parents[2] / "docs" / "quality.md"
 NOTES = Path(__file__).with_name("errors_notes.md")
 N_DRAWN = 2
+"""Captures drawn for each kind of failure."""
 N_FIGURES = 9
+"""Stick figures in a row."""
 _FAILED = re.compile(
     r"^- \*\*(?P<word>[^*]+)\*\*, (?P<ap>[\d.]+), fold (?P<fold>\d+): first (?P<first>.*?)\. "
     r"True: (?P<true>.*)\.$",
@@ -167,7 +170,9 @@ def _show_changes(takes: Sequence[LongTake], notes: dict[str, Notes], seed: int)
     )  # fmt: skip
 
 
-def _draw_lanes(axes, lanes, title: str) -> None:  # type: ignore[no-untyped-def]
+def _draw_lanes(
+    axes: Axes, lanes: Sequence[Sequence[tuple[float, float, str]]], title: str
+) -> None:
     from matplotlib import colormaps
 
     colours = colormaps["tab10"]

@@ -54,6 +54,7 @@ VERBS = {
 }  # fmt: skip
 """Main verb of a capture: the first of these words in its captions."""
 CCA_AXES = 16
+"""Axes of the canonical correlation. Chosen by hand; not tuned."""
 Scores = Callable[[], FloatArray]
 
 

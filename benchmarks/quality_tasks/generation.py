@@ -213,7 +213,8 @@ def _recognition(
     views = [(judge.space.project(recognition_features(s.motion)), s.performers) for s in stretches]
     heard = np.array([heard_class(db, s.motion) for s in stretches])
     answers = (heard, judge.by_regression(views), judge.by_warping(views))
-    return tuple(mean_of((a == asked).astype(float), seed) for a in answers)  # type: ignore[return-value]
+    ours, regression, warping = (mean_of((a == asked).astype(float), seed) for a in answers)
+    return ours, regression, warping
 
 
 def _naturalness(

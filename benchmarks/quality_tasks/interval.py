@@ -32,6 +32,8 @@ from quality_protocol.takes import LongTake, load_takes, union_share
 from quality_tasks import interval_places
 
 SHARES = (0.3, 0.5, 0.7)
+"""Overlaps (intersection over union) from which an interval counts as right, as in the literature
+on temporal grounding."""
 WORDS = {
     "JumpJack": "jumping jack", "Jog": "jog", "Squat": "squat", "KneeRaise": "raise knee",
     "SideBend": "side bend", "SideReach": "side reach", "Twist": "twist", "Box": "box",

@@ -31,6 +31,7 @@ from quality_tasks.example import main_verb
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_data"
 N_JOINED = 120
+"""Pairs of captures that are joined. Chosen by hand for the time that it takes."""
 COMMON_VERBS = ("walk", "run", "jump", "dance", "climb", "kick")
 
 

@@ -27,7 +27,9 @@ from quality_protocol.takes import LongTake, agreement, load_takes, make_take
 WINDOW = 31
 """Feature frames (2 s) of the baselines' windows."""
 N_JOINED = 16
+"""Joined takes. Chosen by hand for the time that it takes."""
 N_SEEDS = 3
+"""Seeds over which random methods are averaged."""
 SHORT, LONG = 45, 120
 """Feature frames that a joined part lasts."""
 

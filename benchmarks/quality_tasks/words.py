@@ -6,8 +6,9 @@ captures are the gallery, and their words are only used to judge.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ from quality_protocol.word_methods import Answers, Fold
 
 OURS = "motiondb"
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
+"""Captures of a word that must be trained and shown. Chosen by hand; not tuned."""
 CHOSEN = (
     "How posture and travel (`motiondb/search/vectors/posture_and_travel.py`) were chosen: about "
     "270 settings of blocks, levels, averaging, weights, standardisation, mirrored copies, kernels "
@@ -231,10 +233,7 @@ def _report(
         "the motion suggests (`motiondb/words/maps/caption_map.py`). Its ridge and weight were "
         "chosen by leaving performers out within the five training parts, among 9 settings (mean "
         "reciprocal rank there .373 without, .424 with).",
-        {
-            f"R@{k}": lambda j, w, k=k: mean_per_draw(_within(j.caption_rank, k), w)
-            for k in (1, 5, 10)
-        },
+        {f"R@{k}": partial(_captions_within, k=k) for k in (1, 5, 10)},
         lambda j: (("median rank", float(np.nanmedian(j.caption_rank))),),
     )  # fmt: skip
     spoken = _table(
@@ -254,7 +253,14 @@ def _report(
     )  # fmt: skip
 
 
-def _table(judged, weights, title, protocol, measures, more) -> TaskReport:  # type: ignore[no-untyped-def]
+def _table(
+    judged: dict[str, Judged],
+    weights: FloatArray,
+    title: str,
+    protocol: str,
+    measures: dict[str, Callable[[Judged, FloatArray], FloatArray]],
+    more: Callable[[Judged], tuple[tuple[str, float], ...]],
+) -> TaskReport:
     """A row a method; behind every measure the paired difference motiondb - method."""
     columns, rows = ["method"], []
     for name in measures:
@@ -270,8 +276,9 @@ def _table(judged, weights, title, protocol, measures, more) -> TaskReport:  # t
     return TaskReport(title, protocol, tuple(columns), tuple(rows))
 
 
-def _within(ranks: FloatArray, k: int) -> FloatArray:
-    return np.where(np.isnan(ranks), np.nan, ranks <= k)
+def _captions_within(judged: Judged, weights: FloatArray, k: int) -> FloatArray:
+    ranks = judged.caption_rank
+    return mean_per_draw(np.where(np.isnan(ranks), np.nan, ranks <= k), weights)
 
 
 def _first_ranks(judged: Judged) -> tuple[tuple[str, float], ...]:

@@ -31,6 +31,7 @@ from real_tasks.notes import Notes
 from real_tasks.questions import EXAMPLES, PARTS, SEED, SENTENCES, WORDS, Example
 
 FIRST = 5
+"""Answers that are shown and judged."""
 
 
 @dataclass(frozen=True)

@@ -58,6 +58,7 @@ EXAMPLES = (
     Example("a jump in a long take", "86/86_01", 5.0, 9.0, ("jump", "hop"), ("jump",)),
     Example("kicking", "86/86_01", 27.0, 33.5, ("kick",), ("leg_kick",)),
 )
+"""Captures and seconds. Chosen by hand."""
 
 SENTENCES = (
     "a person walks then kicks",
@@ -67,6 +68,7 @@ SENTENCES = (
     "boxing",
 )
 SEED = 7
+"""Seed of generated motion."""
 
 PARTS = (
     ("walk", ("walk",)),

@@ -66,6 +66,7 @@ _ODD_TOKENS = (
     "__class__", "nan",
 )  # fmt: skip
 MOST_BYTES = 200_000
+"""Bytes of a text at most, so that a case takes seconds."""
 
 
 def text_case(seed: int, kind: str | None = None) -> tuple[str, bytes]:

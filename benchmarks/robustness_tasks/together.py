@@ -26,6 +26,7 @@ ROUNDS = 5
 TURNS = 6
 """Questions, or changes, of one thread in a round; the one that learns does so twice."""
 PATIENCE = 900.0
+"""Seconds after which a process or thread counts as hanging. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,7 @@ from motiondb.scene.sampling.step_geometry import gaussian
 INNER = 400
 """M. The paper does not print it; ours has the same number after a jump."""
 DRAWS = 8
+"""Random numbers a step, more than any step uses."""
 
 
 class FreeDerivations(Derivations):

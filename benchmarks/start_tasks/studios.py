@@ -49,7 +49,9 @@ from start_knowledge import SENTENCE
 CAPTIONED = (0, 10, 25, 50, 100, 1_000)
 """Numbers of own captions; the last stands for all."""
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
+"""Captures of a word that must be trained and shown, as in quality_tasks/words.py."""
 N_DRAWS = 500
+"""Bootstrap samples of an interval. Chosen by hand for the time that it takes."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from motiondb import Generated, JudgedAction
 
 FPS = 30.0
+"""Frames per second of generated motion."""
 
 
 def numbered(

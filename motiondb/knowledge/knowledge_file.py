@@ -230,8 +230,7 @@ def _is_text(text: str) -> bool:
 
 
 def _is_number(value: object) -> bool:
-    plain = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return plain and 0 <= float(value) <= 1e12  # type: ignore[arg-type]  # it is a number
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value <= 1e12
 
 
 def _read_words(words: list[Any], source: str) -> tuple[str, ...]:

@@ -33,6 +33,7 @@ WINDOW = 45
 """Feature frames (3 s) of a window; windows overlap by half. Two to three seconds were the best
 context in first measurements."""
 QUANTILES = (0.1, 0.5, 0.9)
+"""Quantiles over the frames of a window. Chosen by hand; not tuned."""
 CLIP = 3.0
 """Standard deviations beyond which a value is clipped. Chosen by hand; not tuned."""
 RIDGE = 1.0

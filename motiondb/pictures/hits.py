@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH, _LEFT, _RIGHT = 11.0, 2.9, 0.2
+"""Width of the figure and of its margins in inches. Chosen by eye."""
 _ROW, _TITLE, _FOOT = 1.35, 0.5, 0.1
 """Inches."""
 

@@ -38,7 +38,7 @@ def made_up(seed: int, n_groups: int = 6, per_group: int = 8) -> asked_certainty
 @pytest.mark.parametrize(
     "fit", [asked_certainty.words_certainty, asked_certainty.example_certainty]
 )
-def test_clear_answers_are_likelier_and_a_threshold_lies_between(fit) -> None:  # type: ignore[no-untyped-def]
+def test_clear_answers_are_likelier_and_a_threshold_lies_between(fit) -> None:
     actual = fit(made_up(1))
     assert actual is not None
     assert actual.weights[0] > 0.0

@@ -176,8 +176,8 @@ def test_a_capture_without_captions_answers_only_to_negations() -> None:
 def test_values_may_hold_parentheses_and_commas() -> None:
     (bear,) = parse_where("action=bear (human subject), slow")
     assert bear == Condition("action", "=", "bear (human subject), slow")
-    ((first,), (second,)) = parse_where("name in ('a,b)', c d)")[0].alternatives  # type: ignore[union-attr]
-    assert (first.value, second.value) == ("a,b)", "c d")  # type: ignore[union-attr]
+    ((first,), (second,)) = parse_where("name in ('a,b)', c d)")[0].alternatives
+    assert (first.value, second.value) == ("a,b)", "c d")
 
 
 @pytest.mark.parametrize(

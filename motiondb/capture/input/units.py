@@ -21,6 +21,7 @@ from motiondb.pose.joint_names import joint_map
 from motiondb.records import FloatArray, Skeleton
 
 INCH = 0.0254
+"""Metres."""
 UNITS: Mapping[str, float] = MappingProxyType(
     {"m": 1.0, "cmu": INCH / 0.45, "inch": INCH, "cm": 0.01, "mm": 0.001}
 )

@@ -25,6 +25,7 @@ from motiondb.pose import rotation
 from motiondb.records import Clip, FloatArray, Skeleton
 
 _HIP, _SHOULDER = 0.084887, (-0.02405, 0.24350, 0.18311)
+"""Offsets of the right hip (z) and the right shoulder in metres, from DeepMimic's humanoid3d."""
 
 
 def _side(name: str, sign: float) -> tuple[tuple[str, str, tuple[float, float, float], int], ...]:

@@ -27,6 +27,7 @@ LEFT, OFFSET, LENGTH, COUNT, KEY = range(5)
 """Columns of a table."""
 
 N_COLUMNS = 5
+"""Columns of the array of rules; their meaning is given above."""
 ROWS, SYMBOLS = 0, 1
 """What ``RuleTable.used`` counts."""
 

@@ -88,8 +88,7 @@ def knowledge_from(origin: Origin, words: tuple[str, ...], arrays: Arrays) -> Kn
     """
     switch_cost, shortest = arrays["cutting"]
     symbols = [arrays[f"symbol_{name}"] for name in _SYMBOLS[1:]]
-    space = {name: arrays[f"space_{name}"] for name in (*_SPACE, "covars")}
-    space["clusters"] = space["clusters"].astype(np.int64)
+    space = {name: arrays[f"space_{name}"] for name in (*_SPACE, "covars") if name != "clusters"}
     return Knowledge(
         origin=origin,
         feature_space=FeatureSpace(arrays["feature_mean"], arrays["feature_projection"]),
@@ -97,7 +96,7 @@ def knowledge_from(origin: Origin, words: tuple[str, ...], arrays: Arrays) -> Kn
         cutting=replace(
             AcquisitionSettings(), switch_cost=float(switch_cost), shortest=int(shortest)
         ),
-        space=SymbolSpace(**space),  # type: ignore[arg-type]  # clusters are integers
+        space=SymbolSpace(clusters=arrays["space_clusters"].astype(np.int64), **space),
         score_space=ScoreSpace(arrays["score_mean"], arrays["score_spread"]),
         context_space=(
             ContextSpace(*(arrays[f"context_{name}"] for name in _CONTEXT))

@@ -19,9 +19,11 @@ from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS
 
 MOST_THUMBS = 200
+"""Thumbnails of one request at most. Chosen by hand; not tuned."""
 THUMB_FRAMES, THUMB_SECONDS = 24, 4.0
 """Frames of a small motion, and the seconds that they span. Chosen by hand."""
 MOST_MOTIONS = 64
+"""Motions of one request at most. Chosen by hand; not tuned."""
 Rate = Annotated[float, Query(ge=1.0, le=MOTION_FPS, description="Frames per second.")]
 
 

@@ -18,6 +18,7 @@ from motiondb.page.parameters import Body, End, Part, RefText, Start
 from motiondb.page.state import Page
 
 MOST_ITEMS = 500
+"""Captures of one download at most. Chosen by hand; not tuned."""
 Format = Literal["bvh", "glb", "source"]
 _UPLOAD = {
     "requestBody": {

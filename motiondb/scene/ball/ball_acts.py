@@ -19,6 +19,7 @@ _SHORTEST, _PERIOD, _RAMP = 6, 20, 8
 """Frames: of the shortest dribble and bounce, from bounce to bounce if no events are known, and of
 the transition between hands. Chosen by hand."""
 _HANDS = {"l_wrist": 0, "r_wrist": 1}
+"""Number of the hand at each wrist."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,9 @@ CONTACT_FRAMES = 15
 hand."""
 
 _APART = (2.0 * RADIUS) ** 2
+"""Square of the distance in metres below which two bodies overlap."""
 _CONTACT_APART = (2.0 * CONTACT_RADIUS) ** 2
+"""The same for two bodies that are to touch."""
 _ROUNDING = 1.0 - 1e-9
 """Makes the skipped time of :func:`overlaps` shorter than any rounding error."""
 

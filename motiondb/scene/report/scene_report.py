@@ -61,6 +61,7 @@ from motiondb.scene.timing.timeline import (
 
 _UNITS = {kinds.DIRECTION: "deg", kinds.SYNCHRONISATION: "frames", kinds.UNMET: ""}
 _SCALES = {kinds.DIRECTION: 180.0 / math.pi, kinds.SYNCHRONISATION: MOTION_FPS}
+"""Factors from the units of the energy to degrees and frames."""
 
 
 def report_scene(

@@ -28,11 +28,16 @@ from typing import BinaryIO
 import numpy as np
 
 _HEADER_SIZE = 4096
+"""Bytes of a header. This and the following are of DuckDB's format of files."""
 _BLOCKS_START = 3 * _HEADER_SIZE
+"""Byte at which the blocks begin: after three headers."""
 _PARTS = 64
+"""Parts of a block of metadata."""
 _NO_POINTER = 2**64 - 1
+"""Pointer of the last block of a chain."""
 _FACTOR = np.uint64(0xBF58476D1CE4E5B9)
 _START = 5381
+"""Factor and initial value of DuckDB's checksum."""
 _LARGEST_BLOCK = 2**24
 """Bytes; DuckDB's blocks are 262,144 by default. More is not believed of a header."""
 

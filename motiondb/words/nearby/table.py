@@ -26,6 +26,7 @@ from motiondb.records import FloatArray
 
 HEADING = "motiondb nearby words 1"
 UNIT = 1.0 / 200.0
+"""Step of the stored probabilities: one byte holds 0 to 1.275."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,6 +26,8 @@ from motiondb.words.nearby.table import NearbyTable
 
 TAKEN = 0.5
 SUGGESTED = 0.3
+"""Probability from which a word is taken and from which words are suggested. Chosen by
+hand; docs/nearby-words.md says how often each range of probabilities is right."""
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ _ONES, _TENS = _ONES_TEXT.split(), _TENS_TEXT.split()
 _NUMBERS = {word: n for n, word in enumerate(_ONES)} | {
     word: 10 * n for n, word in enumerate(_TENS, start=2)
 }
+"""Value of each number word."""
 NUMBER = (
     r"(?:(?<![\d.])[0-9]{1,6}(?:[.,][0-9]{1,6})?(?!\d)"
     rf"|\b(?:(?:a|one)[ -]hundred|(?:{'|'.join(_TENS)})(?:[ -](?:{'|'.join(_ONES[1:10])}))?"
@@ -195,6 +196,7 @@ def _repeats(match: re.Match[str]) -> tuple[int, int | None]:
 
 
 _ADVERBS = {"once": 1, "twice": 2, "thrice": 3, "threetimes": 3}
+"""Number of times that an adverb says."""
 
 
 def _parts(text: str) -> list[str]:

@@ -23,14 +23,14 @@ def refusal(data: bytes | str, kind: str, asf: str = ASF, **options: object) -> 
     with pytest.raises(CaptureError) as caught:
         read_capture_bytes(
             raw, kind, path="f", skeleton=AsfFile(asf.encode(), "s.asf"),
-            options=ReadOptions(**options),  # type: ignore[arg-type]  # any option of a test
+            options=ReadOptions(**options),
         )  # fmt: skip
     return str(caught.value)
 
 
 def npz(**arrays: object) -> bytes:
     buffer = io.BytesIO()
-    np.savez(buffer, **arrays)  # type: ignore[arg-type]  # odd values on purpose
+    np.savez(buffer, **arrays)  # odd values on purpose
     return buffer.getvalue()
 
 

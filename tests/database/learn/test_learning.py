@@ -143,7 +143,7 @@ def test_what_is_stored_is_what_was_learned_and_by_which_run(tmp_path: Path, som
         run = runs[learned.run_id]
         assert (run.kind, run.seed) == ("learn", 4)
         assert run.finished is not None
-        assert run.parameters["acquisition"]["n_states"] == 3  # type: ignore[index]
+        assert run.parameters["acquisition"]["n_states"] == 3
         assert set(learned.symbols.n_states.tolist()) == {3}
 
 

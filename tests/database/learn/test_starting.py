@@ -110,14 +110,14 @@ def test_what_was_learned_with_a_start_comes_back_from_the_store(
     model = bare.learn(start=handed_on)
     for other in (from_stored(to_stored(model)), bare.learned):
         assert other.started is not None
-        assert other.started.names == model.started.names  # type: ignore[union-attr]
-        assert other.started.knowledge.origin == model.started.knowledge.origin  # type: ignore[union-attr]
+        assert other.started.names == model.started.names
+        assert other.started.knowledge.origin == model.started.knowledge.origin
         np.testing.assert_array_equal(other.transition_counts, model.transition_counts)
         np.testing.assert_array_equal(
-            other.counted.counts.transitions,  # type: ignore[union-attr]
-            model.counted.counts.transitions,  # type: ignore[union-attr]
+            other.counted.counts.transitions,
+            model.counted.counts.transitions,
         )
-        assert other.counted.counts.said.sum() == 0  # type: ignore[union-attr]
+        assert other.counted.counts.said.sum() == 0
 
 
 def test_captions_that_come_later_count_at_once_and_leave_no_trace(
@@ -158,7 +158,7 @@ def test_learning_again_keeps_the_start_and_none_drops_it(started: MotionDB) -> 
     handed = started.start_facts()
     started.learn()
     assert started.start_facts() == handed
-    assert started.runs()[-1]["parameters"]["start"]["sha256"] == handed["sha256"]  # type: ignore[index]
+    assert started.runs()[-1]["parameters"]["start"]["sha256"] == handed["sha256"]
     started.learn(motiondb.LearnSettings(n_symbols=3), start="none")
     assert started.start_facts() is None
     with pytest.raises(NotLearnedError, match="captures with words"):

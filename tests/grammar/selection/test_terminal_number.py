@@ -95,7 +95,7 @@ def try_numbers(monkeypatch: pytest.MonkeyPatch) -> Try:
         monkeypatch.setattr(terminal_number, "find_terminals", find)
         monkeypatch.setattr(terminal_number, "ledger_of", count)
         choice = choose_terminals([], np.random.default_rng(0), learn=lambda k, rng: -k, **how)
-        run.asked = asked  # type: ignore[attr-defined]
+        run.asked = asked
         return choice
 
     return run
@@ -106,7 +106,7 @@ def test_the_best_and_the_next_smaller_are_tried_again_and_the_better_try_counts
 ) -> None:
     sums = {k: [curve(k)] for k in NUMBERS} | {8: [685.0, 680.0], 6: [691.0, 700.0]}
     choice = try_numbers(sums, candidates=NUMBERS)
-    assert try_numbers.asked == [*NUMBERS, 6, 8]  # type: ignore[attr-defined]
+    assert try_numbers.asked == [*NUMBERS, 6, 8]
     bits = {k: trial.ledger.total for k, trial in choice.trials.items()}
     assert (bits[6], bits[8]) == (691.0, 680.0)
     assert choice.noise == pytest.approx(search_noise(bits))
@@ -126,7 +126,7 @@ def test_a_lucky_try_does_not_ask_for_more_terminals(try_numbers: Try) -> None:
 
 def test_few_numbers_are_tried_once_and_the_fewest_bits_win(try_numbers: Try) -> None:
     choice = try_numbers({4: [60.0], 5: [50.0]})  # the takes are too short for more
-    asked = try_numbers.asked  # type: ignore[attr-defined]
+    asked = try_numbers.asked
     assert asked[:5] == [6, 12, 24, 52, 5]
     assert len(asked) == len(set(asked))
     assert (choice.number, choice.noise) == (5, 0.0)
