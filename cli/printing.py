@@ -118,20 +118,6 @@ def note_sources(sources: Sequence[WordSource]) -> None:
         )
 
 
-def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:
-    """What words were taken as, for JSON.
-
-    Parameters
-    ----------
-    taken : mapping of str to Taking
-        Words that are taken as known ones.
-    """
-    return {
-        word: [{"word": known, "probability": p} for known, p in taking.words]
-        for word, taking in taken.items()
-    }
-
-
 def print_json(value: object) -> None:
     """Print a value as JSON on standard output.
 

@@ -32,7 +32,6 @@ from motiondb.cli.printing import (
     print_json,
     print_table,
     progress,
-    taken_facts,
 )
 
 if TYPE_CHECKING:
@@ -143,7 +142,7 @@ def _word_facts(answer: WordAnswer) -> dict[str, Any]:
             }
             for w in answer.written
         ],
-        "taken": taken_facts(answer.taken),
+        "taken": {word: taking.facts() for word, taking in answer.taken.items()},
     }
     return {name: value for name, value in facts.items() if value}
 
