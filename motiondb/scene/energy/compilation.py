@@ -10,6 +10,5 @@ from __future__ import annotations
 
 from numba import njit
 
-# numba's stubs do not know the option _nrt
-compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]
+compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # no _nrt there
 """Decorator of functions over a scene's arrays."""
