@@ -27,19 +27,19 @@ TERMS = """The data used in this project was obtained from mocap.cs.cmu.edu. The
 created with funding from NSF EIA-0196217. Words: the CMU index as compiled by B. Hahne (2008);
 sentences for some captures from the KIT Motion-Language annotations. Known parts of long takes:
 mocap6 (M. Hughes; Fox, Hughes, Sudderth, Jordan, 2014) and, for performer 86, after Zhou, De la
-Torre and Hodgins (aligned cluster analysis). None of it is part of this project: the page shows
-what motiondb answers to somebody who has it."""
+Torre and Hodgins (aligned cluster analysis). None of these data are part of this project. The page
+shows what motiondb answers on them."""
 
-ASKED = """Each question was asked three times: as users ask, where words that people wrote about a
-capture are evidence beside its motion; with all written words hidden, so that the motion alone
-speaks (to a map learned from these captions); and the same with a map that saw no words of the
-capture's performer, which is what a new performer meets. An answer counts as right where the
-capture's description holds all asked words; where somebody looked, marked by *, that verdict
+ASKED = """Each question was asked three times: with the written words of each capture as evidence
+beside its motion, as in normal use; with the written words hidden, so that only the motion counts,
+by a map that was learned from these captions; and with a map that was learned without the words of
+the capture's performer, as for a new performer. An answer is right if the capture's description has
+all words of the question. An asterisk marks answers that a person judged by looking; that verdict
 counts."""
-MEASURES = """Slip: mean speed over the ground of feet in contact (0 where no foot ever stands);
-jerk: mean over joints and frames; both on the standard body at 30 frames a second. The last columns
-count sentences whose motion, recognised anew, gives the decoded symbols exactly, and exactly once
-repeats of a symbol are merged."""
+MEASURES = """Slip is the mean ground speed of feet in contact (0 if no foot is ever in contact).
+Jerk is the mean over joints and frames. Both are measured on the standard body at 30 frames per
+second. The last two columns count the sentences whose motion, when it is recognised again, gives
+exactly the decoded symbols: as they are, and after repeats of a symbol are merged."""
 
 
 def write_report(findings: Findings, path: Path) -> Path:
@@ -83,7 +83,7 @@ def _sizes(findings: Findings) -> str:
         ["symbol space", f"{n['dimensions']:.0f} dimensions, {n['clusters']:.0f} clusters"],
         ["words", f"{n['words']:.0f}, {n['words twice']:.0f} of them in two captions or more"],
         ["database file", f"{n['bytes'] / 1e6:.0f} MB"],
-        ["copies, mirror images, cuts found", f"{len(findings.relations)}"],
+        ["copies, mirror images and cuts", f"{len(findings.relations)}"],
     ]
     for name, stage in (("add", stages.add), ("learn", stages.learn)):
         if stage is not None:
@@ -95,7 +95,9 @@ def _sizes(findings: Findings) -> str:
         total = stages.add.seconds + stages.learn.seconds
         rows.append(["both", f"{total:.0f} s (target: 240 s, 3 GiB)"])
     else:
-        rows.append(["`add`, `learn`", "not measured in this run: the database was there"])
+        rows.append(
+            ["`add`, `learn`", "not measured in this run, because the database existed already"]
+        )
     rows.append(["questions, generation, pictures of this page", f"{findings.seconds:.0f} s"])
     problems = "".join(f"\n- {problem}" for problem in findings.problems)
     return "\n\n".join(
@@ -103,8 +105,9 @@ def _sizes(findings: Findings) -> str:
         for part in (
             "## Catalogue and learning",
             table(["what", "measured"], rows),
-            f"Left out when adding:\n{problems}" if problems else "",
-            f"Known already by content, so not added again: {', '.join(findings.known)}."
+            f"Not added:\n{problems}" if problems else "",
+            f"Not added, because the content is that of another capture: "
+            f"{', '.join(findings.known)}."
             if findings.known
             else "",
             _note(findings.notes, "catalogue"),
@@ -139,15 +142,15 @@ def _words(findings: Findings) -> str:
             table(
                 [
                     "question",
-                    "there are",
+                    "captures",
                     "with written words",
                     "motion alone",
                     "unseen performers",
                 ],
                 shown,
             ),
-            "Right answers among the first five. Mean average precision over single words, for "
-            "words that two performers or more were described with:",
+            "Right answers among the first five. Mean average precision for single words that "
+            "describe captures of two or more performers:",
             table(["captures ranked by", "words", "precision", "chance"], precision),
             _note(findings.notes, "words"),
             *(_word_section(r, findings.notes) for r in findings.words),
@@ -204,9 +207,9 @@ def _parts(findings: Findings) -> str:
         part
         for part in (
             "## Where in a long take",
-            "Four long takes have parts known by hand. The words were asked of each take alone; "
-            "the last column is the intersection over the union of the found and the nearest true "
-            f"interval, in the mean {mean:.2f}.",
+            "Four long takes have parts known by hand. The words were searched in each take "
+            "alone. The last column is the intersection over union of the answer and the nearest "
+            "true interval; its mean is {mean:.2f}.",
             table(["words", "capture", "found", "true", "overlap"], rows),
             _note(findings.notes, "parts"),
         )
@@ -229,9 +232,9 @@ def _examples(findings: Findings) -> str:
         part
         for part in (
             "## Ten questions by example",
-            "The example itself must come back at rank 1; it is not counted. An answer counts as "
-            "right where its description holds a word for what the example shows, and, in the four "
-            "long takes, where at least half of the interval lies in a part that shows it.",
+            "The example itself must be the first answer; it is not counted. An answer is right "
+            "if its description has a word for what the example shows. In the four long takes, at "
+            "least half of the interval must also lie in a part that shows it.",
             table(
                 ["example", "interval", "rank 1", "right of 5, everybody", "other performers"], rows
             ),
