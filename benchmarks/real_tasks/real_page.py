@@ -209,7 +209,7 @@ def _parts(findings: Findings) -> str:
             "## Where in a long take",
             "Four long takes have parts known by hand. The words were searched in each take "
             "alone. The last column is the intersection over union of the answer and the nearest "
-            "true interval; its mean is {mean:.2f}.",
+            f"true interval; its mean is {mean:.2f}.",
             table(["words", "capture", "found", "true", "overlap"], rows),
             _note(findings.notes, "parts"),
         )
