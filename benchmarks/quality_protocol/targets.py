@@ -162,8 +162,8 @@ def section(text: str) -> str:
     lines = [
         "## Targets",
         "",
-        "Read off the sections below by `benchmarks/quality_protocol/targets.py`. "
-        "*No difference*: below, but the paired interval holds 0.",
+        "Taken from the sections below by `benchmarks/quality_protocol/targets.py`. "
+        "*No difference*: motiondb is below, but the paired interval contains 0.",
         "",
         "| target | reached | met | section |",
         "| --- | --- | --- | --- |",

@@ -95,20 +95,20 @@ def run(data: Path, seed: int) -> TaskReport:
         for method in answers.present:
             rows.append((name, method, *_areas(answers, method, seed), n))
     return TaskReport(
-        "Not here: questions whose action is not in the database",
-        "Every question is asked of a database that shows its action and of the same one without "
-        "the captures that show it; area under the ROC curve of the value of the best answer, "
-        "0.5 by chance. By words: five folds by performer, words known from at least "
-        f"{LEAST_TRAINED} captures of the others, the fold's captures are the database; motiondb's "
-        "value is what the motion adds to the usual log-odds. By example: the query's performer "
-        "(CMU) or style (Bandai-Namco) is left out; without the action its captures and words are "
-        "unknown to all that learns by words, so that the word map is fitted anew; motiondb's "
-        "value is the resemblance that `like` judges by, of the window of each capture that moves "
-        "most alike. That this value decides, and not the calibrated probability, was chosen on "
-        "these results: the rows by example are slightly optimistic. Pooled and DTW: nearest "
-        "capture (by words: nearest to a training capture of the word). Logistic regression: "
-        "largest probability (by example: of any class). Symbols are learned on the motion of all "
-        "captures.",
+        "Absent actions: questions whose action is not in the database",
+        "Every question is asked twice: with a database that shows its action, and with the same "
+        "database without the captures that show it. The measure is the area under the ROC curve "
+        "of the value of the best answer (0.5 by chance). By words: five folds by performer, "
+        f"words of at least {LEAST_TRAINED} captures of the others, the captures of the fold are "
+        "the database; motiondb's value is the log-odds that the motion adds to the usual "
+        "log-odds. By example: the query's performer (CMU) or style (Bandai-Namco) is left out. "
+        "Without the action, its captures and words are also left out of everything that is "
+        "learned with words, so the word map is fitted again. motiondb's value is the resemblance "
+        "that `like` uses, for the most similar window of each capture. The choice of this value "
+        "instead of the calibrated probability was made on these results, so the rows by example "
+        "are slightly optimistic. Pooled and DTW: nearest capture (by words: nearest to a "
+        "training capture of the word). Logistic regression: largest probability (by example: of "
+        "any class). Symbols are learned from the motion of all captures.",
         ("question", "method", "area under the curve", "motiondb better by", "questions"),
         tuple(rows),
         tuple(_note(name, answers) for name, answers in asked.items()),
@@ -305,14 +305,15 @@ def _note(name: str, answers: Asked) -> str:
     told = np.array(answers.told)
     error = calibration_error(np.array(answers.probabilities), np.array(answers.right, dtype=float))
     return (
-        f"{name}: at the threshold learned inside the training part motiondb says that something "
-        f"matches for {told[:, 0].mean():.2f} of the questions whose action is there, and that "
-        f"nothing does for {told[:, 1].mean():.2f} of those whose action is not (balanced accuracy "
+        f"{name}: with the threshold learned within the training part, motiondb reports a match "
+        f"for {told[:, 0].mean():.2f} of the questions whose action is present, and no match for "
+        f"{told[:, 1].mean():.2f} of those whose action is absent (balanced accuracy "
         f"{told.mean():.2f}). Of the first {SHOWN} answers {np.mean(answers.right):.2f} are right, "
         f"their mean probability is {np.mean(answers.probabilities):.2f}, the calibration error "
         f"{error:.3f}. "
-        + ("Right: the word was said." if "words" in name else "Right: an action word was said of "
-           "both captures.")
+        + ("Right: a caption has the word." if "words" in name else "Right: the captions of both "
+                                                                    "captures have a common word "
+                                                                    "for an action.")
     )  # fmt: skip
 
 

@@ -53,13 +53,13 @@ def measure(database: Path, seed: int) -> TaskReport:
         notes = (_left_out_note(db.learned),)
     return TaskReport(
         "Analogy: word sequences never seen",
-        f"{N_SEQUENCES} sequences of two, three and four words at random, of which no two ever "
-        f"stood in one description; each word is in at least {LEAST_CAPTIONS} descriptions. They "
-        "are decoded to as many symbols as words, with the plain bigram of symbols and with the "
-        "one that clusters interpolate. *Usable*: the probability is above 0, and every word has a "
-        f"symbol in the sequence that says it with at least {CLEAR} (learned t(word | symbol), not "
-        "smoothed: symbols that never stood beside the word have 0). *Usable in order*: the symbol "
-        "stands where its word does.",
+        f"{N_SEQUENCES} random sequences of two, three and four words that never occur together "
+        f"in one description; each word is in at least {LEAST_CAPTIONS} descriptions. They are "
+        f"decoded to as many symbols as words, with the plain bigram of symbols and with the "
+        f"bigram interpolated by clusters. *Usable*: the probability is above 0, and every word "
+        f"has a symbol in the sequence with t(word | symbol) of at least {CLEAR} (as learned, not "
+        f"smoothed: 0 for symbols that never occur with the word). *Usable in order*: the symbol "
+        f"is at the position of its word.",
         ("words", "bigram", "usable", "usable in order", "usable, times the plain bigram's"),
         tuple(rows),
         notes,
@@ -89,10 +89,10 @@ def _left_out_note(learned: Learned) -> str:
     means = sums / total.sum()
     fixed = ", ".join(f"{share}: {mean:.3f}" for share, mean in zip(shares, means))
     return (
-        f"{learned.clusters.max() + 1} clusters. How much the plain bigram counts was chosen by "
-        "captures left out, not by this task: nats a transition, each capture by the transitions "
-        f"of all others, {means[-1]:.3f} as it is (a share by row, after Witten and Bell); with "
-        f"one share for all rows {fixed}."
+        f"{learned.clusters.max() + 1} clusters. The weight of the plain bigram was chosen by "
+        f"leaving captures out, not by this task. Nats per transition, each capture by the "
+        f"transitions of all others: {means[-1]:.3f} as used (a share for each row, after Witten "
+        f"and Bell); with one share for all rows {fixed}."
     )
 
 

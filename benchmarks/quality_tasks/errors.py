@@ -64,10 +64,11 @@ def run(data: Path, seed: int) -> TaskReport:
     takes = load_takes(data, list(captures.values()))
     parts = (*(_show(f, captures, notes) for f in failures), _show_changes(takes, notes, seed))
     return TaskReport(
-        "Errors, seen",
-        "The words that several captures show and that still fail (section *Words to motion*), "
-        "performers unseen: what stood first against what was true, and the cause as seen in the "
-        "pictures, one of: a bad caption, too few examples, segmentation, confusion of symbols.",
+        "Causes of errors",
+        "Words that fail although several captures show them (section *Words to motion*), for "
+        "unseen performers: the first answers, the true captures, and the cause as seen in the "
+        "pictures. The causes are a bad caption, too few examples, segmentation, or confusion of "
+        "symbols.",
         ("word", "fold", "average precision", "cause"),
         rows,
         (notes["summary"].prose,) if "summary" in notes else (),
@@ -106,7 +107,7 @@ def _show(failure: Failure, captures: dict[str, Capture], notes: dict[str, Notes
         if name in captures
     ]
     name = f"errors-{failure.word.replace(' ', '-')}.png"
-    picture = draw(_stack(drawn), name, f"{failure.word}: what stood first, and what is true")
+    picture = draw(_stack(drawn), name, f"{failure.word}: the first answers and the true captures")
     rows = tuple(
         (what, name, "; ".join(captures[name].captions))
         for what, names in (("first", failure.first), ("true", failure.true))

@@ -31,19 +31,20 @@ from quality_protocol.report import Measure, TaskReport
 OURS = "motiondb"
 BEARING = N_POSTURE + N_TRAVEL
 CHOSEN = (
-    "How much the words count (four fifths), and that posture and travel stay out of the cosine "
-    "beside them, was chosen among twelve settings by leaving performers out within five training "
-    "parts of CMU (1-NN accuracy and mAP there .632 and .598 before, .640 and .606 with it), these "
-    "tables in view beside them: two thirds would have given CMU .726 and Bandai-Namco .906 (mAP "
-    ".664 and .864), the setting before CMU .705 and Bandai-Namco .913 (mAP .664 and .881). "
+    "The weight of the words (four fifths), and the choice to leave posture and travel out of the "
+    "cosine, were selected from twelve settings by leaving performers out within five training "
+    "parts of CMU (1-NN accuracy and mAP there: .632 and .598 before, .640 and .606 after). These "
+    "tables were known at that time. A weight of two thirds would have given .726 on CMU and .906 "
+    "on Bandai-Namco (mAP .664 and .864); the former setting gave .705 and .913 (mAP .664 and "
+    ".881). "
     "Feedback of 10 captures, and half the weight for words of direction, manner and body parts, "
-    "were chosen in the same way among 42 settings of the two and of the words' share (1-NN "
-    "accuracy and mAP in the training parts .640 and .606 without both, .646 and .620 with both; "
-    "these tables in view beside them). Pooled statistics were tried too and left out: a second "
-    "word map from means, spreads and percentiles, its likeness added to that of the first, gave "
-    "CMU .726 and .660 and Bandai-Namco .928 and .913 without feedback; joining the two rankings "
-    "by reciprocal rank .726 and .654, .935 and .907; joining with the cosine of pooled statistics "
-    "by reciprocal rank .737 and .618, .921 and .761."
+    "were selected in the same way from 42 settings of these two and of the weight of the words "
+    "(1-NN accuracy and mAP in the training parts: .640 and .606 without both, .646 and .620 with "
+    "both; these tables were known at that time). Pooled statistics were also tried and rejected. "
+    "A second word map from means, spreads and percentiles, with its similarity added to that of "
+    "the first, gave .726 and .660 on CMU and .928 and .913 on Bandai-Namco without feedback. "
+    "Joining the two rankings by reciprocal rank gave .726 and .654, .935 and .907; joining with "
+    "the cosine of pooled statistics by reciprocal rank gave .737 and .618, .921 and .761."
 )
 VERBS = {
     "walk": "walk", "run": "run", "jog": "run", "jump": "jump", "hop": "jump", "climb": "climb",
@@ -241,11 +242,12 @@ def _table(
     group_name = "performer or style" if len(set(question.groups)) < len(asked) else "capture"
     protocol = (
         f"{int(asked.sum())} queries of {classes} classes; the query's own {group_name} is never "
-        "searched. motiondb judges likeness by its vectors and by the words learned from captions "
-        "of the others (never the query's group), as `like` does where words were learned; the row "
-        "below it by motion alone, as `like --by-motion-alone` does. CCA (16 axes) learns from the "
-        "same captions. HMM and logistic regression are trained on the others' labels. Times: "
-        "median processor time of comparing one query with all captures."
+        "searched. motiondb measures similarity by its vectors and by the words learned from the "
+        "captions of the others (never of the query's group), as `like` does after words were "
+        "learned; the row below uses motion alone, as `like --by-motion-alone` does. CCA (16 "
+        "axes) learns from the same captions. The HMM and the logistic regression are trained on "
+        "the labels of the others. Times are the median processor time for comparing one query "
+        "with all captures."
     )
     columns = (
         "method", "1-NN accuracy", "motiondb better by", "mAP", "motiondb better by",
@@ -290,7 +292,7 @@ def _confusions(scores: FloatArray, question: Question) -> tuple[str, ...]:
             wrong[str(label), nearest] = wrong.get((str(label), nearest), 0) + 1
     worst = sorted(wrong.items(), key=lambda item: -item[1])[:6]
     listed = "; ".join(f"{a} taken for {b} ({n})" for (a, b), n in worst)
-    return (f"motiondb's commonest mistakes: {listed}.",) if worst else ()
+    return (f"Most frequent mistakes of motiondb: {listed}.",) if worst else ()
 
 
 def _times(

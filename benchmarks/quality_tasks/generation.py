@@ -97,16 +97,15 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
     return TaskReport(
         "Generation",
         f"{len(SENTENCES)} sentences of one to four actions out of {len(CLASSES)} "
-        f"({', '.join(CLASSES)}); {sum(s.count(',') + 1 for s in SENTENCES)} actions. Every action "
-        "is judged on its own frames, one class out of eight (chance "
-        f"{1 / len(CLASSES):.3f}): by motiondb (likeliest word of its word map, which has a "
-        "part in the choice of trajectories and Monte-Carlo runs only), and by an outside judge, "
-        "trained on real captures of performers other than those whose motion "
-        "went into the action (Monte-Carlo and trajectory go by no single performer: all take "
-        "part). Last row: real captures of performers whom the judge has not seen, every class as "
-        "often as the sentences ask for it. Medians over sentences; *within "
-        "95 %*: share of sentences at most at the real captures' 95th percentile in foot slip and "
-        "jerk.",
+        f"({', '.join(CLASSES)}); {sum(s.count(',') + 1 for s in SENTENCES)} actions. Every "
+        f"action is classified from its own frames as one of eight classes (chance "
+        f"{1 / len(CLASSES):.3f}): by motiondb (the most probable word of its word map, which is "
+        f"used for the choice of trajectories and Monte-Carlo runs only), and by an independent "
+        f"judge, trained on real captures of performers other than those whose motion was used "
+        f"for the action (Monte-Carlo and trajectory use no single performer, so all take part in "
+        f"the training). Last row: real captures of performers that the judge was not trained on, "
+        f"every class as often as in the sentences. Medians over sentences; *within 95 %*: share "
+        f"of sentences whose foot slip and jerk are at most the 95th percentile of real captures.",
         (
             "method", "recognised by motiondb", "by logistic regression", "by DTW 1-NN",
             "foot slip, cm/s", "jerk, m/s³", "speed, m/s", "bone change, mm", "within 95 %",

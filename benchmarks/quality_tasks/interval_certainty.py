@@ -69,18 +69,18 @@ def calibration(database: Path, data: Path, seed: int) -> TaskReport:
                 rows.append((f"{name}: {kind}", *_row(of, seed)))
         rows.append((f"{name}: no probability told", unasked, "", "", "", "", ""))
     return TaskReport(
-        "How sure a place is",
-        "Short captures of one action each are put one after another; every action is asked of the "
-        "joined take, and the interval counts as right from an intersection over union of 0.5. The "
-        "same is asked of the captures as they are, where the whole is the truth. Performers (CMU) "
-        "or styles (Bandai-Namco) are divided into five folds: what is known of the other folds "
-        "gives the probability that the interval is right, and the map is fitted without the "
-        "performers of the take. *No probability told*: questions whose words no other performer's "
-        "captions hold. Expected calibration error: ten bins, weighted by their questions. Each "
-        f"capture is joined {N_DRAWS} times; *different questions* are those that differ in "
-        "performer or words, and on so few a perfect probability would not measure 0: *of a "
-        "perfect probability* is the mean error when every different question is right or wrong "
-        "as a whole with the mean probability told for it (200 draws).",
+        "Probability that an interval is right",
+        "Short captures of one action each are joined; every action is searched in the joined "
+        "take, and the interval is right if its intersection over union is at least 0.5. The same "
+        "is done with the captures as they are, where the whole capture is the true interval. "
+        "Performers (CMU) or styles (Bandai-Namco) are divided into five folds. The probability "
+        "that the interval is right is learned from the other folds, and the map is fitted without "
+        "the performers of the take. *No probability told*: questions whose words are in no other "
+        "performer's captions. Expected calibration error: ten bins, weighted by their numbers of "
+        f"questions. Each capture is joined {N_DRAWS} times; *different questions* are those that "
+        "differ in performer or words. With so few, even a perfect probability would have an error "
+        "above 0: *of a perfect probability* is the mean error if every different question is "
+        "right or wrong as a whole with the mean of its probabilities (200 draws).",
         ("asked of", "questions", "different questions", "right", "mean probability",
          "expected calibration error", "of a perfect probability"),
         tuple(rows),

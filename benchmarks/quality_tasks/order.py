@@ -59,13 +59,17 @@ def run(data: Path, seed: int) -> TaskReport:
     rows = _rows(made, len(made), _sample_sequences(made), seed) + rows
     return TaskReport(
         "Order",
-        "Sequences of two or more actions against the same actions in reversed order, asked of the "
-        "capture that shows them; words learned from other performers' captions (five folds). The "
-        "truth is known for sample data (synthetic), for joined captures and for 86_01; captions "
-        "often name actions that happen at once or in another order than told.",
+        "A sequence of two or more actions is compared with the same actions in reversed order, "
+        "in the capture that shows them. The words are learned from other performers' captions "
+        "(five folds). The true order is known for the sample data (synthetic), for joined "
+        "captures and for 86_01; captions often list actions that happen simultaneously or in "
+        "another order.",
         ("source", "questions", "motiondb", "bag of words"),
         tuple(rows),
-        ("A bag of words scores both orders alike: half of them right by chance.",),
+        (
+            "A bag of words gives both orders the same score, so half of its answers are right by "
+            "chance.",
+        ),
     )
 
 

@@ -264,20 +264,20 @@ def _report(collected: Collected, captures: Sequence[Capture], seed: int) -> Tas
         *(f"{kind}: {_sureness(collected, kind)}" for kind in KINDS),
         f'The part of "a but not b" (a): {_sureness(collected, "a but not b, part")} The part of '
         f'"a or b" (the alternative shown best): {_sureness(collected, "a or b, part")}',
-        "How sure these answers are is learned from questions made in the same way from the "
-        "captions of the training performers, each asked of performers left out among them. Before "
-        "that the probabilities of single words were multiplied (expected calibration error .270 "
-        'for "a but not b", .124 for "a or b").',
+        "The probabilities of these answers are learned from questions that are made in the same "
+        "way from the captions of the training performers, and asked of performers among them that "
+        "are left out. "
+        "Before, the probabilities of single words were multiplied (expected calibration error "
+        '.270 for "a but not b", .124 for "a or b").',
     )
     return TaskReport(
         "Questions with not and or",
         f"{len(captures)} CMU captures, 15 performers, five folds by performer. Questions are made "
-        f"of verbs known from at least {LEAST_TRAINED} training captures, wherever at least "
-        f"{LEAST_EACH} captures of the gallery stand on each side of what the question tells "
-        "apart: \"a but not b\" where some show a with b and some a without, \"a or b\" where some "
-        "show a alone and some b alone, \"not a\" where some show a and some do not. Right is what "
-        "the captions say. Ignored: the same sentence without \"not\" and \"or\", its words looked "
-        "for together. Mean average precision over questions; intervals over captures.",
+        f"of verbs with at least {LEAST_TRAINED} training captures, if at least {LEAST_EACH} "
+        "captures of the gallery are on each side of the distinction: \"a but not b\" if some show "
+        "a with b and some a without b, \"a or b\" if some show only a and some only b, \"not a\" "
+        "if some show a and some do not. The captions decide what is right. Ignored: the same "
+        "sentence without \"not\" and \"or\", searched as one action with all its words. Mean average precision over questions; intervals over captures.",
         ("question", "method", "mean average precision", "the tree better by", "questions"),
         tuple(rows), notes,
     )  # fmt: skip

@@ -30,15 +30,16 @@ LEAST_TRAINED, LEAST_SHOWN = 3, 2
 """Captures of a word that must be trained and shown. Chosen by hand; not tuned."""
 CHOSEN = (
     "How posture and travel (`motiondb/search/vectors/posture_and_travel.py`) were chosen: about "
-    "270 settings of blocks, levels, averaging, weights, standardisation, mirrored copies, kernels "
-    "and ridges were compared by leaving performers out within the five training parts, the folds"
-    " themselves in view beside them. The ranking within the training parts decided (mean average"
-    " precision there 0.425 before, 0.44 with either, 0.48 with both), and Bandai-Namco's query "
-    "by example was watched: symbols, posture and travel alone are best here (0.51 on the folds) "
-    "and lose 0.25 of accuracy there, so all blocks stay. What did not help or not enough: "
-    "kernels in place of the linear map, TF-IDF targets, autocorrelations, quantiles, soft levels"
-    " of velocities; mirrored copies in training (0.01 better without travel, worse with it). As "
-    "the five training parts together hold every capture, the figures are a little optimistic."
+    "270 settings of blocks, levels, averaging, weights, standardisation, mirrored copies, "
+    "kernels and ridges were compared by leaving performers out within the five training parts. "
+    "The results on the folds were known at that time. The ranking within the training parts "
+    "decided (mean average precision there: 0.425 before, 0.44 with either, 0.48 with both). "
+    "Query by example on Bandai-Namco was also considered: symbols, posture and travel alone are "
+    "best here (0.51 on the folds) but lose 0.25 of accuracy there, so all blocks are kept. The "
+    "following did not help enough: kernels instead of the linear map, TF-IDF targets, "
+    "autocorrelations, quantiles, soft levels of velocities; mirrored copies in training (0.01 "
+    "better without travel, worse with it). Because the five training parts together contain "
+    "every capture, the figures are slightly optimistic."
 )
 
 
@@ -220,26 +221,26 @@ def _report(
     head = f"{n_captures} CMU captures, 15 performers, five folds by performer"
     words = _table(
         judged, weights, "Words to motion",
-        f"{head}; {n_queries} queries of one word each, known from at least {LEAST_TRAINED} "
-        f"training captures and true of at least {LEAST_SHOWN} in the gallery. Mean average "
-        "precision, and first true capture in the top 1, 5, 10 and its median rank; intervals over "
-        "captures.",
+        f"{head}; {n_queries} queries of one word, each with at least {LEAST_TRAINED} training "
+        f"captures and at least {LEAST_SHOWN} true captures in the gallery. Mean average "
+        f"precision, share of queries with a true capture among the first 1, 5 and 10, and median "
+        f"rank of the first true capture; intervals over captures.",
         {"mean average precision": average_precisions}, _first_ranks,
     )  # fmt: skip
     captions = _table(
         judged, weights, "Whole captions to motion",
-        f"{head}; every caption is asked, its capture (or one of the same words) is to be found. "
-        "They are asked in quotation marks, so that they are also compared with the caption that "
-        "the motion suggests (`motiondb/words/maps/caption_map.py`). Its ridge and weight were "
-        "chosen by leaving performers out within the five training parts, among 9 settings (mean "
-        "reciprocal rank there .373 without, .424 with).",
+        f"{head}; every caption is a query, and its capture (or one with the same words) is the "
+        "right answer. The captions are written in quotation marks, so they are also compared with "
+        "the caption that the motion suggests (`motiondb/words/maps/caption_map.py`). The ridge "
+        "and weight of this comparison were selected from 9 settings by leaving performers out "
+        "within the five training parts (mean reciprocal rank there: .373 without, .424 with).",
         {f"R@{k}": partial(_captions_within, k=k) for k in (1, 5, 10)},
         lambda j: (("median rank", float(np.nanmedian(j.caption_rank))),),
     )  # fmt: skip
     spoken = _table(
         judged, weights, "Motion to words",
-        f"{head}; the words of captures of unseen performers. F1 takes as many words as are true; "
-        "the reciprocal rank is that of the first true word.",
+        f"{head}; words for captures of unseen performers. F1 is computed with as many words as "
+        f"are true; the reciprocal rank is that of the first true word.",
         {
             "reciprocal rank": lambda j, w: mean_per_draw(j.reciprocal, w),
             "F1": lambda j, w: mean_per_draw(j.f1, w),
@@ -318,7 +319,7 @@ def _above(
 ) -> str:
     """What stands above the true captures where a word of some weight fails."""
     ours = _per_query(judged[OURS])
-    lines = ["What stands first where words that several captures show fail:", ""]
+    lines = ["First answers for words that fail although several captures show them:", ""]
     several = [key for key in ours if judged[OURS].queries[key][1].sum() >= 4]
     for k, word in sorted(several, key=lambda key: ours[key])[:6]:
         order, right = judged[OURS].queries[k, word]
