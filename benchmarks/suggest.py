@@ -201,18 +201,18 @@ def report(curves: dict[str, tuple[FloatArray, FloatArray]], n: int, picture: st
     lines = [
         "# What to caption next",
         "",
-        "`motiondb words suggest` ranks the captures without words by how much of what is "
-        "uncertain about all of them their words would settle (expected reduction of variance, "
-        "greedy; see `motiondb/words/suggestion.py`). Here it is put to the test on real captures.",
+        "`motiondb words suggest` ranks the captures without words by how much a caption of each "
+        "would reduce the uncertainty about all of them (expected reduction of variance, greedy; "
+        "see `motiondb/words/suggestion.py`). This page measures it on real captures.",
         "",
         f"Made by `python benchmarks/suggest.py --data DIR`. {n} captures of the CMU database with "
-        "words; symbols learned from all motion, without words. A third is held out; of the "
-        "others, captions are shown one by one. After each number of captions every word that is "
-        f"written about at least {LEAST} captures on both sides is searched among the held-out "
-        f"ones. Each random curve is the mean of {RANDOM_ORDERS} orders; intervals are paired, "
-        "bootstrap over the splits. The splits share captures, so the intervals tell how much the "
-        "choice of the split matters, not how it would be on another database. Kernel and noise "
-        f"were chosen on splits 0 to 11, this page uses splits from {FIRST_SEED} on.",
+        "words; symbols learned from all motion, without words. A third of the captures is held "
+        "out; captions of the others are revealed one by one. After each number of captions, "
+        f"every word that describes at least {LEAST} captures on both sides is searched among the "
+        f"held-out captures. Each random curve is the mean of {RANDOM_ORDERS} orders; intervals "
+        "are paired, bootstrap over the splits. The splits share captures, so the intervals show "
+        "the effect of the choice of the split, not of another database. Kernel and noise were "
+        f"chosen on splits 0 to 11; this page uses splits from {FIRST_SEED} on.",
         "",
         f"![Mean average precision over the number of captions]({picture})",
     ]

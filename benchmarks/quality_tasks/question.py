@@ -277,7 +277,8 @@ def _report(collected: Collected, captures: Sequence[Capture], seed: int) -> Tas
         "captures of the gallery are on each side of the distinction: \"a but not b\" if some show "
         "a with b and some a without b, \"a or b\" if some show only a and some only b, \"not a\" "
         "if some show a and some do not. The captions decide what is right. Ignored: the same "
-        "sentence without \"not\" and \"or\", searched as one action with all its words. Mean average precision over questions; intervals over captures.",
+        "sentence without \"not\" and \"or\", searched as one action with all its words. Mean "
+        "average precision over questions; intervals over captures.",
         ("question", "method", "mean average precision", "the tree better by", "questions"),
         tuple(rows), notes,
     )  # fmt: skip

@@ -187,7 +187,7 @@ def tempering_part(rows: Rows) -> list[str]:
 def update_part(rows: Rows) -> list[str]:
     """Warm starts."""
     lines = [
-        "## A small change",
+        "## Update after a small change",
         "",
         "The circle of the first attacker is moved by half a metre, and sampling continues from the"
         " earlier scene. Times are seconds of sampling and polishing together.",

@@ -39,8 +39,8 @@ def _unseen(results: dict[str, Any]) -> str:
     lines = [
         "## CMU performers never seen, without captions",
         "",
-        "Five folds by performer: knowledge is learned from the captures of four, and the fifth is "
-        "a database of its own, which learns with that start and has no caption. Mean average "
+        "Five folds by performer: knowledge is learned from the captures of four folds. The fifth "
+        "fold is a separate database without captions that learns with this start. Mean average "
         "precision of words to motion; the target was at least .48.",
         "",
         "| words of the start | mAP | motion to words, reciprocal rank | F1 | nothing matches, "
@@ -60,8 +60,8 @@ def _curves(results: dict[str, Any], picture: str) -> str:
         "",
         f"{results['captures']} captures of {target}; {results['queries']} questions of one word "
         f"over five folds. Symbols: {results['symbols'][WITH]} with the start, "
-        f"{results['symbols'][WITHOUT]} without. Motion that the symbols of the start explain "
-        f"worse than the background does: {results['strange']:.0%}.",
+        f"{results['symbols'][WITHOUT]} without. Share of motion that the symbols of the start "
+        f"explain worse than the background model does: {results['strange']:.0%}.",
         "",
         f"![Four curves over own captions, with the start and without](pictures/{picture})",
     ]
@@ -87,7 +87,7 @@ def _curves(results: dict[str, Any], picture: str) -> str:
         if row["difference"][m] is not None and row["difference"][m][2] < 0.0
     ]  # fmt: skip
     told = "; ".join(worse) if worse else "nowhere"
-    return "\n".join([*lines, "", f"Worse with the start, beyond the interval: {told}."])
+    return "\n".join([*lines, "", f"Significantly worse with the start: {told}."])
 
 
 def _cell(value: list[float] | None, alone: bool = False) -> str:
