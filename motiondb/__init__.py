@@ -199,8 +199,8 @@ def open(
     Raises
     ------
     MotionDBError
-        When another process holds the file, or it is no database of motiondb, or one of a newer
-        motiondb.
+        When another process holds the file, or it is not a database of motiondb, or was written by
+        a newer motiondb.
     """
     from motiondb.database import MotionDB
 
@@ -213,7 +213,7 @@ def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
     Parameters
     ----------
     path : str or Path
-        The DuckDB file; nobody may have it open.
+        The DuckDB file; no process may have it open.
     wait : float
         Seconds to wait for another process that holds the file.
 
@@ -225,7 +225,7 @@ def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
     Raises
     ------
     MotionDBError
-        When the file is held, or is no database of motiondb.
+        When another process holds the file, or it is not a database of motiondb.
     """
     from motiondb import store
 

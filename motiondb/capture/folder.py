@@ -135,7 +135,7 @@ def skeleton_path(path: Path | str, skeleton: Path | str | None = None) -> Path 
     That is, in this order: ``skeleton`` if given; of the ASF files of the same folder, in any case
     of letters, the one with the longest name that the AMC's name is or begins with (``16.asf`` for
     ``16_01.amc``); the only one of the folder, if its name is the folder's or says nothing about
-    whose skeleton it is (``skeleton.asf``). An ASF with the name of somebody else is not taken.
+    whose skeleton it is (``skeleton.asf``). An ASF file with another performer's name is not used.
 
     Parameters
     ----------

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 class MotionDB(FactVerbs):
     """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
 
-    Threads may share it. Every question is answered from one revision of the database, whatever
-    other threads or processes save meanwhile.
+    Threads may share it. Every question is answered from one revision of the database, even if
+    other threads or processes save changes meanwhile.
 
     Units and frames: metres, seconds, radians; right-handed world frame, y up; rotations as unit
     quaternions w, x, y, z; motions on the canonical body at 30 frames a second.
@@ -45,8 +45,8 @@ class MotionDB(FactVerbs):
     Raises
     ------
     StoreError
-        When another process holds the file, or it is no database of motiondb, or one of a newer
-        motiondb.
+        When another process holds the file, or it is not a database of motiondb, or was written by
+        a newer motiondb.
     """
 
     def __init__(
@@ -75,14 +75,14 @@ class MotionDB(FactVerbs):
     def release(self) -> None:
         """Let go of the file until the next use, so that other processes can write.
 
-        What was loaded stays in memory as long as nobody changes the database. The next question
+        Loaded data stay in memory until the database changes. The next question
         opens the file for reading, and the next change for writing; each waits for other processes
-        as long as this object was told to.
+        up to the time limit of this object.
         """
         self.store.lend()
 
     def revision(self) -> int:
-        """The number that every saved change raises, whoever makes it."""
+        """The number that every saved change raises, of this or another process."""
         with self.session.reading():
             return store.revision(self.store)
 

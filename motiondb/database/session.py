@@ -59,7 +59,7 @@ class Session:
 
     @contextmanager
     def reading(self) -> Iterator[None]:
-        """One state of the database for everything in the block, whatever others save meanwhile."""
+        """One state of the database for the whole block, even if others save changes."""
         with store.reading(self.store):
             yield
 
@@ -148,7 +148,7 @@ def load_learned(opened: store.Store) -> Learned:
 
 
 def load_features(opened: store.Store) -> FeaturePool:
-    """Features of all motions; computed once, then mapped from files beside the database."""
+    """Features of all motions; computed once, then memory-mapped from the cache of the database."""
 
     def build() -> dict[str, np.ndarray]:
         pool = store.load_motion_pool(opened)

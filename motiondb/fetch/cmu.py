@@ -48,7 +48,7 @@ class FetchProgress:
     n_bytes : int
         Bytes of the file that are there.
     total_bytes : int or None
-        Bytes that it will have, where the server tells.
+        Number of bytes of the whole file, if the server says so.
     """
 
     file: str
@@ -223,7 +223,7 @@ def check_subjects(subjects: Iterable[int | str]) -> tuple[int, ...]:
     Raises
     ------
     QueryError
-        There is none, or one is no number from 1 to 999.
+        There is none, or one is not a number from 1 to 999.
     """
     numbers: list[int] = []
     for subject in subjects:

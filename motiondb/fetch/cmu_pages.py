@@ -2,8 +2,8 @@
 
 ``search.php?subjectnumber=14`` is a table with a row a trial: an empty cell, the trial's number,
 its description, links to the files (tvd, c3d, amc, mpg, avi), the frame rate and a feedback link.
-The markup is old (upper case, cells left open), so rows are told apart by their ``<tr>`` alone and
-a trial is a row that links to an AMC file.
+The markup is old (upper case, cells without end tags), so rows are separated only by their
+``<tr>``, and a trial is a row that links to an AMC file.
 """
 
 from __future__ import annotations

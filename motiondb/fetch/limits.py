@@ -48,7 +48,7 @@ class Patience:
 
 @dataclass(frozen=True)
 class FetchLimits:
-    """How much one download may take; no real download of subjects comes near.
+    """Limits of one download; real downloads of subjects are far smaller.
 
     Attributes
     ----------

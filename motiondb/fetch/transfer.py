@@ -159,7 +159,7 @@ def make_folder(folder: Path) -> None:
 
 
 def read_count(text: str | None) -> int | None:
-    """Read a number of bytes from a header; None where it is no plain number below 10^15.
+    """Read a number of bytes from a header; None if it is not a plain number below 10^15.
 
     >>> read_count("120"), read_count("12a"), read_count("9" * 5000), read_count("\u00b2")
     (120, None, None, None)
@@ -248,7 +248,7 @@ def _copy(
     """Write an answer behind the first ``have`` bytes of ``part``; return the bytes then there.
 
     ``read1`` gives what has come: ``read`` would lose it when the next bytes are late. ``tell`` is
-    called with the bytes that are there and those that are new.
+    called with the number of bytes present and the number of new bytes.
     """
     left = _CHUNK if total is None else min(_CHUNK, total - have)
     with _open_part(part, "ab" if have else "wb") as file:
@@ -283,13 +283,13 @@ def _open(url: str, start: int, timeout: float, budget: Budget) -> http.client.H
 def within(seconds: float, work: Callable[[], T]) -> T:
     """Do something in a thread, for at most so many seconds.
 
-    A socket's time-out begins anew with every byte, so that a server that sends its answer's head
-    letter by letter would never meet it.
+    The time-out of a socket starts again with every byte, so a server that sends the head of its
+    answer byte by byte would never reach it.
 
     Parameters
     ----------
     seconds : float
-        How long to wait; the thread itself goes on, and ends with the program.
+        How long to wait; the thread continues until the program ends.
     work : callable
         What to do; its answer and its errors are handed on.
 

@@ -54,7 +54,7 @@ def wanted_speed(speeds: FloatArray, fast: bool) -> float:
 
 
 def natural_rate(speed: float, wanted: float, speeds: FloatArray, fast: bool) -> float:
-    """Rate at which a motion has a wanted speed, without leaving the recorded speeds.
+    """Playback rate at which a motion has a requested speed, within the range of recorded speeds.
 
     Parameters
     ----------

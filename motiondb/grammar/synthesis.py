@@ -175,7 +175,7 @@ def clip_candidates(
     source : ClipSource
         The takes that are available.
     pinned : mapping of int to int, optional
-        Position to the segment that it must have. A segment that is no candidate is ignored.
+        Position to the segment that it must have. A segment that is not a candidate is ignored.
 
     Returns
     -------
@@ -187,7 +187,7 @@ def clip_candidates(
     Raises
     ------
     QueryError
-        The string is empty, a name is no terminal of the grammar, or the takes of a terminal are
+        The string is empty, a name is not a terminal of the grammar, or the takes of a terminal are
         all missing.
     """
     if not string:

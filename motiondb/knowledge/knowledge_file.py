@@ -109,7 +109,7 @@ def read_knowledge(path: str | Path) -> Knowledge:
     Raises
     ------
     KnowledgeError
-        When there is no such file, or it is no sound file of knowledge.
+        When there is no such file, or it is not a valid file of knowledge.
     """
     path = Path(path)
     try:

@@ -50,7 +50,7 @@ def fit_judge(
     n_words : int
         Size of the vocabulary.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     rng : numpy.random.Generator
         Draws the captures that are compared.
     """

@@ -86,7 +86,7 @@ class LearnedModel:
     fitted_word_map : WordMap or None
         Calibrated map from score vectors to words; None where no words were written.
     certainties : Certainties
-        How sure answers are.
+        Certainties of answers.
     lengths : dict
         (symbols l, words m) -> number of described intervals of this shape.
     counted : Counted or None
@@ -195,12 +195,12 @@ class Learned(LearnedModel):
 
     @property
     def word_certainty(self) -> certainty.Certainty | None:
-        """How sure an answer to words is; None where it could not be learned."""
+        """Certainty of an answer to words; None where it could not be learned."""
         return self.certainties.words if self.has_words else None
 
     @property
     def example_certainty(self) -> certainty.Certainty | None:
-        """How sure an answer to an example is; None where it could not be learned."""
+        """Certainty of an answer to an example; None where it could not be learned."""
         return self.certainties.example if self.has_words else None
 
     @property
@@ -358,7 +358,7 @@ class Learned(LearnedModel):
 
     @cached_property
     def performers(self) -> dict[int, str]:
-        """Capture number -> who performs, as people said or from its name."""
+        """Capture number -> performer, as given or from the name of the capture."""
         return performers_of(self.captures)
 
     @cached_property

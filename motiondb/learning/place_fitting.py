@@ -222,7 +222,7 @@ def evidence_by_others(
     n_words : int
         Size of the vocabulary.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     """
     rows = capture_rows(table)
     captures, takes, shown = placed_takes(places, table, standardised, n_words)

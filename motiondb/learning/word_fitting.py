@@ -39,7 +39,7 @@ class TaughtWords:
     synonyms : dict
         Lemma -> canonical lemma.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     """
 
     captions: Mapping[int, tuple[Caption, ...]]
@@ -60,7 +60,7 @@ class FittedWords:
     word_map : WordMap or None
         Map from score vectors to words; None where no words were written.
     certainties : Certainties
-        How sure answers are.
+        Certainties of answers.
     counted : Counted
         The counts.
     transitions : array (symbols + 1, symbols + 1)
@@ -89,7 +89,7 @@ class _Rows:
 
 
 def fit_words(table: SegmentTable, taught: TaughtWords, n_symbols: int) -> FittedWords:
-    """Learn how words and symbols belong together, and how sure answers are."""
+    """Learn the association of words and symbols, and the certainty of answers."""
     scores = score_vectors.fit_score_space(table.scores, table.ends - table.starts, table.movement)
     known = counting.dictionary_lemmas(taught.captions)
     described = counting.described_intervals(table, taught.captions, taught.synonyms, known)
@@ -211,7 +211,7 @@ def _certainties(
     fit: word_map.WordMap,
     own_rows: OwnRows | None = None,
 ) -> Certainties:
-    """How sure answers are, from questions whose answers the captions give.
+    """Certainties of answers, from questions whose answers are known from the captions.
 
     With a start, ``own_rows`` fits the word map without some rows.
     """

@@ -51,7 +51,7 @@ class WrittenWord:
     in_captions: int
 
     def sentence(self) -> str:
-        """What a user is told.
+        """The sentence for the user.
 
         >>> WrittenWord("exhaust", ("style=exhausted",), frozenset({1, 2}), 0).sentence()
         "'exhaust' was not learned; found where it is written: style=exhausted (2 captures)"

@@ -1,8 +1,8 @@
 """Limits on what one file may cost, and the one place where unexpected errors are translated.
 
 A file from an unknown source can be large, slow to read, or provoke errors in the libraries that
-read it. The readers check sizes before they allocate; :func:`guarded` turns whatever is left into a
-:class:`CaptureError` that names the file, so that one odd file never stops an import.
+read it. The readers check sizes before they allocate; :func:`guarded` turns all other exceptions
+into a :class:`CaptureError` that names the file, so that one invalid file does not stop an import.
 """
 
 from __future__ import annotations
@@ -206,7 +206,8 @@ def guarded(path: object, seconds: float | None = None) -> Iterator[None]:
     Raises
     ------
     CaptureError
-        For every exception that is no :class:`MotionDBError`, and when the time is up.
+        For every exception that is not a :class:`MotionDBError`, and when the time limit is
+        reached.
     """
     try:
         with np.errstate(all="ignore"), _alarm(seconds):

@@ -151,7 +151,7 @@ def read_numbers(block: bytes) -> FloatArray | None:
     Returns
     -------
     array (values,) or None
-        The values; None where one of them is no finite number.
+        The values; None if one of them is not a finite number.
 
     >>> read_numbers(b"1 -2.5e0"), read_numbers(b"1_0"), read_numbers(b"nan")
     (array([ 1. , -2.5]), None, None)

@@ -42,7 +42,7 @@ def unit_from_name(name: str) -> float:
     Raises
     ------
     CaptureError
-        If it is no known name and no positive number.
+        If it is neither a known name nor a positive number.
 
     >>> unit_from_name("cm"), unit_from_name("0.5")
     (0.01, 0.5)
@@ -125,7 +125,7 @@ def _body_size(skeleton: Skeleton, lengths: FloatArray) -> tuple[float, float]:
 
 
 def _chain_lengths(skeleton: Skeleton, lengths: FloatArray) -> list[float]:
-    """Return the length of the bones from the root to every joint; parents stand before children.
+    """Return the length of the bones from the root to every joint; parents come before children.
 
     The root's own length, its distance from the origin, does not count.
     """

@@ -4,7 +4,7 @@ Arrays: ``poses`` (frames, 66 or more), three numbers a joint, radians; or ``roo
 (frames, 3) and ``pose_body`` (frames, 63); ``trans`` (frames, 3), metres; a frame rate. Only the 22
 joints of the body are read: fingers, jaw and eyes, ``betas`` and ``gender`` are skipped, and
 every performer gets the mean body below. The world of AMASS has z up; it is turned so that y is
-up. A file whose bodies stand along y already is left as it is.
+up. A file whose bodies are already upright along y is not changed.
 
 Sizes and types of the arrays are checked before any array is unpacked, because a few kilobytes of
 compressed zeros can unpack to gigabytes.
@@ -276,7 +276,7 @@ def _frame_rate(arrays: dict[str, NDArray[np.generic]], path: object) -> float:
 
 
 def _is_z_up(root_rotations: FloatArray) -> bool:
-    """Say whether the bodies' own up axis lies less along the world's y than along its z."""
+    """Return whether the bodies' up axis is closer to the world's z axis than to y."""
     up = rotation.rotate(
         root_rotations, np.broadcast_to([0.0, 1.0, 0.0], root_rotations[:, 1:].shape)
     )

@@ -155,7 +155,7 @@ def _first_layout(block: bytes, line: int, path: object, body: AcclaimBody) -> L
 
 
 def _is_frame_number(word: str) -> bool:
-    """Say whether a word that stands alone on its line begins a frame: ASCII digits only."""
+    """Return whether a word that is alone on its line begins a frame: ASCII digits only."""
     return word.isascii() and word.isdigit()
 
 
@@ -170,7 +170,7 @@ def _expected(bone: Bone) -> str:
 def _read_fast(block: bytes, layout: Layout) -> tuple[FloatArray | None, FloatArray]:
     """Read a table (frames, values) and the frame numbers, if all frames are laid out alike.
 
-    The table is None where a frame differs from the first or a value is no finite number.
+    The table is None where a frame differs from the first or a value is not a finite number.
     """
     tokens = block.split()
     nothing = np.zeros(0)

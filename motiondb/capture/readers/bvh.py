@@ -4,7 +4,7 @@ What is kept: names, hierarchy, offsets, end sites, channel order, every frame. 
 Euler angles become quaternions, lengths become metres (``Clip.unit`` remembers the file's unit),
 a frame time within 0.01 % of a whole number of frames a second becomes that number.
 
-Convention: channels are applied in the order in which they stand, the first outermost, so that
+Convention: channels are applied in the order in which they are listed, the first outermost, so that
 "Zrotation Xrotation Yrotation" means R = Rz Rx Ry. Position channels of a joint take the place of
 its OFFSET (Meredith and Maddock, "Motion Capture File Formats Explained", 2001, leave this open;
 Blender, MotionBuilder and the Bandai-Namco files read so); an axis without a channel keeps the

@@ -3,7 +3,7 @@
 Columns: ``file`` (path below the added folder, with or without its ending), ``event`` (what
 happens: foot_strike, catch, release, contact, ...), ``frame`` (of the canonical motion, 30 per
 second) or ``time`` (seconds), and, where it is known, ``joint`` (of the canonical body, such as
-r_wrist) and ``other`` (what takes part beside the joint, such as ball). Further columns are
+r_wrist) and ``other`` (what takes part besides the joint, such as ball). Further columns are
 ignored.
 """
 

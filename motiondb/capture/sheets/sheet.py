@@ -359,7 +359,7 @@ def _number(cells: dict[str, str], column: str) -> float | None:
     Raises
     ------
     ValueError
-        If it is no number in plain decimal notation, or negative.
+        If it is not a number in plain decimal notation, or is negative.
     """
     text = cells.get(column, "")
     if not text:

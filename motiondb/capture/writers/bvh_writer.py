@@ -78,7 +78,7 @@ def to_bvh(clip: Clip, path: object = "clip") -> str:
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write beside the file under another name, then rename, so that no half file is ever seen.
+    """Write to another name in the same folder, then rename, so that the file is never incomplete.
 
     Raises
     ------

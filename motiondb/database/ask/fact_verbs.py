@@ -1,4 +1,4 @@
-"""The verbs that tell facts: symbols and activities of captures, origins."""
+"""The methods that return facts: symbols and activities of captures, origins."""
 
 from __future__ import annotations
 

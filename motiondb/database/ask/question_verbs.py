@@ -1,4 +1,4 @@
-"""The verbs that ask: search, like, describe, and what is worth captioning next."""
+"""The methods for questions: search, like, describe, and suggestions of what to caption next."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class QuestionVerbs(CatalogueVerbs):
         by_symbols : bool
             Decode the words to symbols and align these with the captures, as in paper A.
         written : bool
-            Whether captions count as evidence beside the motion.
+            Whether captions count as evidence, in addition to the motion.
         exact : bool
             Whether words that no caption holds are left out rather than taken as known ones.
 
@@ -196,7 +196,7 @@ class QuestionVerbs(CatalogueVerbs):
         return caption_suggestions.suggest_captions(self.learned, limit)
 
     def word_sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
-        """Which captions taught some words: own ones, and those of the start; empty without one.
+        """The captions from which some words were learned; empty without a start.
 
         Parameters
         ----------

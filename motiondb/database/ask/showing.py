@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 LIKELY = 0.2
 """Probability from which on a word is named. Chosen by hand; not tuned."""
 LEAST_SHOWN = 0.01
-"""t(word | symbol) from which on a symbol is named beside a word. Chosen by hand; not tuned."""
+"""Smallest t(word | symbol) for which a symbol is listed with a word. Chosen by hand; not tuned."""
 
 Row = dict[str, Any]
 """A row of a table, by column name."""

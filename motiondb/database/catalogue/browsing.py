@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 MOST_VALUES = 50
 """Different values of a tag up to which it is counted by value. Chosen by hand: longer lists are
-names or numbers, which nobody picks from a list."""
+names or numbers, which are not useful as a filter."""
 FACET_COLUMNS = ("kind", "format")
 FIRST_TAGS = ("performer", "licence")
 TAG = "tag."

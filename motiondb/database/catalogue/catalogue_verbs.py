@@ -217,7 +217,7 @@ class CatalogueVerbs(AnnotationVerbs):
         end: float | None = None,
         canonical: bool = False,
     ) -> Path:
-        """Write a capture to a file; its own format gives back the very bytes that were added.
+        """Write a capture to a file; in its original format, the bytes are those that were added.
 
         Parameters
         ----------
@@ -226,7 +226,8 @@ class CatalogueVerbs(AnnotationVerbs):
         path : str or Path
             The ending says the format: .bvh, .glb or .gltf, or the ending of the added file.
         start : float, optional
-            Start of the part of the capture, seconds. A part is written anew.
+            Start of the part of the capture, seconds. A part of a capture is always written as a
+            new file.
         end : float, optional
             End of the part of the capture, seconds.
         canonical : bool
@@ -265,7 +266,7 @@ class CatalogueVerbs(AnnotationVerbs):
         Raises
         ------
         QueryError
-            When one of the names is no capture's.
+            When there is no capture of one of the names.
         """
         with store.transaction(self.store):
             infos = [store.load_capture(self.store, name) for name in names]

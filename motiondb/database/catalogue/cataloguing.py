@@ -52,7 +52,7 @@ class AddReport:
     events : int
         Number of events saved with ``added``.
     without_performer : int
-        How many of ``added`` nobody named the performer of.
+        Number of captures of ``added`` whose performer is not given.
     """
 
     added: tuple[str, ...]

@@ -111,8 +111,8 @@ _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
     """Read files, in other processes where there are more than a few.
 
-    When a process dies, the files that it may have been reading are read again, each in a process
-    of its own, so that only the one that kills it is lost.
+    When a process dies, the files that it may have been reading are read again, each in a separate
+    process, so that only the file that kills its process is lost.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def _read_in_processes(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
 
 
 def _read_alone(job: _Job) -> Reading:
-    """Read one file in a process of its own; a problem where the process dies."""
+    """Read one file in a separate process; the result is a problem if the process dies."""
     try:
         (reading,) = _read_in_processes([job], 2)
     except BrokenProcessPool:
@@ -212,7 +212,7 @@ def _end_with(parent: int) -> None:
 def _read_one(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
 ) -> Reading:
-    """Read a file; whatever goes wrong becomes the problem of the reading."""
+    """Read a file; an error becomes the problem of the reading."""
     try:
         n_bytes = path.stat().st_size if path.is_file() else 0
         with capture.guarded(path, settings.limits.seconds_for(n_bytes)):
@@ -269,7 +269,7 @@ def read_joint_map(path: Path) -> dict[str, str]:
     Raises
     ------
     MotionDBError
-        with every line that is no such pair.
+        with every line that is not such a pair.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()

@@ -63,7 +63,7 @@ def import_words(opened: store.Store, path: str | Path) -> ImportReport:
 
 
 def _read_already(sheet: Sheet, infos: Mapping[str, CaptureInfo]) -> list[str]:
-    """A note where a sheet tells how captures are to be read that were read long ago."""
+    """A note if a sheet says how to read captures that were already added."""
     notes = []
     for what in ("fps", "skeleton"):
         count = sum(

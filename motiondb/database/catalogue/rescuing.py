@@ -1,7 +1,8 @@
 """Save what is readable of a damaged database into a new one.
 
-What a capture has lost is made anew where the rest of it allows: a motion by reading the stored
-file again, a file by writing the motion as BVH. What was learned is not taken over: learn again.
+Lost parts of a capture are restored from its other parts if possible: a motion by reading the
+stored file again, a file by writing the motion as BVH. What was learned is not taken over: learn
+again.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ class RescueReport:
     captures : tuple of str
         Names of the captures that were saved, whole or in part.
     mended : tuple of str
-        A sentence for every capture of which a part was lost or made anew.
+        A sentence for every capture of which a part was lost or restored.
     lost : tuple of str
         A sentence for everything that is not in the new database.
     was_learned : bool
@@ -122,7 +123,7 @@ def _save_all(
 
 
 def _save_capture(new: store.Store, salvaged: store.SalvagedCapture, run: Run | None) -> str:
-    """Save a capture, with what is missing made anew; says what that was."""
+    """Save a capture with its missing parts restored; return what was restored."""
     info, source, motion = salvaged.info, salvaged.source, salvaged.motion
     notes = [f"could not read {', '.join(salvaged.lost)}"] if salvaged.lost else []
     if source is None and motion is None:
@@ -162,7 +163,7 @@ def _read_anew(
 
 
 def _written_anew(info: CaptureInfo, motion: Motion) -> tuple[CaptureInfo, store.Source]:
-    """A file for a motion whose own was lost."""
+    """A file for a motion whose file was lost."""
     clip = retarget.to_clip(motion)
     file = f"{info.name.replace('/', '_')}.bvh"
     packed = store.pack_source(file, capture.to_bvh(clip, file).encode(), "bvh")

@@ -1,4 +1,4 @@
-"""Files of a generated motion: the motion itself, and beside it where every frame comes from."""
+"""Files of a generated motion: the motion, and the origin of every frame."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from motiondb.records import MOTION_FPS, Motion
 
 
 class Made(Protocol):
-    """What was generated in any way: a motion that knows where its frames come from."""
+    """Any generated motion with the origin of its frames."""
 
     @property
     def motion(self) -> Motion:

@@ -65,8 +65,8 @@ class Generated:
     question : KnownQuestion
         The sentence as it was understood.
     shown : tuple of JudgedAction
-        Per action that was asked for, whether the motion shows it, told by a judge that had no part
-        in making it.
+        For each requested action, whether the motion shows it, according to a judge that is
+        independent of the generation.
     decided : tuple of str
         What the sentence leaves open, and how it was decided.
     spans : tuple of (int, int)
@@ -84,7 +84,7 @@ class Generated:
     suggested : dict
         Word that no caption holds -> what is made of it where it was not taken.
     sources : tuple of WordSource
-        Which captions taught the words, where the database learned with a start.
+        The captions from which the words were learned, if the database learned with a start.
     """
 
     motion: Motion

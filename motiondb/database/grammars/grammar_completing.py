@@ -1,11 +1,11 @@
 """Complete a pattern of words and terminals by sentences of a grammar that its captures can show.
 
 A pattern is a text of terminals, words, ``?`` for any one terminal and ``...`` for any number of
-them. A word stands for one segment: for one of the terminals in whose segments the word is probable
+them. A word means one segment, with one of the terminals in whose segments the word is probable
 (:mod:`.grammar_words`). A text without ``?`` and ``...`` that does not consist of terminals is a
 sentence in words: its words follow each other in this order, with anything between, before and
-after. The way is from words to motion symbols (the association), to terminals, to a sentence that
-obeys the grammar, to motion.
+after. The steps are from words to motion symbols (the association), to terminals, to a sentence
+that obeys the grammar, to motion.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ def pattern_of(material: Material, learned: Learned | None, text: str) -> Patter
     Raises
     ------
     QueryError
-        When the text is empty or too long, or a word is no terminal and no terminal shows it.
+        When the text is empty or too long, or a word is not a terminal and no terminal shows it.
     GrammarError
         When the pattern needs too many states.
     """
@@ -154,7 +154,7 @@ def pattern_of(material: Material, learned: Learned | None, text: str) -> Patter
 
 
 def _words_in_order(learned: Learned, text: str) -> list[str]:
-    """Return the words of a sentence; whatever is more than an order of actions is refused."""
+    """Return the words of a sentence; anything but an order of actions is refused."""
     known = understand(learned, text)
     if known.unknown:
         raise QueryError(nothing_known(text, known.unknown))

@@ -149,7 +149,7 @@ def play_alternative(material: Material, edited: Edit, number: int, seed: int) -
 
 
 def play_saved(material: Material, name: str, seed: int) -> GrammarSequence:
-    """Return a saved sequence as motion, played anew by its own segments.
+    """Return a saved sequence as motion, assembled again from its segments.
 
     Parameters
     ----------

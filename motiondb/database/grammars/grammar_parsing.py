@@ -1,9 +1,9 @@
-"""Parse a capture: from the stored sentences if the grammar was learned from it, else read it anew.
+"""Parse a capture: by its stored sentences if the grammar was learned from it, else by reading.
 
-Reading assigns a terminal to each segment, whatever the motion shows. A motion that has nothing in
-common with the grammar therefore also becomes a string, which may even parse. For this reason the
-result gives the distance of each segment from its terminal, and the distance beyond which a
-segment is unlike everything from which the grammar was learned (see
+Reading assigns a terminal to every segment, even if the motion shows something else. A motion that
+has nothing in common with the grammar therefore also becomes a string, which may even parse. For
+this reason the result gives the distance of each segment from its terminal, and the distance beyond
+which a segment is unlike everything from which the grammar was learned (see
 :mod:`motiondb.grammar.terminals.labelling`).
 """
 

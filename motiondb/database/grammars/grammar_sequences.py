@@ -3,7 +3,7 @@
 A derivation gives a string of terminals. Each terminal is played by one of its segments. The
 segments are chosen so that the total cost of all joins is least, and are then stitched together.
 The tree and the segments are saved with the motion, so that the sequence can be edited later: a
-region is derived anew, and everything outside the region keeps its terminals and its segments.
+region is derived again, and everything outside the region keeps its terminals and its segments.
 """
 
 from __future__ import annotations

@@ -143,8 +143,9 @@ class Grammars(SequenceVerbs):
         """Return the sentences of a motion, stored or newly parsed.
 
         The sentences are the stored ones if the grammar was learned from the motion. Otherwise the
-        motion is read, which assigns a terminal to each segment, whatever it shows. ``unlike`` of
-        the result gives the segments that are unlike everything from which the grammar was learned.
+        motion is read, which assigns a terminal to every segment, even if the motion shows
+        something else. ``unlike`` of the result gives the segments that are unlike everything from
+        which the grammar was learned.
 
         Parameters
         ----------
@@ -203,7 +204,7 @@ class Grammars(SequenceVerbs):
         goal : str
             The terminal to reach.
         shortest : bool
-            Whether the shortest continuation is wanted instead.
+            Whether to return the shortest continuation instead.
 
         Raises
         ------

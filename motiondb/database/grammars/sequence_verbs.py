@@ -45,7 +45,7 @@ class SequenceVerbs:
         ]
 
     def open(self, name: str, seed: int = 0) -> GrammarSequence:
-        """Return a saved sequence, played anew with its own segments.
+        """Return a saved sequence, assembled again from its segments.
 
         Parameters
         ----------

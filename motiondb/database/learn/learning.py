@@ -107,7 +107,7 @@ def _load_taught(opened: store.Store) -> tuple[FeaturePool, TaughtWords]:
 
 
 def _load_catalogue(opened: store.Store) -> TaughtWords:
-    """Who performs in the captured captures, and what people wrote about them."""
+    """Performers and captions of the captured captures."""
     captured = {i.capture_id: i for i in store.load_captures(opened) if i.kind == "captured"}
     captions = {c: v for c, v in store.load_captions(opened).items() if c in captured}
     return TaughtWords(captions, store.load_synonyms(opened), performers_of(captured))

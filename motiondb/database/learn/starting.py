@@ -25,7 +25,7 @@ from motiondb.learning.start.knowledge import Knowledge
 from motiondb.learning.symbol_fitting import LearnSettings
 
 NONE = "none"
-"""Name that stands for no start."""
+"""Name that means no start."""
 ENDING = ".knowledge"
 _RUN = ("kind", "seed", "version")  # of a run, what does not depend on the machine or the day
 
@@ -81,8 +81,8 @@ def find_start(
     opened : Store
         The open store.
     start : str, Path, Knowledge or None
-        A shipped name, a file, knowledge itself or "none"; None stands for what the database
-        started from before.
+        A shipped name, a file, knowledge itself or "none"; None means the start that the database
+        used before.
     settings : LearnSettings
         A number of symbols contradicts a start, whose symbols are taken over.
 

@@ -49,7 +49,7 @@ class Change:
 def changing(
     opened: store.Store, kind: str, parameters: Mapping[str, object], touched: Iterable[int] = ()
 ) -> Iterator[Change]:
-    """A transaction with a run of its own around :func:`counted`.
+    """A transaction with a separate run around :func:`counted`.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class Board:
     faults : tuple of BoardFault
         Why it cannot be played; none for one that can.
     holder : str
-        Who has the ball at first, or "".
+        Name of the player who has the ball at first, or "".
     strings : dict of str to tuple of str
         Shortest string of actions of each player who can do what is asked.
     expressions : dict of str to str

@@ -6,7 +6,7 @@ name no other action: "walk, veer left" and "run, stop" show walking and running
 times is about its part of the capture, one without about the whole capture.
 
 If a caption names several actions in order, all of them actions of the grammar and exactly one of
-them a throw (its event is a release), the hands tell when the throw is (see
+them a throw (its event is a release), the time of the throw is determined from the hands (see
 :mod:`motiondb.scene.clips.throws`). Its clip begins there, and what is named before it comes
 before. This is not done for captures with other captions that have times.
 """

@@ -3,8 +3,8 @@
 ``NAME.bvh`` for every character, in one world, so that all of them together are the scene, with
 ``NAME.provenance.json`` beside it; ``scene.glb`` with all characters and the ball; ``paths.png``,
 ``above.gif`` and ``scene.gif``; ``report.txt`` and ``report.json``; ``scene.json``, from which
-``scene update`` begins; the texts of the diagram and the grammar. The folder is written beside its
-place under another name and then renamed, so that it is there whole or not at all.
+``scene update`` begins; the texts of the diagram and the grammar. The folder is written under
+another name and then renamed, so that it is complete or absent.
 """
 
 from __future__ import annotations
@@ -157,7 +157,7 @@ def action_runs(
 ) -> list[dict[str, Any]]:
     """Return runs of frames of one action: their capture, its frames, and what was done to them.
 
-    Waiting is a run of its own, and so are the frames after frames that were left out.
+    Waiting is a separate run, and a new run begins after frames that were left out.
     """
     actions = made.state.players[_number(made, name)].tree.leaves()
     numbers = np.asarray(clips)

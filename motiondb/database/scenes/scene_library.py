@@ -1,9 +1,9 @@
 """The clips of a motion grammar's terminals, from the captures of a database.
 
-Captions tell which parts of captures show an action (:mod:`.scene_clips`). Annotated events, or
-else the motion, tell when its event is and where it can be cut. The rest is done by
-:mod:`motiondb.scene.clips.clips`. Making a library takes a second or two, so the session keeps it
-until the database changes.
+The captions determine which parts of captures show an action (:mod:`.scene_clips`). The annotated
+events, or else the motion, determine the time of its event and where it can be cut. The rest is
+done by :mod:`motiondb.scene.clips.clips`. Making a library takes a second or two, so the session
+keeps it until the database changes.
 """
 
 from __future__ import annotations

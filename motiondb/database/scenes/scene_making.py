@@ -42,7 +42,7 @@ unknown)."""
 _MOST_CHAINS = 64
 """Most Markov chains; more only take memory."""
 FASTEST = 8.0
-"""Speed of a pelvis, m/s, above which a scene is begun again: nobody is as fast on a court. Chosen
+"""Speed of a pelvis, m/s, above which a scene is begun again; players on a court are slower. Chosen
 by hand."""
 
 

@@ -1,8 +1,8 @@
 """The record of a scene, which the store and a folder's ``scene.json`` keep, and back to a state.
 
 The record names captures and not entries of a library, so that it remains valid when the library
-changes. On the way back every clip is found by its capture, frames and edit. If the library no
-longer has it, it is replaced by the most similar entry of the same action.
+changes. When a scene is read back, every clip is identified by its capture, frames and edit. If the
+library no longer has it, it is replaced by the most similar entry of the same action.
 """
 
 from __future__ import annotations

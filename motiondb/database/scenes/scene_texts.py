@@ -157,7 +157,7 @@ class SceneTextVerbs:
         goals: Sequence[str | Collection[str]],
         start: str = "",
     ) -> tuple[str, ...]:
-        """Return the shortest string that goes on from some actions and reaches goals in order.
+        """Return the shortest string that continues some actions and reaches goals in order.
 
         Parameters
         ----------

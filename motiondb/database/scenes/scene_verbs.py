@@ -1,8 +1,8 @@
 """The verbs of scenes: ``db.scenes.make``, ``update``, ``write``, ``keep``, ``find``, ``remove``.
 
-A diagram tells what happens, a motion grammar how, and the database's captures are the motion. A
-scene can be written into a folder, and kept in the store under a name. Every player's motion is
-then a capture, ``NAME/PLAYER``, with the origin of its frames.
+A diagram specifies what happens, a motion grammar how, and the captures of the database provide the
+motion. A scene can be written into a folder, and kept in the store under a name. Every player's
+motion is then a capture, ``NAME/PLAYER``, with the origin of its frames.
 """
 
 from __future__ import annotations

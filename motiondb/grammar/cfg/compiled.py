@@ -1,7 +1,7 @@
 """A grammar as arrays of numbers, made once and used for many parses.
 
-Symbols are numbered: nonterminals, terminals, then *tails*. A tail stands for two or more symbols
-at the end of a rule, X Y Z = X (Y Z), and is shared by all rules that end with them. Then a rule of
+Symbols are numbered: nonterminals, terminals, then *tails*. A tail replaces two or more symbols at
+the end of a rule, X Y Z = X (Y Z), and is shared by all rules that end with them. Then a rule of
 the grammar rewrites a nonterminal into one symbol (or into nothing), and a tail always splits into
 its two children. Trees over this form and trees of the grammar correspond one to one, for any
 grammar, with empty rules, unit cycles and left recursion.
@@ -374,7 +374,7 @@ def with_chances(compiled: CompiledGrammar, chances: FloatArray) -> CompiledGram
 
 
 def numbered(compiled: CompiledGrammar, sentence: Sequence[str]) -> IntArray:
-    """Return a sentence as symbol numbers, -1 for what is no terminal of the grammar."""
+    """Return a sentence as symbol numbers, -1 for a name that is not a terminal of the grammar."""
     if len(sentence) > MOST_SYMBOLS:
         raise GrammarError(
             f"sentence: expected at most {MOST_SYMBOLS:,} symbols, found {len(sentence):,}. Time"

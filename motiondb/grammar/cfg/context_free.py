@@ -115,7 +115,7 @@ class Grammar:
     rules : tuple of Rule
         The rules.
     terminals : tuple of str
-        All terminals of the rules, and perhaps others that stand in no rule.
+        All terminals of the rules, and possibly others that occur in no rule.
     """
 
     start: str
@@ -188,7 +188,8 @@ def read_grammar(text: str, where: str = "grammar") -> Grammar:
     Raises
     ------
     GrammarError
-        A line is no rule, a name is not valid, or there is no rule; with the number of the line.
+        A line is not a rule, a name is not valid, or there is no rule; the message has the number
+        of the line.
     """
     alternatives: list[tuple[str, tuple[str, ...], float | None]] = []
     for number, line in enumerate(text.splitlines(), start=1):

@@ -1,4 +1,4 @@
-"""Forward probabilities: what may stand at each place of a sentence, given all symbols before it.
+"""Forward probabilities: the next symbol at each position of a sentence, given those before it.
 
 A string that begins with the first i symbols and then X needs a symbol that is *predicted* at place
 i and whose left corner X is. The start symbol is predicted at 0. Where a tail (Y Z) is a left

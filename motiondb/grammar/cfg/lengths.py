@@ -122,8 +122,8 @@ def shortest_length(compiled: CompiledGrammar) -> int:
 def longest_length(compiled: CompiledGrammar) -> float:
     """Return the length of the longest string of the grammar, infinite if there is no longest.
 
-    A tree in which no symbol stands below itself is no deeper than there are symbols: lengths that
-    still grow after so many rounds grow for ever.
+    A tree in which no symbol occurs below itself is at most as deep as the number of symbols.
+    Lengths that still grow after so many rounds are unbounded.
     """
     lengths = np.full(compiled.n_symbols, -inf)
     lengths[compiled.terminals] = 1.0

@@ -6,7 +6,7 @@ Then P(t | w) = P(w t ...) / P(w ...) for a terminal t, and P(end | w) = P(w) / 
 to 1. All probabilities are given that the derivation ends: of a grammar that may go on for ever,
 only the finite sentences count.
 
-A string is no more probable than its beginnings. So a search that always extends the most probable
+A string is at most as probable as its prefixes. So a search that always extends the most probable
 beginning yields the strings of a language in the order of their probability (:func:`best_strings`).
 
 Sources: F. Jelinek and J. D. Lafferty, "Computation of the Probability of Initial Substring

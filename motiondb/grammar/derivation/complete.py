@@ -6,7 +6,7 @@ states t.
 
 Trees that match are drawn from the root down by W: this is the distribution of the grammar, given
 that the sentence matches. The most probable trees are found by A* search, in which V is the exact
-cost of what is still to derive, so each step of the search serves a tree that is wanted.
+cost of what is still to derive, so no step of the search is spent on other trees.
 
 Source: P. E. Hart, N. J. Nilsson and B. Raphael, "A Formal Basis for the Heuristic Determination of
 Minimum Cost Paths" (1968), for A*.
@@ -30,7 +30,8 @@ from motiondb.grammar.derivation.pattern import Pattern, Place
 from motiondb.records import FloatArray
 
 _TREES_A_STRING = 20
-"""Trees that are looked at for each wanted string, at most. Chosen by hand, to bound the time."""
+"""Largest number of trees that are examined for each requested string. Chosen by hand, to bound the
+time."""
 
 _SHOWN = 20  # possible terminals that a message names
 

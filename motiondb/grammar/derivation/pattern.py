@@ -20,7 +20,7 @@ from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import BoolArray, IntArray
 
 GAP, ANY = "...", "?"
-"""What stands for any number of terminals, and for any one terminal."""
+"""The notation for any number of terminals, and for any one terminal."""
 
 MOST_STATES = 200
 """States of the automaton at most. The time of a completion grows with their third power."""
@@ -111,7 +111,7 @@ def read_pattern(words: Sequence[Place | str]) -> Pattern:
     Raises
     ------
     GrammarError
-        There is no place, and no gap.
+        There is neither a place nor a gap.
 
     >>> read_pattern(["...", "a", "?", "...", "..."]).gaps
     (True, False, True)

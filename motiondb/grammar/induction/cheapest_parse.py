@@ -2,7 +2,7 @@
 
 A node of a nonterminal with h alternatives costs log2 h bits, and a symbol of a new rule the
 logarithm of the alphabet. A sentence that the rules do not derive is covered: it becomes a new
-right side of the start symbol, made of terminals and of nonterminals that stand for parts of it, in
+right side of the start symbol, made of terminals and of nonterminals that derive parts of it, in
 the fewest bits.
 
 The compiled part is a chart over spans, filled component by component of the nonterminals,

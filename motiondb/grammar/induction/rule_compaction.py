@@ -7,7 +7,7 @@ Then, again and again, one of the best rule sets so far is perturbed and anneale
 Many sentences are searched by samples first. What a search from all plain sentences merges wrongly
 in its first steps, it rarely splits again, and the more sentences there are, the more wrong steps
 save bits. The rules of each sample are then refitted to all sentences (:mod:`.refitting`), and the
-search goes on from the best of them.
+search continues from the best of them.
 
 Rules without loops are searched first. Then the search is repeated with loops allowed, into the
 same pool. Half of its annealings begin with the shortest sentences and go on with more and more of
@@ -89,7 +89,7 @@ _LARGE = 800
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is searched.
+    """Effort of the search.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ def compact(
     donors : sequence of RuleSet
         Rule sets of the same terminals whose nonterminals may be put into the sentences.
     effort : Effort, optional
-        How much is searched; :func:`effort_for` unless given.
+        Effort of the search; by default that of :func:`effort_for`.
     """
     effort = effort or effort_for(flat)
     rng = Generator(PCG64(_SEED))  # a fixed stream: nothing outside changes the result
@@ -166,7 +166,7 @@ class Search:
     flat : RuleSet
         One rule for each sentence, and the laws.
     effort : Effort
-        How much is searched.
+        Effort of the search.
     rounds : int
         Rounds of a loop that some sentence must have.
     rng : numpy.random.Generator
@@ -179,7 +179,7 @@ class Search:
     rng: np.random.Generator
 
     def anneal(self, pool: Pool, begun: RuleSet, tries: int, warmest: float) -> None:
-        """Anneal rules; what is found goes into the pool.
+        """Anneal rules; the result is added to the pool.
 
         If loops are allowed, rules as good as the best of the pool are refitted first, and loops
         that the sentences do not support are written out.

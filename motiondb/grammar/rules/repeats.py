@@ -11,7 +11,7 @@ A *maximal repeat* occurs at least twice and cannot be extended on either side w
 occurrence. It is an interval of the suffix array with different symbols on the left. The *cover*
 selects occurrences of repeats, the longest first, none of which overlaps another. The users of a
 cover never cut a sentence inside an occurrence. In a run such as ``ababab`` an occurrence would
-overlap its own repetition. It is shortened to the period, so that a long run stays divisible.
+overlap its repetition. It is shortened to the period, so that a long run stays divisible.
 
 Notation: N symbols, SA suffix array, LCP lengths of shared prefixes.
 

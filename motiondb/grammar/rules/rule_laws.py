@@ -123,7 +123,7 @@ def all_reached(rules: Rules, start: int) -> bool:
 
 
 def derives_itself_alone(rules: Rules) -> bool:
-    """Whether a nonterminal derives itself with nothing beside it, so that a tree has no end.
+    """Whether a nonterminal derives exactly itself, so that a tree can be infinite.
 
     >>> derives_itself_alone({2: {(3, 2): 1, (0,): 1}, 3: {(): 1, (1,): 1}})
     True
@@ -139,7 +139,7 @@ def derives_itself_alone(rules: Rules) -> bool:
 
 
 def empty_beside_itself(rules: Rules, nullable: frozenset[int]) -> bool:
-    """Whether a nonterminal that derives the empty string stands beside itself.
+    """Whether a nonterminal that derives the empty string occurs next to itself.
 
     Parameters
     ----------

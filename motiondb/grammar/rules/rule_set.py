@@ -16,7 +16,7 @@ Laws limit generalization where there are few examples:
   in each basketball sentence means one shot in each derived sentence;
 * *single*: a terminal that at least ten sentences hold, and none twice, occurs at most once;
 * *start*: no string is empty, because no sentence is;
-* a nonterminal that may be empty does not stand beside itself. Otherwise one sentence has several
+* a nonterminal that may be empty does not occur next to itself. Otherwise one sentence has several
   derivations, and bits are spent on the choice between them. A search may also forbid all empty
   right sides.
 
@@ -78,7 +78,7 @@ class RuleSet:
         return self.n_terminals
 
     def copy(self) -> RuleSet:
-        """Return a copy with rules of its own; the laws are shared."""
+        """Return a copy with separate rules; the laws are shared."""
         return self.with_rules({left: dict(rights) for left, rights in self.rules.items()})
 
     def with_rules(self, rules: Rules) -> RuleSet:

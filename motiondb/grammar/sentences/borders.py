@@ -1,8 +1,8 @@
 """Changes of many cuts at once: cuts at borders of one kind are made, removed or moved together.
 
 A border between two symbols is of three kinds at once: *before* the second symbol, *after* the
-first, and *between* the two. Where sentences begin or end in the same way, their borders are of one
-kind. Cuts at all places of a kind treat all occurrences of a repeat alike. So candidate partitions
+first, and *between* the two. Borders are of the same kind if sentences begin or end in the same way
+there. Cuts at all places of a kind treat all occurrences of a repeat alike. So candidate partitions
 are made from one kind each, and a partition is changed kind by kind. A change of a single cut
 hardly changes the bits, because a sentence that is cut unlike all others shares nothing with them.
 

@@ -8,10 +8,10 @@ chosen, so that cuts are allowed anywhere: in a long string, nearly every true b
 some repeat by chance.
 
 The paper draws candidates at random and keeps the best. Here a quarter of the evaluations does the
-same. The others change the best candidate: single cuts are moved, added and removed, or a part of
-the strings, or all, is cut anew by the symbols that sentences share, with random changes of these
-gains (``recutting``). A change that costs bits is accepted with a probability that decreases with
-its cost and with time (simulated annealing), because the bits have many local minima. The best
+same. The others change the best candidate: single cuts are moved, added and removed, or some or all
+of the strings are cut again by the symbols that sentences share, with random changes of these gains
+(``recutting``). A change that costs bits is accepted with a probability that decreases with its
+cost and with time (simulated annealing), because the bits have many local minima. The best
 candidate of all is returned, so the result is never worse than the best one drawn.
 
 Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",

@@ -8,8 +8,8 @@ the sentences given the rules. Learning rules in full takes seconds, so partitio
    cut without regard to repeats, or at all borders of one kind (``borders``).
 2. *Race.* Rules are annealed for each candidate. The third with the fewest bits is annealed three
    times as often, and so on, until a few finalists are left.
-3. *Improvement.* Each finalist is changed many times: its strings are cut anew by the present rules
-   (``reparsing``), or cuts of one kind are changed (``borders``). Then rules are annealed again.
+3. *Improvement.* Each finalist is changed many times: its strings are cut again by the present
+rules (``reparsing``), or cuts of one kind are changed (``borders``). Then rules are annealed again.
    A change that costs bits is accepted with a probability that decreases with cost and time.
 4. *Result.* The grammar of the best partition is learned in full.
 

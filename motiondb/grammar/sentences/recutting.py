@@ -5,8 +5,8 @@ share with other sentences. So, given a partition, the gain of a cut at a place 
 symbols that what follows has in common with the best beginning of another sentence, and what
 precedes with the best end. Every cut also has a price. The cuts of least total cost that keep the
 allowed lengths are found exactly, by dynamic programming over the allowed places. Random changes of
-the gains give different cuts each time. Where only some places are chosen anew and the rest stays,
-this is a large neighbourhood search.
+the gains give different cuts each time. If only some places are chosen again and the others are
+kept, this is a large neighbourhood search.
 
 Sources: R. Bellman, "Dynamic Programming" (1957), for shortest paths; D. Pisinger and S. Ropke,
 "Large Neighborhood Search", Handbook of Metaheuristics (2010).
@@ -43,7 +43,7 @@ def recut(
     cuts: Sequence[int],
     rng: np.random.Generator,
 ) -> tuple[int, ...]:
-    """Cut strings anew, all of them or a part as long as two to eight of the longest sentences.
+    """Cut strings again: all of them, or a part as long as two to eight of the longest sentences.
 
     A cut costs ``_PRICE`` symbols, less a random share of the symbols that the sentences there
     would have in common with present ones, less a random number of symbols.

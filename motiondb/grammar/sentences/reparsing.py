@@ -3,7 +3,7 @@
 Given rules, every part of a string has a price. A part that the start symbol derives costs the bits
 of its cheapest derivation, log2 of the number of alternatives at each node. Any other part costs a
 new rule: its left side, a separator, and each symbol of the shortest right side that the present
-nonterminals and terminals give, with the bits of deriving what these stand for. The cuts of least
+nonterminals and terminals give, with the bits of what these derive. The cuts of least
 price are found exactly, by dynamic programming. These are the cuts that a learner with these rules
 would make. Rules learned from the new sentences take no more bits, and so on (learning by hard
 assignment, as in segmental k-means).

@@ -6,8 +6,8 @@ least change of the pose, and further ones between them, so that two neighbours 
 take. A segmentation is a path of cells from the first cut to the last; the cheapest path is found
 exactly (:func:`cheapest_path`), with cuts as vertices in order of time and cells as edges.
 
-Park, Lee and Lee (2011) place a candidate every 30 frames, with which the numbers of segments of
-their own Table 1 cannot be reached.
+Park, Lee and Lee (2011) place a candidate every 30 frames; the numbers of segments of their Table 1
+cannot be reached in this way.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from motiondb.grammar.terminals.pose_distance import Poses
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 _HALVINGS = 60
-"""Halvings of the interval of prices: more than a double can tell apart."""
+"""Halvings of the interval of prices, more than the precision of a double."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,9 @@ exchange is made if it lowers
 
 where u is the mean distance of a pose from the mean pose and s(c) the speed at the cut relative to
 the mean speed of the takes. ``price`` works against ever shorter segments. ``rest`` decides between
-equally good segmentations by how much the body rests at the cuts: a segmentation that is shifted by
-half a movement repeats as well as the true one. With both 0, F itself is maximised.
+equally good segmentations by how still the body is at the cuts. This is needed because a
+segmentation that is shifted by half a movement repeats as well as the true one. With both 0, F
+itself is maximised.
 
 Cells are tried at random: those of the present segmentation, the more often the more they cost;
 neighbours of a medoid; and any. Worse exchanges are accepted with a probability that falls
@@ -149,7 +150,7 @@ def exchange_search(
     task : Task
         What is searched.
     rng : numpy.random.Generator
-        Each start gets a generator of its own, so that the result does not depend on the number of
+        Each start gets a separate generator, so the result does not depend on the number of
         threads.
     n_starts : int
         Number of starts.

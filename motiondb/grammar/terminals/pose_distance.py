@@ -37,10 +37,11 @@ COMPARED = (
 )  # fmt: skip
 """The joints that d looks at, equally weighted."""
 VELOCITY_WEIGHT = 0.6
-"""Weight of velocities (metres per third of a second) beside positions (metres). The value that
+"""Weight of velocities (metres per third of a second) relative to positions (metres). The value
+that
 features of word search have (``pose.features``)."""
 PELVIS_WEIGHT = 0.5
-"""Weight of the pelvis's velocity and turning beside the mean over joints. Chosen by hand."""
+"""Weight of the pelvis's velocity and turning relative to the mean over joints. Chosen by hand."""
 VELOCITY_SECONDS = 1.0 / 3.0
 """Unit of time of velocities: about the length of a short movement. Chosen by hand."""
 KEPT = 0.995
@@ -82,7 +83,7 @@ def make_poses(takes: Sequence[Motion]) -> Poses:
     Raises
     ------
     GrammarError
-        There is no take, a take has no frames, or one holds values that are no numbers.
+        There is no take, a take has no frames, or one contains values that are not numbers.
     """
     if not takes:
         raise GrammarError("terminals: expected at least one take, found none. Name a capture.")

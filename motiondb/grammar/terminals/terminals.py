@@ -44,7 +44,7 @@ TUNED = 4
 """How many of the best starts are tuned; the best of them is kept. Chosen by hand."""
 
 Progress = Callable[[int, int, str], None]
-"""Called with what is done, of how much, and with what is being done."""
+"""Called with the amount done, the total amount, and the name of the step."""
 
 
 @dataclass(frozen=True, eq=False)

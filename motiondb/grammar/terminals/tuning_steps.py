@@ -11,7 +11,8 @@ from motiondb.grammar.terminals.segment_distance import segment_distance
 from motiondb.records import BoolArray, Float32Array, FloatArray, IntArray
 
 _RELATIVE_GAIN = 1e-12
-"""Share of the cost by which it must fall to count as better; below is rounding."""
+"""Share of the cost by which it must fall to count as better; smaller differences are rounding
+errors."""
 
 
 class Costs(NamedTuple):

@@ -1,14 +1,14 @@
-"""How sure an answer to words is: as a whole, and part by part.
+"""Certainty of an answer to words: as a whole, and for each part.
 
-Only probabilities that were learned from questions of the same kind are told. These kinds are
+Only probabilities that were learned from questions of the same kind are given. These kinds are
 
     actions asked for, in order or at once; exclusions alone:
         the product of the probabilities of the statements (``certainty.answer_probability``),
     one action but not another; one of several actions:
         learned by themselves (:mod:`motiondb.learning.certainty.question_certainty`).
 
-Nothing is told for repeats and lengths, for orders with exclusions, for several exclusions beside
-an action, and for alternatives that are more than one action: whether such answers are right was
+There is no probability for repeats and lengths, for orders with exclusions, for several exclusions
+with an action, and for alternatives of more than one action: whether such answers are right was
 never measured.
 """
 
@@ -33,7 +33,7 @@ SURE = 1.0 - 1e-12
 
 @dataclass(frozen=True)
 class PartChance:
-    """How sure a capture shows a part of a question.
+    """The certainty that a capture shows a part of a question.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class PartChance:
 
 @dataclass(frozen=True)
 class Chances:
-    """How sure an answer is.
+    """Certainty of an answer.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ def chances(
     hit: QuestionHit,
     why: Sequence[reasons.WordReason],
 ) -> Chances:
-    """How sure an answer is.
+    """Certainty of an answer.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def chances_of_kind(
     Parameters
     ----------
     kind : KindCertainty
-        How sure answers to this kind of question are.
+        Certainty of answers to this kind of question.
     asked : tuple of float
         Log-odds of what is asked, and what of them captions add.
     excluded : tuple of float or None
@@ -167,7 +167,7 @@ def _of_part(
     k: int,
     why: Sequence[reasons.WordReason],
 ) -> PartChance | None:
-    """How sure a capture shows part k; None where it asks for nothing."""
+    """The certainty that a capture shows part k; None where it asks for nothing."""
     asked = [n for n, statement in enumerate(hit.statements) if statement.exclusion < 0]
     of_part = {n for n in asked if hit.statements[n].part == k}
     odds_of_part = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]

@@ -30,7 +30,7 @@ class CaptionSuggestion:
     like : tuple of str
         Names of captures without words that its words would also describe, most similar first.
     symbols : tuple of int
-        Symbols of the capture that never occurred beside words.
+        Symbols of the capture that never occurred with words.
     reason : str
         One sentence.
     """

@@ -1,4 +1,4 @@
-"""Search by example: the stored intervals that move like a motion, and how sure each answer is."""
+"""Search by example: stored intervals that move like a motion, with certainties."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where an answer shows each part of a question, and how sure that is.
+"""Where an answer shows each part of a question, with its certainty.
 
 Which captures answer, and how far, is decided by the word map (``search.by_question``). Where in
 the capture is decided by the evidence of places (:mod:`motiondb.learning.place_fitting`), with what
@@ -84,9 +84,9 @@ def place_answer(
     reading : Reading
         The reading that it answers.
     said : sequence of (PartChance or None)
-        How sure the capture shows each part.
+        The certainty that the capture shows each part.
     written : bool
-        Whether captions count as evidence beside the motion.
+        Whether captions count as evidence, in addition to the motion.
     """
     sure = [None if one is None else one.probability for one in said]
     placed = _placed(learned, capture, reading, written)

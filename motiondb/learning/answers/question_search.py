@@ -21,12 +21,12 @@ from motiondb.words.question.tree import NotUsed
 NOT_A_CAPTION = NotUsed(
     "quotation marks", "alternatives, exclusions, counts and lengths are not compared as a caption"
 )
-"""What is said of a question in quotation marks that cannot be compared as a caption."""
+"""The note for a question in quotation marks that cannot be compared as a caption."""
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """One capture's answer: where, why, and how sure it is."""
+    """One capture's answer: its interval, its reasons and its certainty."""
 
     capture: int
     hit: QuestionHit
@@ -42,7 +42,7 @@ def find(
     written: bool = True,
     as_caption: bool = False,
 ) -> tuple[list[Found], tuple[Reading, ...], tuple[NotUsed, ...]]:
-    """The best answers, best first; the readings of the question, and what a search cannot tell.
+    """The best answers, best first; the readings of the question, and its unused parts.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def find(
     limit : int
         How many answers at most.
     written : bool
-        Whether people's words about the captures count beside the motion.
+        Whether the captions of the captures count as evidence, in addition to the motion.
     as_caption : bool
         Whether the question is also compared as a whole caption.
     """

@@ -106,9 +106,9 @@ def with_shares(
 
 
 def _asked_words(learned: Learned, readings: Sequence[Reading]) -> tuple[int, ...]:
-    """Numbers of the different words that the only reading asks for; none where it is no caption.
+    """Numbers of the different words of the only reading; empty if the question is not a caption.
 
-    Words that are only taken for known ones stand behind the vocabulary and are left out.
+    Words that are replaced by known ones have numbers after the vocabulary and are left out.
     """
     if len(readings) != 1 or readings[0].exclusions or counts_or_lasts(readings[0]):
         return ()

@@ -62,7 +62,7 @@ class WordAnswer:
     suggested : dict
         Word that no caption holds -> what is made of it where it was not taken.
     sources : tuple of WordSource
-        Which captions taught the words, where the database learned with a start.
+        The captions from which the words were learned, if the database learned with a start.
     written : tuple of WrittenWord
         Words that were not learned and were found where they are written.
     vocabulary : tuple of str

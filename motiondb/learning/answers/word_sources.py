@@ -1,4 +1,4 @@
-"""Which captions taught a word: own ones, and those of what the database started from."""
+"""The captions from which a word was learned: own ones, and those of the start."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from motiondb.learning.start.joining import start_weight
 
 @dataclass(frozen=True)
 class WordSource:
-    """Captions that taught a word, in a database that learned with a start.
+    """The captions from which a word was learned, in a database that learned with a start.
 
     Attributes
     ----------
@@ -24,8 +24,8 @@ class WordSource:
     own_captions : int
         Own captions that hold it.
     weight : float
-        How much a caption of the start counts beside an own one; 1 where no own caption holds the
-        word, because then those of the start alone teach it.
+        Weight of a caption of the start relative to an own one; 1 if no own caption has the word,
+        because it is then learned from the start alone.
     """
 
     word: str
@@ -35,7 +35,7 @@ class WordSource:
     weight: float
 
     def sentence(self) -> str:
-        """What a user is told.
+        """The sentence for the user.
 
         >>> WordSource("walk", "cmu", 74, 0, 1.0).sentence()
         'walk: known from the start cmu alone (74 captions there)'
@@ -57,7 +57,7 @@ class WordSource:
 
 
 def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ...]:
-    """Which captions taught some words, in their order; empty without a start.
+    """The captions from which some words were learned; empty without a start.
 
     Words that were not learned are left out.
     """

@@ -1,4 +1,4 @@
-"""How sure answers are, learned from questions whose answers the captions give.
+"""Certainty of answers, learned from questions whose answers are known from the captions.
 
 The captures that people wrote about are asked as a user would ask, each time with the words of the
 performers in question left out of the word map (its sums are additive, so leaving out is
@@ -7,8 +7,8 @@ subtracting). Whether an answer is right follows from the captions:
 * by words: performers are divided into folds; every word that the other folds know is asked of the
   captures of one fold;
 * by example: a described interval is the example; the captures of all other performers are
-  searched, each by its window that moves most like the example. An answer is right where both
-  captions name the same action, that is, a word that is no direction, part of the body or manner
+  searched, each by its window that moves most like the example. An answer is right if both captions
+  name the same action, that is, a word that is not a direction, a part of the body or a manner
   (``vocabulary.MODIFIERS``).
 
 Here only questions to which there is a right answer count. From these
@@ -136,7 +136,7 @@ def intervals_of(described: Sequence[Described]) -> tuple[FloatArray, FloatArray
 
 
 def words_certainty(written: Written) -> Certainty | None:
-    """How sure an answer to words is: its cue is the log-odds of an action in a capture.
+    """Certainty of an answer to words; its cue is the log-odds of an action in a capture.
 
     The threshold is on the log-odds that the motion adds to the usual ones, so that rare words can
     be found too. None where too little was written.
@@ -164,7 +164,7 @@ def words_certainty(written: Written) -> Certainty | None:
 
 
 def example_certainty(written: Written) -> Certainty | None:
-    """How sure an answer to an example is.
+    """Certainty of an answer to an example.
 
     Its cues are the resemblance of the answer and how clear the example's action is; the threshold
     is on the resemblance. None where too little was written.

@@ -41,7 +41,7 @@ class ShortCapture:
     words : tuple of int
         Numbers of the words of its action.
     group : str
-        Who performs.
+        The performer.
     """
 
     standardised: FloatArray
@@ -64,7 +64,7 @@ class JoinedPart:
     words : tuple of int
         Numbers of the words of its action.
     group : str
-        Who performs.
+        The performer.
     """
 
     start: int
@@ -96,7 +96,7 @@ class JoinedTake:
 
     @property
     def groups(self) -> frozenset[str]:
-        """Who performs."""
+        """The performer."""
         return frozenset(part.group for part in self.parts)
 
 
@@ -109,7 +109,7 @@ class PlaceQuestion:
     words : tuple of int
         Numbers of its words.
     group : str
-        Who performs the first capture of the action.
+        Performer of the first capture of the action.
     true : tuple of (int, int)
         Frames [start, end) that show it, neighbours joined.
     """
@@ -136,7 +136,7 @@ def short_captures(
     written : Written
         Actions that captions list.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     """
     chosen = []
     for capture, rows in capture_rows(table).items():

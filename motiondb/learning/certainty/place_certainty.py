@@ -162,7 +162,7 @@ def learn_certainty(
     places : Places
         Where the actions of captions happen.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     rng : numpy.random.Generator
         Draws which captures are joined.
     """
@@ -190,7 +190,7 @@ def known_elsewhere(
     places : Places
         Where the actions of captions happen.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     n_words : int
         Size of the vocabulary.
     """

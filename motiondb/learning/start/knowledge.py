@@ -100,7 +100,7 @@ class Taught:
     information : array (3, 3)
         Fisher information of the calibration, summed over the intervals and words.
     certainties : Certainties
-        How sure answers are.
+        Certainties of answers.
     """
 
     words: tuple[str, ...]

@@ -82,7 +82,7 @@ def check_writable(store: Store) -> None:
 
 @contextmanager
 def reading(store: Store) -> Iterator[int]:
-    """One state of the database for all loads in the block, whatever others save meanwhile.
+    """One state of the database for all loads in the block, even if others save changes meanwhile.
 
     Inside a transaction or another such block of the same thread, the block sees what that one
     sees.

@@ -70,7 +70,7 @@ class Taking:
         return tuple(p / total for _, p in self.words)
 
     def sentence(self, where: str = "in the captions") -> str:
-        """What a user is told.
+        """The sentence for the user.
 
         Probabilities are rounded down, so that none is told as 1.
 
