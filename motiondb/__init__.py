@@ -285,7 +285,7 @@ def _to_clip(motion: object) -> Clip:
         return motion
     raise MotionDBError(
         f"motion: expected a motiondb.Clip or a motiondb.Motion, found {type(motion).__name__}. "
-        "What db.generate gives is written by its own method write, or by its attribute motion."
+        "Write what db.generate returns by its method write, or pass its attribute motion."
     )
 
 

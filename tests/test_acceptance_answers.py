@@ -93,7 +93,7 @@ def test_a_sequence_that_never_occurred_is_answered_and_says_so(db: MotionDB) ->
         assert answer.decoding.certificate == "optimal"
         assert answer.matches
         occurs = _occurs(db, answer.decoding.symbols)
-        says = ["this sequence of symbols never occurred" in m.reason for m in answer.matches]
+        says = ["this sequence of symbols does not occur" in m.reason for m in answer.matches]
         assert says == [not occurs] * len(answer.matches)
         seen.append(occurs)
     assert not all(seen)

@@ -88,8 +88,8 @@ def search(
         from motiondb import QueryError
 
         raise QueryError(
-            "search: expected --explain or --by-symbols, found both. An answer by symbols is found "
-            "by aligning sequences: its symbols are its reason."
+            "search: expected --explain or --by-symbols, found both. An answer by symbols comes "
+            "from an alignment of sequences, so there is nothing more to explain."
         )
     from motiondb import StandalonePage
 
@@ -297,13 +297,13 @@ def generate(
     exact: Exact = False,
     anyway: Annotated[
         bool,
-        typer.Option("--anyway", help="Make what can be made where nothing shows an action."),
+        typer.Option("--anyway", help="Generate the nearest motion if no capture shows an action."),
     ] = False,
     variants: Annotated[
         int, typer.Option("--variants", help="Number of motions: FILE-1, FILE-2, ...", min=1)
     ] = 1,
     save: Annotated[
-        str | None, typer.Option("--save", help="Keep it as a capture of this name.")
+        str | None, typer.Option("--save", help="Also save it as a capture of this name.")
     ] = None,
     png: Png = None,
     html: Html = None,

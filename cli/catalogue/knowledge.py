@@ -21,7 +21,7 @@ def register(app: typer.Typer) -> None:
         The app.
     """
     group = Commands(
-        help="Hand on what was learned, without motion and captions.", no_args_is_help=True
+        help="Export what was learned, without motion and captions.", no_args_is_help=True
     )
     group.command("export")(export_knowledge)
     group.command("show")(show_knowledge)
@@ -31,10 +31,10 @@ def register(app: typer.Typer) -> None:
 def export_knowledge(
     file: Annotated[Path, typer.Argument(help="The file to write.")],
     name: Annotated[
-        str, typer.Option("--name", help="What to call it.  [default: name of the file]")
+        str, typer.Option("--name", help="Its name.  [default: name of the file]")
     ] = "",
     credit: Annotated[
-        str, typer.Option("--credit", help="What those who use it are asked to say.")
+        str, typer.Option("--credit", help="The acknowledgement that users are asked to give.")
     ] = "",
     db: Db = DEFAULT_DB,
     json: Json = False,
@@ -54,8 +54,7 @@ def show_knowledge(
     what: Annotated[
         str | None,
         typer.Argument(
-            help="A file, or the name of what is shipped: cmu.  [default: what the database "
-            "started from]"
+            help="A file, or the shipped knowledge: cmu.  [default: the start of the database]"
         ),
     ] = None,
     db: Db = DEFAULT_DB,
@@ -115,8 +114,8 @@ def print_start(first: Mapping[str, Any]) -> None:
         typer.echo("No own captions: all words and probabilities are those of the start.")
     if not first["fits"]:
         typer.echo(
-            f"{first['strange_motion']:.0%} of the motion is unlike all that the symbols of the "
-            "start model: expect less of its words here."
+            f"{first['strange_motion']:.0%} of the motion is unlike anything that the symbols of "
+            f"the start model: its words are less reliable here."
         )
     if first["credit"]:
         typer.echo(f"Credit: {first['credit']}")

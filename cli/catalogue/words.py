@@ -72,7 +72,7 @@ def set_words(
         return
     typer.echo(f"{name}: {'; '.join(said)}")
     if new:
-        typer.echo(f"  to be known at the next motiondb learn: {', '.join(new)}")
+        typer.echo(f"  not known until the next motiondb learn: {', '.join(new)}")
     elif not change.counted:
         typer.echo("  to be counted at the next motiondb learn")
 
@@ -120,7 +120,7 @@ def suggest(limit: Limit = 10, db: Db = DEFAULT_DB, json: Json = False) -> None:
         print_json([asdict(one) for one in suggestions])
         return
     if not suggestions:
-        typer.echo("no capture would gain from words: all have some")
+        typer.echo("all captures have captions")
         return
     print_table(
         "",

@@ -99,7 +99,8 @@ def _say_unlike(parsed: ParsedMotion, name: str, example: str) -> None:
     """Print the segments unlike anything learned, the farthest first, or that this is unknown."""
     if not parsed.stored and parsed.reach is None:
         typer.echo(
-            f"note: the terminals of {name} have too few members to say what is unlike them",
+            f"note: the terminals of {name} have too few members to tell which segments are "
+            f"unlike them",
             err=True,
         )
     if not parsed.unlike:
@@ -107,9 +108,9 @@ def _say_unlike(parsed: ParsedMotion, name: str, example: str) -> None:
     share = f"{parsed.share_unlike:.0%}"
     if parsed.is_unlike:
         typer.echo(
-            f"{example} is unlike what {name} was learned from for {share} of its time: there its"
-            " terminals are only the least unlike, and mean nothing. Learn a grammar from captures"
-            " like it."
+            f"{example} is unlike what {name} was learned from for {share} of its time; the "
+            f"terminals there are only the nearest ones and have no meaning. Learn a grammar from "
+            f"captures like it."
         )
     else:
         typer.echo(f"unlike anything {name} was learned from, {share} of the time:")
@@ -199,7 +200,7 @@ def _say_like(
 
     if any(others):
         raise QueryError(
-            f"--like: expected no STRING and no --goal beside it, found"
+            f"--like: expected no STRING and no --goal with it, found"
             f" {' '.join(others).strip()!r}. Write them into the pattern."
         )
     completed = grammars.complete(name, *asked)

@@ -24,7 +24,7 @@ from motiondb.cli.printing import print_json, print_sources, print_table, progre
 if TYPE_CHECKING:
     from motiondb import Edit, GrammarSequence, MotionDB
 
-Save = Annotated[str | None, typer.Option("--save", help="Keep it as a capture, by this name.")]
+Save = Annotated[str | None, typer.Option("--save", help="Also save it as a capture of this name.")]
 TreesPng = Annotated[
     Path | None,
     typer.Option("--png", callback=picture_name, help="Draw the trees of the alternatives."),
@@ -121,7 +121,8 @@ def edit(
         ),
     ] = None,
     save: Annotated[
-        str | None, typer.Option("--save", help="Keep the chosen one as a capture, by this name.")
+        str | None,
+        typer.Option("--save", help="Also save the chosen one as a capture of this name."),
     ] = None,
     png: TreesPng = None,
     seed: Seed = 0,
@@ -137,7 +138,7 @@ def edit(
     if save is not None and choose is None:
         raise QueryError("edit: expected a choice to keep, found --save alone. Add --choose N.")
     if choose is not None and output is None and save is None:
-        raise QueryError("edit: expected -o FILE or --save NAME beside --choose, found neither.")
+        raise QueryError("edit: expected -o FILE or --save NAME with --choose, found neither.")
     with database(db, writing=save is not None) as base:
         if save is not None:
             base.check_name_free(save)
@@ -232,7 +233,7 @@ def _say_offer(facts: dict[str, Any]) -> None:
     typer.echo(f"{' '.join(marked)}   {region['symbol']} derives {start} to {end - 1}")
     if not facts["alternatives"]:
         more = ": try a wider region (--wider)" if region["path"] else ""
-        typer.echo(f"nothing else can stand there{more}")
+        typer.echo(f"nothing else is possible there{more}")
         return
     rows = [
         [str(number), " ".join(row["region"]) or "nothing", f"{row['log_probability']:.2f}",

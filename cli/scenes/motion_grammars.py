@@ -25,7 +25,7 @@ StartSymbol = Annotated[
 ]
 Goals = Annotated[
     list[str] | None,
-    typer.Option("--goal", help="An action to reach; several times for several, in order."),
+    typer.Option("--goal", help="An action to reach; may be repeated for several, in order."),
 ]
 ClipsDb = Annotated[
     Path | None, typer.Option("--db", help="Also list the clips of this database for every action.")
@@ -74,7 +74,10 @@ def check_grammar(file: GrammarFile, db: ClipsDb = None, json: Json = False) -> 
         for conflict in start.conflicts:
             typer.echo(f"    {conflict.describe(grammar.grammar)}")
         if start.empty:
-            typer.echo("    can derive no action at all; every player on court needs at least one")
+            typer.echo(
+                "    can derive the empty string, but every player on court needs at least "
+                "one action"
+            )
     typer.echo(f"can be empty: {', '.join(report.nullable) or 'nothing'}")
     typer.echo(f"useless: {', '.join(report.useless) or 'nothing'}")
     _print_clips(clips, report.terminals)

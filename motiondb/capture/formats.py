@@ -197,6 +197,6 @@ def _check_finite(clip: Clip, path: object) -> None:
     if not (finite and np.all(np.abs(squares - 1.0) < _UNIT_LENGTH)):
         raise CaptureError(
             path,
-            "expected lengths and angles of a body, found numbers that are too large or rotations "
-            "that are none. Export it again.",
+            "expected lengths and angles of a body, found numbers that are too large or invalid "
+            "rotations. Export it again.",
         )

@@ -136,7 +136,7 @@ class MotionDB(FactVerbs):
         name : str
             What to call it; the name of the file without its ending if not given.
         credit : str
-            What those who use it are asked to say.
+            The acknowledgement that users are asked to give.
 
         Raises
         ------

@@ -263,7 +263,7 @@ def _items(subject: int, download: _Download) -> list[_Item]:
     if not trials:
         raise QueryError(
             f"{url}: expected captures of subject {subject}, found none listed. "
-            f"The subjects there are, are listed at {base_url}/search.php."
+            f"Existing subjects are listed at {base_url}/search.php."
         )
     skeleton = _Item(f"{subject:02d}/{subject:02d}.asf", check_asf)
     return [skeleton, *(_Item(f"{trial.name}.amc", check_amc, trial) for trial in trials)]

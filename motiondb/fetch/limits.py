@@ -133,13 +133,13 @@ class Budget:
         if self.seconds_left() <= 0.0:
             raise UnreachableError(
                 f"{url}: expected to be done within {self.limits.seconds:g} s, found more to fetch."
-                " Run the same command again to go on, or give it longer with --deadline; what is"
-                " there already is kept."
+                " Run the same command again to continue, or allow more time with --deadline; "
+                "downloaded files are kept."
             )
         if self.n_bytes > self.limits.total_bytes:
             raise UnreachableError(
                 f"{url}: expected at most {self.limits.total_bytes} bytes in all, found more. "
-                "Fetch fewer subjects at once; what is there already is kept."
+                "Fetch fewer subjects at once; downloaded files are kept."
             )
 
     @staticmethod
@@ -154,7 +154,7 @@ class Budget:
         if n_bytes > most:
             raise TooLongError(
                 f"{url}: expected at most {most} bytes, found {n_bytes} or more. "
-                "That is no capture's size; it was not kept."
+                "Captures are not that large; it was not kept."
             )
 
 
@@ -171,7 +171,7 @@ def disk_fault(path: Path, error: OSError) -> UnreachableError:
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return UnreachableError(
             f"{path}: expected room on the disk, found it full. "
-            "Make room and run the same command again; what is there already is kept."
+            "Make room and run the same command again; downloaded files are kept."
         )
     return UnreachableError(
         f"{path}: expected a file that can be written, found: {error.strerror}. "

@@ -146,7 +146,7 @@ def fetch_file(
         if not is_resumed:
             break
     raise RefusedError(
-        f"{url}: {fault}. The server's copy is damaged or is no capture; it was not kept."
+        f"{url}: {fault}. The server's copy is damaged or is not a capture; it was not kept."
     )
 
 
@@ -197,7 +197,7 @@ def _insist(
             fault = UnreachableError(
                 f"{url}: expected an answer, found none ({reason}). "
                 "Check the network, or name another server with --base-url; "
-                "what is there already is kept."
+                "downloaded files are kept."
             )
         fruitless = 0 if progress() > before else fruitless + 1
         if fruitless >= patience.attempts:
@@ -217,7 +217,7 @@ def _append(url: str, part: Path, timeout: float, budget: Budget, on_bytes: OnBy
         if error.headers.get("Content-Range", "") == f"bytes */{have}":
             return
         part.unlink(missing_ok=True)
-        raise _CutError("expected the rest of the file, found that it has changed") from None
+        raise _CutError("expected the rest of the file, found another version of it") from None
     with answer:
         if answer.status == 206 and not _starts_at(answer, have):
             part.unlink(missing_ok=True)

@@ -197,12 +197,12 @@ def clip_candidates(
     rows: dict[str, IntArray] = {}
     for name in dict.fromkeys(string):
         if name not in number:
-            raise QueryError(f"{name!r}: expected a terminal of the grammar, found none so called.")
+            raise QueryError(f"{name!r}: expected a terminal of the grammar, found no such name.")
         rows[name] = np.flatnonzero((terminals.labels == number[name]) & there)
         if not len(rows[name]):
             raise QueryError(
                 f"{name}: expected a capture with this terminal, found all of them removed."
-                " Add them again, or learn the grammar anew."
+                " Add them again, or learn the grammar again."
             )
     numbers = [rows[name] for name in string]
     for position, clip in (pinned or {}).items():

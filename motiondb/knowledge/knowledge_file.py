@@ -175,7 +175,7 @@ def read_summary(content: bytes, source: str) -> tuple[Origin, tuple[str, ...]]:
 def _fault(source: str, expected: str, actual: str) -> KnowledgeError:
     return KnowledgeError(
         f"{source}: expected {expected}, found {actual}. "
-        "The file is damaged, or no file of knowledge: get it again."
+        "The file is damaged, or not a file of knowledge: get it again."
     )
 
 

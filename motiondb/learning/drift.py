@@ -196,9 +196,9 @@ def measure_drift(table: SegmentTable, baseline: DriftBaseline, words: WordUse) 
 def _reasons(shares: dict[str, float], words: tuple[str, ...]) -> tuple[str, ...]:
     shown = ", ".join(words[:3]) + (", ..." if len(words) > 3 else "")
     texts = (
-        ("strange_of_all", STRANGE, "of all motion is strange to the symbols"),
-        ("new_words", NEW_WORDS, f"of all words written are new ({shown})"),
-        ("turnover", TURNOVER, "as much motion came or went as it learned from"),
+        ("strange_of_all", STRANGE, "of all motion is unlike the symbols"),
+        ("new_words", NEW_WORDS, f"of all words in captions are new ({shown})"),
+        ("turnover", TURNOVER, "as much motion was added or removed as it learned from"),
     )
     return tuple(f"{shares[key]:.0%} {text}" for key, limit, text in texts if shares[key] > limit)
 

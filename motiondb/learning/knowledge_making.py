@@ -31,11 +31,11 @@ def make_knowledge(
     learned : Learned
         What was learned from own captions.
     name : str
-        What to call it.
+        Its name.
     runs : sequence of mapping
         The runs of ``learn`` that it comes from.
     credit : str
-        What those who use it are asked to say.
+        The acknowledgement that users are asked to give.
     version : str
         Version of motiondb.
 
@@ -65,12 +65,12 @@ def _check(learned: Learned) -> None:
         raise KnowledgeError(
             f"{learned.source}: expected a database that learned from its own captures alone, "
             f"found one that started from {learned.started.knowledge.origin.name!r}. Run motiondb "
-            "learn --start none first; its captions must then teach the words alone."
+            "learn --start none first; its words are then learned from its captions only."
         )
     if learned.counted is None:
         raise KnowledgeError(
-            f"{learned.source}: expected the counts of captions, found what an earlier version "
-            "learned without them. Run motiondb learn first."
+            f"{learned.source}: expected the counts of captions, found a model that an earlier "
+            f"version learned without them. Run motiondb learn first."
         )
     n = int(learned.counted.counts.moments.n)
     if learned.fitted_word_map is None or not learned.has_words:

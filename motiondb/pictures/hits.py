@@ -188,8 +188,8 @@ def cut_motion(motion: Motion, match: Match) -> Motion:
     if start >= end:
         raise MotionDBError(
             f"{match.capture}: expected an interval within its "
-            f"{motion.n_frames / MOTION_FPS:.2f} s, found one from {match.start:.2f} s on. "
-            "Learn again, so that search and captures belong together."
+            f"{motion.n_frames / MOTION_FPS:.2f} s, found one from {match.start:.2f} s on. Run "
+            f"motiondb learn again, so that search and captures agree."
         )
     return replace(
         motion,

@@ -71,7 +71,7 @@ def space_figure(
     if len(labels) != n_symbols:
         raise MotionDBError(
             f"symbol space: expected {n_symbols} labels, one a symbol, found {len(labels)}. "
-            "Learn again, so that words and symbols belong together."
+            "Run motiondb learn again, so that words and symbols agree."
         )
     pairs = [(0, 1)] if n_dimensions < 3 else [(0, 1), (0, 2), (1, 2)]
     tall = _SIDE if n_dimensions > 1 else _SIDE / 3.0

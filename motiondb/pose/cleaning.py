@@ -68,9 +68,9 @@ def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray
     lead = int(good[0])
     notes = []
     if lead:
-        notes.append(f"the first {lead} frames leap; the first good frame is held in their place")
+        notes.append(f"the first {lead} frames jump; they were replaced by the first good frame")
     if (count := int(bad.sum()) - lead) > 0:
-        notes.append(f"{count} frames leap faster than {MAX_SPEED:g} m/s and were interpolated")
+        notes.append(f"{count} frames jump faster than {MAX_SPEED:g} m/s and were interpolated")
     return repaired.reshape(points.shape), tuple(notes)
 
 
@@ -103,8 +103,9 @@ def implausible(points: FloatArray, fps: float, leg_length: float) -> str:
         return ""
     usual = f" (in the median at {np.median(speed[leap]):.4g} m/s)" if leap.any() else ""
     if longest > MAX_LEAP_SECONDS:
-        return f"a motion faster than {MAX_SPEED:g} m/s for {longest:.2g} s on end{usual}"
-    return f"{share:.0%} of the frames leaping or without numbers{usual}"
+        span = f"{longest:.2g} s without interruption"
+        return f"a motion faster than {MAX_SPEED:g} m/s for {span}{usual}"
+    return f"{share:.0%} of the frames jumping or without numbers{usual}"
 
 
 def wild_frames(points: FloatArray, fps: float, leg_length: float) -> NDArray[np.bool_]:

@@ -136,7 +136,7 @@ def test_motion_faster_than_people_is_a_problem(tmp_path: Path, folder: Path) ->
     assert report.added == ("good",)
     assert report.problems == (
         f"{folder}/fast.bvh: motion: expected the motion of a person, found 88% of the frames "
-        "leaping or without numbers (in the median at 1200 m/s). Check the frame rate (--fps) and "
+        f"jumping or without numbers (in the median at 1200 m/s). Check the frame rate (--fps) and "
         "the unit (--unit), or pass --keep-implausible.",
     )
     kept = add(folder, tmp_path, keep_implausible=True)

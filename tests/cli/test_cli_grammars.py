@@ -20,7 +20,7 @@ def test_learn_says_what_was_learned(command: Any, copy: Path) -> None:
     ended = command(*words, "--name", "punch", "--db", copy)
     assert (ended.code, ended.out[:17]) == (0, "punch: 1 capture "), ended.err
     assert "of 3 terminals, 1 sentence, " in ended.out
-    assert "note: punch is a list of its sentences: it derives nothing new." in ended.err
+    assert "note: punch only lists its sentences and derives nothing new." in ended.err
     facts = answer(command(*words, "--json", "--db", copy))
     assert facts["grammar"] == "punch_1"  # the capture's name, where none is given
     assert facts["no_longer_editable"] == []

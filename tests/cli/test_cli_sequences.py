@@ -149,7 +149,7 @@ def test_suggest_completes_a_pattern_and_generate_obeys_it(
     [
         ("... walk", (), 2, "'walk': expected a terminal .* has learned no words"),
         ("", (), 2, "pattern: expected 1 to 1000 terminals or words, found 0"),
-        ("...", ("--length", "3"), 2, "length: expected none beside a pattern, found 3"),
+        ("...", ("--length", "3"), 2, "length: expected none with a pattern, found 3"),
     ],
 )
 def test_a_pattern_that_is_no_pattern_is_refused(

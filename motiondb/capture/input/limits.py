@@ -228,7 +228,7 @@ def guarded(path: object, seconds: float | None = None) -> Iterator[None]:
         ) from error
     except RecursionError as error:
         raise CaptureError(
-            path, "expected a file of ordinary depth, found deeply nested data. Export it again."
+            path, "expected data that are not deeply nested, found deep nesting. Export it again."
         ) from error
     except Exception as error:
         what = f"{type(error).__name__}: {error}".splitlines()[0][:120]

@@ -106,7 +106,7 @@ def _read_table(
     table, numbers = _read_fast(block, layout)
     if table is not None:
         jumps = bool(np.any(np.diff(numbers) != 1))
-        note = "The frame numbers jump; the frames are taken as they come."
+        note = "The frame numbers have gaps; the frames are taken in order."
         return table, (note,) if jumps else ()
     table, faults = _read_slow(block, line, layout)
     if not faults:

@@ -208,7 +208,7 @@ def _fps(durations: FloatArray, path: object) -> tuple[float, tuple[str, ...]]:
             "Give the right frame rate with --fps.",
         )
     uneven = float(np.ptp(good)) > _UNEVEN / fps
-    notes = ("The frames last unevenly; their median is taken.",) if uneven else ()
+    notes = ("The durations of frames differ; their median is taken.",) if uneven else ()
     return (float(round(fps)) if abs(fps - round(fps)) < 1e-4 * fps else fps), notes
 
 

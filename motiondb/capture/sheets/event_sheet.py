@@ -62,7 +62,7 @@ class EventSheet:
     def unknown(self, names: Iterable[str]) -> list[str]:
         """Return a sentence for every file that is not among the captures."""
         files = {name: (rows[0][0], name) for name, rows in self.entries.items()}
-        return unknown_files(self.path, files, names, "a capture that is there")
+        return unknown_files(self.path, files, names, "an existing capture")
 
     def within(self, name: str, n_frames: int, problems: list[str]) -> tuple[Event, ...]:
         """Return the events of a capture that lie within it.

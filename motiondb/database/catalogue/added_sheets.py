@@ -62,8 +62,8 @@ def events_left(
     if not count:
         return []
     return [
-        f"{sheet.path}: has other events for {count} captures that were there already; they were "
-        f"left as they are (motiondb events import {sheet.path} replaces them)"
+        f"{sheet.path}: has other events for {count} captures that had been added before; they "
+        f"were not changed (motiondb events import {sheet.path} replaces them)"
     ]
 
 
@@ -83,8 +83,8 @@ def words_left(
     if not count:
         return []
     return [
-        f"{sheet.path}: has other words for {count} captures that were there already; they were "
-        f"left as they are (motiondb words import {sheet.path} replaces them)"
+        f"{sheet.path}: has other words for {count} captures that had been added before; they "
+        f"were not changed (motiondb words import {sheet.path} replaces them)"
     ]
 
 

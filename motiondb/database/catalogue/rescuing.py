@@ -109,7 +109,7 @@ def _save_all(
                 note = _save_capture(new, salvaged, runs.get(info.run_id))
             except MotionDBError as error:
                 what = ", ".join(salvaged.lost) or "nothing"
-                lost.append(f"{name}: could not be read ({what}), nor made anew: {error}")
+                lost.append(f"{name}: could not be read ({what}) or restored: {error}")
                 continue
             names.append(name)
             if note:

@@ -102,8 +102,8 @@ def generate(
     """
     if length is not None:
         raise QueryError(
-            f"length: expected none beside a pattern, found {length}. Write the wanted number of"
-            " terminals as places: '? ? ?'."
+            f"length: expected none with a pattern, found {length}. Write the number of terminals "
+            f"as places: '? ? ?'."
         )
     pattern, rng = pattern_of(material, _learned(session), like), np.random.default_rng(seed)
     grammar, allowed = material.learned.grammar, playable(material)
@@ -204,8 +204,8 @@ def _shown_by_none(material: Material, learned: Learned, shares: Shares, word: s
     shown = [w for w in learned.association.words if terminals_for(learned, shares, w)]
     options = ", ".join(shown[:20]) or "none"
     return (
-        f"{word!r}: expected a word that a terminal of {material.learned.name} shows, found that"
-        f" none does. They show: {options}."
+        f"{word!r}: expected a word that a terminal of {material.learned.name} shows, found one "
+        f"that none shows. They show: {options}."
     )
 
 

@@ -142,8 +142,8 @@ def play_alternative(material: Material, edited: Edit, number: int, seed: int) -
     if gone:
         raise QueryError(
             f"{' '.join(edited.before.leaves())}: expected the captures that play what is not"
-            f" edited, found {', '.join(gone)} removed. Add them again, or edit the string instead"
-            " of the sequence: then all of it is played anew."
+            f" edited, found {', '.join(gone)} removed. Add them again, or edit the string "
+            f"instead of the sequence: then all of it is assembled again."
         )
     return play(material, tree, np.random.default_rng(seed), pinned)
 
@@ -218,6 +218,6 @@ def _check_same(actual: str, wanted: str, what: str) -> None:
     """Raise QueryError if a sequence belongs to another grammar."""
     if actual != wanted:
         raise QueryError(
-            f"{what}: expected a sequence of the grammar {wanted}, found one of {actual}."
-            f" Edit it by that one: motiondb grammar edit {actual} ..."
+            f"{what}: expected a sequence of the grammar {wanted}, found one of {actual}. Edit it "
+            f"with that grammar: motiondb grammar edit {actual} ..."
         )

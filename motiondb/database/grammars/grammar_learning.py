@@ -182,7 +182,7 @@ def _sources(database: store.Store, captures: Sequence[str]) -> list[CaptureInfo
         if info.kind != "captured":
             raise QueryError(
                 f"{info.name}: expected a capture that was captured, found a generated one."
-                " A grammar is learned from what people did: leave it out."
+                " A grammar is learned from captured motion only: leave it out."
             )
         if any(info.capture_id == other.capture_id for other in infos[:number]):
             raise QueryError(
@@ -224,8 +224,8 @@ def _search(
         c.start for timed in captions_of_takes for c in timed
     ):
         raise QueryError(
-            "sentences: expected captures with timed words, found none. Write some down"
-            " (motiondb words set --from --to), or let sentences be found (--sentences auto)."
+            "sentences: expected captures with timed words, found none. Add some (motiondb words "
+            "set --from --to), or search for the sentences (--sentences auto)."
         )
 
     def learn(terminals: Terminals, rng: np.random.Generator) -> partition.Sentences:

@@ -213,8 +213,8 @@ def load_sequence(database: store.Store, name: str) -> tuple[context_free.Tree, 
     derivation = store.load_derivation(database, info.capture_id)
     if derivation is None:
         raise QueryError(
-            f"{info.name}: expected a capture that a grammar derived, found none such (or its"
-            " grammar was learned anew or removed). Generate one: motiondb grammar generate."
+            f"{info.name}: expected a capture that a grammar derived, found no such capture (or "
+            f"its grammar was learned again or removed). Generate one: motiondb grammar generate."
         )
     learned = store.load_grammar(database, derivation.grammar)
     return context_free.derive_by(learned.grammar, derivation.rules), derivation

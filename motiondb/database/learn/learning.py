@@ -75,7 +75,7 @@ def learn(
     raise MotionDBError(
         f"{opened.path}: expected captures and words to stay as they are while learning, found "
         f"them changed by others in {_ATTEMPTS} attempts. Nothing was changed; run motiondb learn "
-        "again when nobody adds or edits."
+        f"again when no other process changes the database."
     )
 
 

@@ -102,7 +102,8 @@ def find_start(
     if knowledge is not None and settings.n_symbols is not None:
         raise QueryError(
             f"learn: expected a number of symbols or the start {knowledge.origin.name!r}, found "
-            f"both. The symbols of a start are taken over; --start {NONE} learns own ones."
+            f"both. A start brings its own symbols; --start {NONE} learns symbols from the "
+            f"captures."
         )
     return knowledge
 
@@ -138,7 +139,7 @@ def start_knowledge(learned: Learned) -> Knowledge:
     if learned.started is None:
         raise NotLearnedError(
             f"{learned.source}: expected a database that learned with a start, found one that "
-            "learned from its own captures alone. Name a file, or cmu."
+            f"learned from its own captures only. Name a file, or cmu."
         )
     return learned.started.knowledge
 

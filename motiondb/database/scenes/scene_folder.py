@@ -248,7 +248,7 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
     except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
         raise SceneError(
             f"{path}: expected a record that can be reported, found"
-            f" {type(error).__name__}: {error}. It was changed by hand: make the scene anew."
+            f" {type(error).__name__}: {error}. It was changed by hand: make the scene again."
         ) from None
     return record
 

@@ -82,7 +82,7 @@ class SceneSettings:
         if not 1 <= self.chains <= _MOST_CHAINS:
             raise SceneError(
                 f"chains: expected 1 to {_MOST_CHAINS} Markov chains, found {self.chains}."
-                " A few more than processors do well."
+                " Use a few more than there are processors."
             )
         if self.rounds < 1:
             raise SceneError(f"rounds: expected at least 1, found {self.rounds}. Leave it out.")

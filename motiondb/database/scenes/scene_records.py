@@ -124,14 +124,14 @@ def record_state(record: store.StoredScene, text: SceneText, library: ClipLibrar
         if kept is None:
             raise SceneError(
                 f"{record.name}: expected the player {who.name} of its diagram, found none."
-                " The scene was changed by hand: make it anew."
+                " The scene was changed by hand: make it again."
             )
         grammar = text.grammar.started(text.grammar.start_of(who.team))
         tree = derive_by(grammar, kept.rules)
         if tree.leaves() != tuple(clip.terminal for clip in kept.clips):
             raise SceneError(
                 f"{record.name}: expected clips of the actions of {who.name}, found others."
-                " The scene was changed by hand: make it anew."
+                " The scene was changed by hand: make it again."
             )
         entries = [_entry(library, clip) for clip in kept.clips]
         players.append(PlayerState(tree, np.array(entries), kept.origin, kept.delay))
@@ -211,5 +211,5 @@ def from_json(text: str, where: str) -> store.StoredScene:
     except (ValueError, KeyError, TypeError, AttributeError, SceneError) as error:
         raise SceneError(
             f"{where}: expected a scene as motiondb scene make writes it, found something else"
-            f" ({type(error).__name__}: {error}). Make it anew."
+            f" ({type(error).__name__}: {error}). Make it again."
         ) from None

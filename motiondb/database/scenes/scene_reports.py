@@ -108,8 +108,8 @@ def cut_short_lines(record: store.StoredScene) -> list[str]:
     at = record.report.get("cut_at", {})
     ended = f"; it ended after {at['rounds']} of {at['of']} rounds of try {at['try']}" if at else ""
     return [
-        f"sampling was cut short by --minutes {minutes:g}: the seed alone does not fix this scene,"
-        f" and with more minutes it may be better{ended}"
+        f"sampling was cut short by --minutes {minutes:g}: the seed alone does not determine this "
+        f"scene, and more minutes may improve it{ended}"
     ]
 
 
@@ -150,7 +150,7 @@ _IMPOSSIBLE = {
     "speed": "travels at {value:.1f} m/s, at most {limit:.1f} m/s is possible",
     "step": "feet {value:.2f} m apart, at most {limit:.2f} m is possible",
     "foot jump": "a planted foot jumps by {value:.2f} m, at most {limit:.2f} m is possible",
-    "limbs": "limbs pass through one another",
+    "limbs": "limbs pass through each other",
 }
 
 
@@ -186,12 +186,10 @@ def _limb_lines(record: store.StoredScene) -> list[str]:
 
 def _guard_lines(record: store.StoredScene) -> list[str]:
     guards = record.report.get("guards", [])
-    return ["distance of guards over all frames (rules look at those of guarding):"] * bool(
-        guards
-    ) + [
+    return ["distance of guards over all frames (rules use those of guarding):"] * bool(guards) + [
         f"  {g['player']} from {g['target']}: outside {g['near']:g} to {g['far']:g} m in"
-        f" {100 * g['outside']:.0f} % of {record.n_frames} frames (rules look at {g['n_frames']}),"
-        f" farthest {g['farthest']:.1f} m at frame {g['frame']}"
+        f" {100 * g['outside']:.0f} % of {record.n_frames} frames (rules use {g['n_frames']}), "
+        f"farthest {g['farthest']:.1f} m at frame {g['frame']}"
         for g in guards
     ]
 

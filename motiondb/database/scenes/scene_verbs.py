@@ -340,7 +340,7 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
         if gone:
             raise QueryError(
                 f"{name}: expected the motions of its players, found that the captures of"
-                f" {', '.join(gone)} were removed. Make the scene anew."
+                f" {', '.join(gone)} were removed. Make the scene again."
             )
         motions = {
             player.name: store.load_motion(self._session.store, player.capture_id)

@@ -126,8 +126,8 @@ def _describe(motion: Motion, number: int) -> tuple[FloatArray, FloatArray]:
         raise GrammarError(f"take {number + 1}: expected frames, found none. Leave it out.")
     if not (np.isfinite(motion.root_positions).all() and np.isfinite(motion.local_rotations).all()):
         raise GrammarError(
-            f"take {number + 1}: expected numbers, found values that are none (NaN or infinite). "
-            "Mend the capture, or leave it out."
+            f"take {number + 1}: expected numbers, found NaN or infinity. Correct the capture, or "
+            f"leave it out."
         )
     positions, _ = retarget.motion_positions(motion)
     steps = np.linalg.norm(features.velocity(positions[:, _NUMBERS], MOTION_FPS), axis=2)

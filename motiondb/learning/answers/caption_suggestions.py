@@ -90,10 +90,10 @@ def _explained(
     if names:
         seconds = sum(learned.captures[c].duration for c in others)
         shown = ", ".join(names[:2]) + (", ..." if len(names) > 2 else "")
-        reason += f"; would tell of {len(names)} more ({seconds:.0f} s: {shown})"
+        reason += f"; similar to {len(names)} more ({seconds:.0f} s: {shown})"
     if silent:
         which = "symbol" if len(silent) == 1 else "symbols"
-        reason += f"; {which} {', '.join(map(str, silent))} never stood beside words"
+        reason += f"; {which} {', '.join(map(str, silent))} never occurred with words"
     return CaptionSuggestion(
         rank, info.name, info.duration, round(one.gain, 6), names, silent, reason
     )

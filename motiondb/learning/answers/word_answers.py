@@ -281,7 +281,7 @@ def _search_decoded(
     answers.sort(key=lambda hit: (-hit[0], hit[1]))
     number = learned.word_numbers
     occurs = any(np.isclose(hit[0], 1.0) for hit in answers)
-    note = "" if occurs else "; this sequence of symbols never occurred, the nearest are given"
+    note = "" if occurs else "; this sequence of symbols does not occur; these are the nearest ones"
     matches = tuple(
         Match(
             rank,

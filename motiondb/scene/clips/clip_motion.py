@@ -99,7 +99,7 @@ def _motion_of(source: ClipSource, motions: Mapping[str, Motion]) -> Motion:
     if source.capture not in motions:
         raise SceneError(
             f"{source.capture}: expected the capture that a clip was taken from, found none of"
-            " this name. Add it again, or make the scene anew."
+            " this name. Add it again, or make the scene again."
         )
     motion = motions[source.capture]
     return retarget.mirror(motion) if source.mirrored else motion

@@ -137,7 +137,7 @@ def _read_statement(cursor: Cursor, reading: _Reading) -> None:
         _read_weight(cursor, reading)
     else:
         near = suggestion(first.text, ("grammar", "start", "place", "weight")).strip()
-        cursor.fail(_STATEMENT, near or "Behind the first name stands '->', ':=' or ':'.")
+        cursor.fail(_STATEMENT, near or "The first name must be followed by '->', ':=' or ':'.")
     cursor.done("Write one statement a line.")
 
 
@@ -273,7 +273,7 @@ def _check_probabilities(reading: _Reading) -> None:
             refuse(place, what, f"a sum of {total:g}", advice)
         if stated and not all_stated and total > 1.0 - 1e-9:
             token = reading.lines[left]
-            advice = "Leave something for the alternatives that name none."
+            advice = "Leave a remainder for the alternatives without a probability."
             what = f"probabilities of {left} that sum to less than 1"
             refuse(f"{reading.where}:{token.line}:{token.column}", what, f"{total:g}", advice)
 
@@ -333,7 +333,7 @@ def _completed(
             token,
             reading.where,
             "an action with an instant to synchronise",
-            f"Write 'event contact' behind {symbol}'s words, or 'at start' behind the rule.",
+            f"Write 'event contact' after {symbol}'s words, or 'at start' after the rule.",
         )
     return replace(rule, moment=Moment(event or THROUGHOUT))
 
@@ -343,7 +343,7 @@ def _refuse_moment(moment: str, draft: rule_text.Draft, symbol: str, reading: _R
     token, known = draft.symbols[0], reading.terminals.get(symbol)
     event = known[0].event if known else ""
     what = f"a moment of {symbol} ({', '.join([START, END, THROUGHOUT, *([event] * bool(event))])})"
-    advice = f"Write 'event {moment}' behind the words of {symbol}." if known else ""
+    advice = f"Write 'event {moment}' after the words of {symbol}." if known else ""
     advice = advice if not event else f"Write 'at {event}'."
     place = f"{reading.where}:{token.line}:{token.column}"
     refuse(place, what, repr(moment), advice or "Name the instant at one of its actions.")

@@ -104,8 +104,8 @@ def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
     for player in diagram.players:
         if player.name in taken:
             yield (
-                f"{where}:{player.line}: '{player.name}': expected a player's name, found what"
-                " rules call a place or a role. Name the player otherwise."
+                f"{where}:{player.line}: '{player.name}': expected a player's name, found the "
+                f"name of a place or a role in rules. Choose another name."
             )
         if player.guards in names:
             yield from _guard_faults(diagram, player, where)
@@ -135,7 +135,7 @@ def _guard_faults(diagram: Diagram, player: Player, where: str) -> Iterator[str]
     if actual:
         yield (
             f"{where}:{player.line}: '{player.name} guards {guarded.name}': expected an opponent"
-            f" of {player.name}, found {actual}. Name somebody of the other team."
+            f" of {player.name}, found {actual}. Name a player of the other team."
         )
 
 
@@ -152,7 +152,7 @@ def _team_faults(diagram: Diagram, element: Element, where: str) -> Iterator[str
         yield _fault(where, element, what, actual, "Pass to a team-mate.")
     elif element.kind != "pass" and one.team == other.team:
         what, actual = f"an opponent of {one.name}", f"{other.name}, a team-mate"
-        yield _fault(where, element, what, actual, "Name somebody of the other team.")
+        yield _fault(where, element, what, actual, "Name a player of the other team.")
 
 
 def _place_faults(diagram: Diagram, where: str) -> Iterator[str]:
@@ -174,8 +174,8 @@ def _place_faults(diagram: Diagram, where: str) -> Iterator[str]:
         if apart < BODY_WIDTH:
             yield (
                 f"{where}:{other.line}: '{other.name}': expected a place at least {BODY_WIDTH:g} m"
-                f" from {one.name} (line {one.line}), found {apart:.2g} m. Two who stand so near"
-                " touch: move one of them."
+                f" from {one.name} (line {one.line}), found {apart:.2g} m. Players this close "
+                f"touch each other: move one of them."
             )
     for element in diagram.elements:
         for spot in (*element.via, *([element.to] if element.to else [])):
@@ -216,9 +216,8 @@ def _two_holders(holders: list[tuple[str, Element | None]], where: str) -> str:
     element = holders[-1][1]
     line = f":{element.line}" if element else ""
     return (
-        f"{where}{line}: '{element}': expected one ball holder at the beginning, found"
-        f" {len(holders)}: {' and '.join(because)}. Let the ball be passed to"
-        f" {holders[-1][0]} before."
+        f"{where}{line}: '{element}': expected one player with the ball at the beginning, found"
+        f" {len(holders)}: {' and '.join(because)}. Add a pass to {holders[-1][0]} before."
     )
 
 

@@ -218,7 +218,7 @@ def _cut(source: ClipSource, motions: Mapping[str, Motion]) -> tuple[ClipSource,
     if source.capture not in motions:
         raise SceneError(
             f"{source.capture}: expected the capture that a clip was taken from, found none of"
-            " this name. Add it again, or make the scene anew."
+            " this name. Add it again, or make the scene again."
         )
     motion = motions[source.capture]
     first, last = max(source.start - _MARGIN, 0), min(source.end + _MARGIN, motion.n_frames)

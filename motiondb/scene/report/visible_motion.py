@@ -63,7 +63,7 @@ hand; smaller ones are told but not refused."""
 NEAR_LIMBS = 0.05
 """Distance between the axes of bones, m, below which limbs count as near: half a limb's width."""
 CROSSING = 0.01
-"""Distance between the axes of bones, m, below which limbs pass through one another."""
+"""Distance between the axes of bones, m, below which limbs pass through each other."""
 _BLEND = 5
 """Frames around a seam in which either neighbour's limits hold: half a blend."""
 
@@ -226,7 +226,7 @@ def near_limbs(names: Sequence[str], joints: Sequence[FloatArray]) -> Iterator[L
 
 
 def crossing_limbs(limbs: Sequence[LimbReport]) -> list[ImpossibleMotion]:
-    """Return the pairs of players whose limbs pass through one another."""
+    """Return the pairs of players whose limbs pass through each other."""
     return [
         ImpossibleMotion(
             "limbs", pair.players, "", pair.frame, pair.frame + 1, pair.frame,

@@ -205,7 +205,7 @@ def test_a_slow_rate_cannot_fill_the_memory() -> None:
     [
         (ValueError("odd"), "f: expected a file that its reader knows, found one that it cannot "
          "read (ValueError: odd). Export it again."),
-        (RecursionError(), "f: expected a file of ordinary depth, found deeply nested data. "
+        (RecursionError(), "f: expected data that are not deeply nested, found deep nesting. "
          "Export it again."),
         (MemoryError(), "f: expected a file that fits into memory, found a larger one. "
          "Cut the capture."),

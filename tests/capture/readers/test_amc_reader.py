@@ -190,7 +190,7 @@ def test_bad_frames_can_be_left_out() -> None:
 
 def test_frame_numbers_that_jump_are_noted() -> None:
     assert read(AMC.replace("\n2\n", "\n9\n")).notes == (
-        "The frame numbers jump; the frames are taken as they come.",
+        "The frame numbers have gaps; the frames are taken in order.",
     )
 
 

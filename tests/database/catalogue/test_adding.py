@@ -174,8 +174,8 @@ def test_odd_sheets(tmp_path: Path, some: Path) -> None:
         assert db.add(some, words=sheet).notes == (f"{sheet}: holds a header and no rows",)
         sheet.write_text("file,words\nana/bow_1,a deep bow\n")
         assert db.add(some, words=sheet).notes == (
-            f"{sheet}: has other words for 1 captures that were there already; they were left as "
-            f"they are (motiondb words import {sheet} replaces them)",
+            f"{sheet}: has other words for 1 captures that had been added before; they were not "
+            f"changed (motiondb words import {sheet} replaces them)",
         )
         assert db.import_words(sheet) == ImportReport(1)
         assert [c.words for c in db.captions("ana/bow_1")] == ["a deep bow"]

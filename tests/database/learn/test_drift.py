@@ -53,7 +53,7 @@ def test_new_words_make_learning_worthwhile(learned_copy: Path) -> None:
         assert many is not None
         assert many.relearn
         assert many.reasons == (
-            f"{many.new_words:.0%} of all words written are new (moonwalk, zorb)",
+            f"{many.new_words:.0%} of all words in captions are new (moonwalk, zorb)",
         )
 
 

@@ -208,7 +208,7 @@ def test_commands_offer_start_and_say_what_comes_from_it(
 ) -> None:
     db, captures = tmp_path / "own.duckdb", bare_file.parent / "captures"
     added = command("add", captures, "--db", db)
-    assert "no words came with them: motiondb learn --start cmu takes over" in added.out
+    assert "no captions were added: motiondb learn --start cmu provides" in added.out
     written = command("knowledge", "export", "k.knowledge", "--db", learned_file)
     assert "Start from it: motiondb learn --start k.knowledge" in written.out
     shown = command("knowledge", "show", "k.knowledge")
@@ -229,7 +229,7 @@ def test_commands_offer_start_and_say_what_comes_from_it(
     assert command("knowledge", "show", "--db", db).out == shown.out
     none = command("knowledge", "show", "--db", learned_file)
     assert none.code == 2
-    assert "learned from its own captures alone" in none.err
+    assert "learned from its own captures only" in none.err
     again = command("add", captures, "--db", db)
     assert "learn --start" not in again.out
     wrong = command("learn", "--start", "nothing", "--db", db)
@@ -245,12 +245,12 @@ def test_a_start_that_does_not_fit_is_told_and_set_aside(
     path = str(bare.store.path)
     bare.close()
     told = command("learn", "--start", handed_on, "--db", path)
-    assert "% of the motion is unlike all that the symbols of the start model" in told.out
+    assert "% of the motion is unlike anything that the symbols of the start model" in told.out
     for name in NAMES[:2]:
         command("words", "set", name, "zigzag", "--db", path)
     aside = command("learn", "--start", handed_on, "--db", path)
     assert aside.code == 0
-    assert "was set aside: its symbols do not fit these captures" in aside.out
+    assert "is not used: its symbols do not fit these captures" in aside.out
     with motiondb.open(path, read_only=True) as db:
         assert db.start_facts() is None
         assert db.vocabulary() == ("zigzag",)

@@ -99,7 +99,7 @@ def test_captures_without_words_are_ranked(hidden: Path) -> None:
         assert "kick" in suggestions[0].capture  # no kick has words any more; walks have
         assert set(suggestions[0].like) <= bare
         for one in suggestions:
-            assert (f"would tell of {len(one.like)} more" in one.reason) == bool(one.like)
+            assert (f"similar to {len(one.like)} more" in one.reason) == bool(one.like)
         assert 0 < suggestions[2].gain < suggestions[0].gain < 1
         everything = db.suggest_captions(limit=1000)
         assert {one.capture for one in everything} == bare
@@ -133,4 +133,4 @@ def test_symbols_that_never_stood_beside_words_are_named(learned_copy: Path) -> 
         db.learn()
         first = db.suggest_captions(limit=1)[0]
         assert first.symbols
-        assert first.reason.endswith(" never stood beside words")
+        assert first.reason.endswith(" never occurred with words")

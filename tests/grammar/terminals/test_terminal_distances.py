@@ -111,5 +111,5 @@ def test_takes_that_cannot_be_used_are_named() -> None:
         pose_distance.make_poses([])
     with pytest.raises(GrammarError, match=r"take 2: expected frames, found none\. Leave it out"):
         pose_distance.make_poses([good, empty])
-    with pytest.raises(GrammarError, match=r"take 2: expected numbers, found values that are none"):
+    with pytest.raises(GrammarError, match=r"take 2: expected numbers, found NaN or infinity"):
         pose_distance.make_poses([good, broken])
