@@ -1,7 +1,8 @@
 """Which files of a folder are captures, which are not, and which skeleton belongs to an AMC.
 
-What a user may take for a capture is not skipped silently: :func:`not_read` names links to folders
-and files of other motion-capture programs, and :func:`is_text` finds names that cannot be stored.
+Files that a user may expect to be captures are not skipped silently: :func:`not_read` names links
+to folders and files of other motion-capture programs, and :func:`is_text` finds names that cannot
+be stored.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ def find_captures(folder: Path | str) -> list[Path]:
 
 
 def not_read(folder: Path | str) -> tuple[str, ...]:
-    """Describe what below a folder is not read although it may hold captures.
+    """Describe the contents of a folder that are not read although they may hold captures.
 
     Returns
     -------
@@ -177,7 +178,7 @@ def named_skeleton(path: Path, name: str, folder: Path, allow_outside: bool = Fa
     path : Path
         The AMC file.
     name : str
-        What the sheet says: a path with or without its ending.
+        The entry of the sheet: a path with or without its ending.
     folder : Path
         The added folder, or the added file.
     allow_outside : bool
@@ -237,7 +238,7 @@ def _visible(root: Path) -> Iterator[Path]:
 
 
 def _children(folder: Path) -> list[Path]:
-    """Return what a folder holds; nothing where it cannot be read."""
+    """Return the contents of a folder; empty if it cannot be read."""
     try:
         return list(folder.iterdir())
     except OSError:

@@ -67,9 +67,9 @@ def read_capture(
     skeleton : Path or str or None
         The ASF file of an AMC; None: the one that :func:`skeleton_path` finds.
     fps : float or None
-        Frames per second, in place of what the file says.
+        Frames per second, instead of the rate in the file.
     unit : float or None
-        Metres per length unit; None: what the file says, or estimated from the size of the body.
+        Metres per length unit; None: the unit in the file, or estimated from the size of the body.
     data : bytes or None
         Content of the file, if it is at hand.
     skip_bad_frames : bool

@@ -73,7 +73,7 @@ class MotionDB(FactVerbs):
         self.session.close()
 
     def release(self) -> None:
-        """Let go of the file until the next use, so that other processes can write.
+        """Close the file until the next use, so that other processes can write.
 
         Loaded data stay in memory until the database changes. The next question
         opens the file for reading, and the next change for writing; each waits for other processes
@@ -114,20 +114,20 @@ class MotionDB(FactVerbs):
         start : str, Path or Knowledge, optional
             Knowledge of another database to start from: "cmu" is shipped, a path names a file of
             :meth:`export_knowledge`. Its symbols and words are taken over, and own captions count
-            more the more there are. None: what the database started from before, if anything;
+            more the more there are. None: the start that the database used before, if any;
             "none": nothing.
 
         Raises
         ------
         MotionDBError
-            When the database holds no captures, or fewer segments than symbols asked for.
+            When the database holds no captures, or fewer segments than the requested symbols.
         KnowledgeError
             When there is no such knowledge.
         """
         return learning.learn(self.store, settings or LearnSettings(), progress, start)
 
     def export_knowledge(self, path: str | Path, name: str = "", credit: str = "") -> Knowledge:
-        """Write what the database learned, without motion and captions, for others to start from.
+        """Write the learned model, without motion and captions, as a start for other databases.
 
         Parameters
         ----------
@@ -160,7 +160,7 @@ class MotionDB(FactVerbs):
             return starting.start_knowledge(self.learned)
 
     def start_facts(self) -> dict[str, Any] | None:
-        """Where the knowledge comes from that the database started from; None where it did not."""
+        """The origin of the knowledge that the database started from; None where it did not."""
         with self.session.reading():
             return starting.start_facts(self.learned) if self.is_learned() else None
 

@@ -60,7 +60,7 @@ class FetchProgress:
 
 @dataclass(frozen=True)
 class FetchReport:
-    """What a download brought.
+    """The result of a download.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class FetchSettings:
 
 @dataclass(frozen=True)
 class _Item:
-    """A file to download: its path below the folder, its check, and what its page says."""
+    """A file to download: its path below the folder, its check, and its description on the site."""
 
     file: str
     check: Check
@@ -138,7 +138,8 @@ def fetch_cmu(
 ) -> FetchReport:
     """Download all captures of some subjects, with a sheet of their words.
 
-    Run again, it skips what is whole, resumes what is not, and keeps the rows of the sheet.
+    If it is run again, it skips complete files, resumes incomplete ones, and keeps the rows of the
+    sheet.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the search page of the CMU database says of a subject: its trials and their words.
+"""The trials of a subject and their descriptions, from the search page of the CMU database.
 
 ``search.php?subjectnumber=14`` is a table with a row a trial: an empty cell, the trial's number,
 its description, links to the files (tvd, c3d, amc, mpg, avi), the frame rate and a feedback link.

@@ -36,7 +36,7 @@ class Patience:
     timeout : float
         Seconds to wait for the next bytes of an answer. Chosen by hand.
     attempts : int
-        Attempts in a row that may bring nothing. Chosen by hand.
+        Largest number of consecutive attempts without new bytes. Chosen by hand.
     pause : callable
         Waits for so many seconds.
     """
@@ -90,7 +90,7 @@ def check_limits(limits: FetchLimits) -> None:
 
 @dataclass
 class Budget:
-    """What one download has taken of its limits.
+    """The share of the limits that one download has used.
 
     Attributes
     ----------
@@ -159,14 +159,14 @@ class Budget:
 
 
 def disk_fault(path: Path, error: OSError) -> UnreachableError:
-    """Say why a file or folder cannot be written, and what to do.
+    """Return why a file or folder cannot be written, and what to do.
 
     Parameters
     ----------
     path : Path
         The file or folder.
     error : OSError
-        What the system said.
+        The error of the system.
     """
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return UnreachableError(

@@ -1,9 +1,9 @@
-"""Download files over HTTP: resume what was cut, check what came, then give the file its name.
+"""Download files over HTTP: resume, check the content, then rename the file to its final name.
 
 A file grows as ``NAME.part``. It is renamed when it has the length that the server announced, and
 its contents pass a check, so that an interruption at any moment leaves nothing half written under a
 final name. The next attempt asks for the missing bytes (``Range``, RFC 9110, section 14); a server
-that sends the whole file again is believed. Attempts that bring nothing new are counted; the next
+that sends the whole file again is believed. Attempts without new bytes are counted; the next
 one waits 1, 2, 4, ... seconds.
 
 A server may send without end, or a byte at a time. So a :class:`Budget` counts the bytes and the
@@ -53,7 +53,7 @@ _NETWORK_FAULTS = (OSError, http.client.HTTPException)
 
 
 class _CutError(Exception):
-    """A transfer that ended early; holds what was expected and found."""
+    """A transfer that ended early, with the expected and the received number of bytes."""
 
 
 def fetch_page(url: str, patience: Patience, budget: Budget) -> bytes:
@@ -109,7 +109,7 @@ def fetch_file(
     path : Path
         Its final name; the folder exists. Until the file is whole it is called ``path.part``.
     check : callable
-        Says what is wrong with the bytes of the whole file, or None.
+        Returns the fault of the bytes of the whole file, or None.
     patience : Patience
         How long to wait for an answer, and how often to ask.
     budget : Budget
@@ -151,7 +151,7 @@ def fetch_file(
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and those above it, or say why not."""
+    """Make a folder and its parents, or raise the reason why not."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -247,8 +247,8 @@ def _copy(
 ) -> int:
     """Write an answer behind the first ``have`` bytes of ``part``; return the bytes then there.
 
-    ``read1`` gives what has come: ``read`` would lose it when the next bytes are late. ``tell`` is
-    called with the number of bytes present and the number of new bytes.
+    ``read1`` returns the bytes that have arrived: ``read`` would lose it when the next bytes are
+    late. ``tell`` is called with the number of bytes present and the number of new bytes.
     """
     left = _CHUNK if total is None else min(_CHUNK, total - have)
     with _open_part(part, "ab" if have else "wb") as file:

@@ -12,7 +12,7 @@ backward, back  way back                                        0.3 m
 sideways        way to either side                              0.4 m
 ==============  ==============================================  ==================
 
-The amounts were chosen by hand; they are well above what a person sways in standing.
+The amounts were chosen by hand; they are well above the sway of a standing person.
 """
 
 from __future__ import annotations

@@ -100,7 +100,7 @@ class Synthesis:
     slip : float
         Mean ground speed of feet in contact, metres a second.
     source_slip : float
-        The same for the segments as they are in their takes, metres a second.
+        The same for the segments in their takes, metres per second.
     """
 
     motion: Motion

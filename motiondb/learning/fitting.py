@@ -73,7 +73,7 @@ def fit_model(
     Raises
     ------
     MotionDBError
-        When there are fewer segments than symbols asked for.
+        When there are fewer segments than the requested symbols.
     """
     if started is not None:
         model = _fit_with_start(pool, taught, started, rng, tell)

@@ -1,4 +1,4 @@
-"""Limits on what one file may cost, and the one place where unexpected errors are translated.
+"""Limits of size, time and memory for one file, and the translation of unexpected errors.
 
 A file from an unknown source can be large, slow to read, or provoke errors in the libraries that
 read it. The readers check sizes before they allocate; :func:`guarded` turns all other exceptions
@@ -37,7 +37,7 @@ MAX_SLOW_FRAMES = 100_000
 
 @dataclass(frozen=True)
 class ReadLimits:
-    """What reading one file may cost.
+    """Limits for reading one file.
 
     The slowest of 540 real captures (CMU, Bandai-Namco) takes 0.3 s to read, and a process that
     reads all of them peaks at 130 MB, so real captures stay far below the defaults. Files that are
@@ -82,9 +82,9 @@ class ReadOptions:
     Attributes
     ----------
     fps : float or None
-        Frames per second, in place of what the file says.
+        Frames per second, instead of the rate in the file.
     unit : float or None
-        Metres per length unit; None: what the file says, or estimated from the size of the body.
+        Metres per length unit; None: the unit in the file, or estimated from the size of the body.
     skip_bad_frames : bool
         Leave out frames with wrong or unreadable values instead of refusing the file.
     limits : ReadLimits
@@ -193,7 +193,8 @@ def check_duration(n_frames: int, fps: float, path: object) -> None:
 def guarded(path: object, seconds: float | None = None) -> Iterator[None]:
     """Run a block that reads a file, so that only errors of this project leave it.
 
-    Floating-point warnings are off inside: what overflows is refused afterwards, as not finite.
+    Floating-point warnings are off inside: values that overflow are refused afterwards, as not
+    finite.
 
     Parameters
     ----------

@@ -3,8 +3,8 @@ r"""Text captures as clean bytes, and blocks of numbers with the line of every f
 A text capture may come with a byte order mark, as UTF-16, with CRLF or bare CR line ends. The
 readers see UTF-8 or Latin-1 bytes with ``\n`` (a ``\r`` before it counts as white space).
 
-Numbers are written in plain decimal notation with ASCII digits. What Python's ``float`` accepts
-beyond that (``1_0``, ``nan``, ``inf``, digits of other scripts) is a fault, not a number.
+Numbers are written in plain decimal notation with ASCII digits. Other forms that Python's ``float``
+accepts (``1_0``, ``nan``, ``inf``, digits of other scripts) are faults.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ _UNREADABLE = (
     IndexError, TypeError, OverflowError, SyntaxError, MemoryError, struct.error,
     zipfile.BadZipFile, zlib.error, tokenize.TokenError,
 )  # fmt: skip
-"""What NumPy and zipfile raise for files that are no npz files."""
+"""Exceptions of NumPy and zipfile for files that are not npz files."""
 _UNPACKED, _RATIO = 256_000_000, 20
 """Bytes to which the arrays of a file may unpack, or this multiple of the file's size if that is
 more. An hour of poses at 60 frames a second takes 270 MB, and compressed motion has at least a
@@ -181,7 +181,7 @@ def _load(data: bytes, path: object) -> dict[str, NDArray[np.generic]]:
 
 
 def _read_array(content: bytes) -> NDArray[np.generic]:
-    """Return the array of a member; its header must fit what the member holds.
+    """Return the array of a member; its header must fit the size of the member.
 
     Raises
     ------

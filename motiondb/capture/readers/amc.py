@@ -65,7 +65,7 @@ def read_amc(
     asf : AsfFile or None
         The skeleton file.
     options : ReadOptions or None
-        How to read it. ``fps`` None: 120; ``unit`` None: as the ASF says.
+        How to read it. ``fps`` None: 120; ``unit`` None: the unit in the ASF.
 
     Returns
     -------

@@ -47,7 +47,7 @@ class EventSheet:
     entries : dict of str to tuple of (int, Event)
         Events with their lines, by capture name (path without ending).
     notes : tuple of str
-        Sentences about what was odd but used.
+        Sentences about unusual entries that were used.
     """
 
     path: str

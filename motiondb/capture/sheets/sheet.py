@@ -2,8 +2,8 @@
 
 Columns: ``file`` (path below the added folder, with or without its ending) and any of ``words``,
 ``start``, ``end`` (seconds: the row's words describe this part), ``performer``, ``fps``,
-``licence``, ``skeleton``; every further column is kept as a tag. What a sheet says overrides the
-file's header.
+``licence``, ``skeleton``; every further column is kept as a tag. The values of a sheet override
+those in the file's header.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Rows = list[tuple[int, list[str]]]
 
 @dataclass(frozen=True)
 class SheetEntry:
-    """What a sheet says of one capture.
+    """The entries of a sheet for one capture.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class SheetEntry:
     tags : dict of str to str
         Performer, licence and all further columns.
     fps : float or None
-        Frames per second, in place of what the file says.
+        Frames per second, instead of the rate in the file.
     skeleton : str or None
         The ASF file of an AMC.
     """
@@ -76,7 +76,7 @@ class Sheet:
     entries : dict of str to SheetEntry
         Entries by capture name (path without ending).
     notes : tuple of str
-        Sentences about what was odd but used.
+        Sentences about unusual entries that were used.
     """
 
     path: str
@@ -175,7 +175,7 @@ def read_rows(path: Path, header: str) -> Rows:
     path : Path
         The file: UTF-8, UTF-16 with a byte order mark, or Windows-1252.
     header : str
-        What an empty sheet lacks, and what to do, for messages.
+        The missing columns of an empty sheet, with advice, for messages.
 
     Returns
     -------

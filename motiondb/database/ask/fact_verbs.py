@@ -43,7 +43,7 @@ class FactVerbs(MakingVerbs):
         return showing.symbol_segments(self.learned, symbol)
 
     def activities(self, name: str) -> list[Row]:
-        """What a capture does, one thing after another; empty where it does one thing throughout.
+        """The successive activities of a capture; empty if there is only one.
 
         Raises
         ------

@@ -20,7 +20,7 @@ class MakingVerbs(QuestionVerbs):
         exact: bool = False,
         anyway: bool = False,
     ) -> generating.Generated:
-        """Make a motion that shows what a sentence says.
+        """Generate a motion from a sentence.
 
         ``shown`` of the result says for every action whether the motion shows it.
 
@@ -37,7 +37,7 @@ class MakingVerbs(QuestionVerbs):
             Whether words that no caption holds are left out; otherwise a word that may be taken as
             a known one is replaced by the likeliest.
         anyway : bool
-            Whether to make what can be made where nothing in the database shows an action.
+            Whether to generate the nearest motion if nothing in the database shows an action.
 
         Raises
         ------

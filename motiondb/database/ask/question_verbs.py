@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 
 
 class QuestionVerbs(CatalogueVerbs):
-    """Verbs that answer from what was learned; each answer is of one revision of the store."""
+    """Methods that answer questions; each answer uses one revision of the store."""
 
     @property
     def learned(self) -> Learned:
-        """What was learned, with the catalogue of the same revision.
+        """The learned model, with the catalogue of the same revision.
 
         Raises
         ------
@@ -44,7 +44,7 @@ class QuestionVerbs(CatalogueVerbs):
 
     @property
     def searchable(self) -> Learned:
-        """What was learned, with the generated captures beside those learned from.
+        """The learned model, with the generated captures in addition to those learned from.
 
         Raises
         ------
@@ -66,7 +66,7 @@ class QuestionVerbs(CatalogueVerbs):
         written: bool = True,
         exact: bool = False,
     ) -> word_answers.WordAnswer:
-        """Find the intervals that show what the words ask for, in their order, best first.
+        """Find the intervals that show the actions of a question, best first.
 
         Parameters
         ----------
@@ -135,8 +135,8 @@ class QuestionVerbs(CatalogueVerbs):
             Whether learned words take part in the resemblance, so that the same action in other
             styles counts as alike; None: where there are words.
         exact : bool
-            Whether words of the filter that nothing holds match nothing rather than being taken as
-            others.
+            Whether unknown words of the filter match nothing, instead of being replaced by known
+            words.
 
         Raises
         ------
@@ -186,7 +186,7 @@ class QuestionVerbs(CatalogueVerbs):
             return [info.name for info in captured if info.capture_id not in learned]
 
     def suggest_captions(self, limit: int = 10) -> list[caption_suggestions.CaptionSuggestion]:
-        """Captures without words, the one whose words would say most about the others first.
+        """Captures without captions, the most informative about the others first.
 
         Parameters
         ----------
@@ -206,7 +206,7 @@ class QuestionVerbs(CatalogueVerbs):
         return word_sources(self.learned, words)
 
     def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
-        """What the words of a filter are taken as that no caption and no tag holds.
+        """The known words that replace words of a filter that are in no caption and no tag.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What is known of a capture and of the symbols, as plain facts and as pictures."""
+"""Facts and pictures of a capture and of the symbols."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def symbol_segments(learned: Learned, symbol: int) -> list[Row]:
 
 
 def capture_activities(base: QuestionVerbs, capture_id: int) -> list[Row]:
-    """What a capture does, one thing after another; equal numbers are the same activity.
+    """The successive activities of a capture; equal numbers are the same activity.
 
     Found in the capture alone, without labels (:mod:`motiondb.symbols.segments.activities`); where
     words were learned, each comes with those that its motion most likely shows. Empty where the

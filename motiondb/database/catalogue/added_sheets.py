@@ -1,4 +1,4 @@
-"""What people wrote about captures that are added, in sheets, and what of it is not used."""
+"""Captions and tags from sheets for captures that are added, and the entries that are not used."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from motiondb.records import Caption
 
 @dataclass(frozen=True)
 class Sheets:
-    """What people wrote about the captures to add.
+    """Captions and tags of the captures to add.
 
     Attributes
     ----------

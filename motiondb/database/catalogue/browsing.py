@@ -29,7 +29,7 @@ TAG = "tag."
 
 @dataclass(frozen=True, eq=False)
 class BrowsedCapture:
-    """A row of the catalogue with what belongs to it.
+    """A row of the catalogue with its tags and captions.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ def browse(session: Session, where: str, sort: str, offset: int, limit: int) -> 
     Raises
     ------
     QueryError
-        When the filter cannot be read, or there is nothing of this name to sort by.
+        When the filter cannot be read, or there is no such column to sort by.
     """
     with session.reading():
         rows = _filtered(session, where)

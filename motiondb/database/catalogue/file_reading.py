@@ -1,7 +1,7 @@
 """Reading capture files: several at a time, in other processes.
 
-A file becomes everything that is to be saved, or the sentence that says why not; nothing here
-touches the store. A file that ends its process, or takes too much time or memory, becomes such a
+A file becomes a record of everything to save, or a sentence with the reason why not. The store is
+not used here. A file that ends its process, or takes too much time or memory, becomes such a
 sentence too, and the others are read.
 """
 
@@ -44,9 +44,9 @@ class AddSettings:
     Attributes
     ----------
     unit : float or None
-        Metres per length unit; None: what each file says, or estimated from the size of the body.
+        Metres per length unit; None: the unit in each file, or estimated from the size of the body.
     fps : float or None
-        Frames per second, in place of what the files say.
+        Frames per second, instead of the rates in the files.
     skip_bad_frames : bool
         Leave out bad frames instead of refusing their file.
     joint_map : mapping of str to str
@@ -54,7 +54,7 @@ class AddSettings:
     jobs : int
         Processes that read files.
     limits : ReadLimits
-        What reading one file may cost.
+        Limits for reading one file.
     keep_implausible : bool
         Keep captures that move faster than people can.
     outside_skeletons : bool
@@ -303,7 +303,7 @@ def read_stored(
     parameters : dict
         Parameters of the run that added it.
     fps : float or None
-        Frames per second; None for what the file says.
+        Frames per second; None for the value in the file.
     """
     unit = parameters.get("unit")
     skeleton = None

@@ -1,7 +1,7 @@
-"""Save what is readable of a damaged database into a new one.
+"""Save the readable parts of a damaged database into a new one.
 
 Lost parts of a capture are restored from its other parts if possible: a motion by reading the
-stored file again, a file by writing the motion as BVH. What was learned is not taken over: learn
+stored file again, a file by writing the motion as BVH. The learned model is not copied: learn
 again.
 """
 
@@ -20,7 +20,7 @@ from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
 
 @dataclass(frozen=True)
 class RescueReport:
-    """What a rescue saved and what it could not.
+    """The captures that a rescue saved, and those that it could not.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
 def _save_all(
     damaged: store.Store, new: store.Store, output: Path, lost: list[str]
 ) -> RescueReport:
-    """Copy capture by capture, then what belongs to several."""
+    """Copy capture by capture, then the data that belong to several captures."""
     runs = {run.run_id: run for run in store.salvage_runs(damaged)}
     names: list[str] = []
     mended: list[str] = []

@@ -36,7 +36,7 @@ def write_with_provenance(made: Made, facts: Mapping[str, Any], path: Path) -> d
     made : Made
         What was generated.
     facts : dict
-        What the provenance file says beside the origin of the frames.
+        Facts for the provenance file, in addition to the origin of the frames.
     path : Path
         The motion's file: .bvh, .glb or .gltf.
 

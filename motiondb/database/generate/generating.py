@@ -80,9 +80,9 @@ class Generated:
     method : str
         One of ``METHODS``.
     taken : dict
-        Word that no caption holds -> what it was taken as; the likeliest was used.
+        Word that is in no caption -> the known words that replace it; the most probable was used.
     suggested : dict
-        Word that no caption holds -> what is made of it where it was not taken.
+        Word that is in no caption and was not replaced -> suggested known words.
     sources : tuple of WordSource
         The captions from which the words were learned, if the database learned with a start.
     """
@@ -113,11 +113,11 @@ class Generated:
 
     @property
     def shows_all(self) -> bool:
-        """Whether the judge finds every action that was asked for to be shown."""
+        """Whether every requested action is shown, according to the judge."""
         return all(one.shown is True for one in self.shown)
 
     def facts(self) -> dict[str, Any]:
-        """What was asked, decoded and used, for JSON; times in seconds."""
+        """The request, its decoding and the sources, for JSON; times in seconds."""
         return {
             "words": self.words,
             "seed": self.seed,
@@ -185,7 +185,7 @@ class GenerateSettings:
         Whether words that no caption holds are left out; otherwise a word that may be taken as a
         known one is replaced by the likeliest.
     anyway : bool
-        Whether to make what can be made where nothing in the database shows an action.
+        Whether to generate the nearest motion if nothing in the database shows an action.
     """
 
     method: str = "stitched"
@@ -196,7 +196,7 @@ class GenerateSettings:
 def generate(
     session: Session, words: str, seed: int, settings: GenerateSettings, number: int = 1
 ) -> list[Generated]:
-    """Make motions that show what a sentence says.
+    """Generate motions from a sentence.
 
     Parameters
     ----------

@@ -78,7 +78,7 @@ def best(session: Session, material: Material, like: str, n: int) -> Completions
 def generate(
     session: Session, material: Material, like: str, length: int | None, seed: int
 ) -> GrammarSequence:
-    """Draw a sentence that matches a pattern, as probable as it is among all that match; play it.
+    """Draw a sentence from those that match a pattern, by their probabilities, and assemble it.
 
     Parameters
     ----------

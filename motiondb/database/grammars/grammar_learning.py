@@ -143,7 +143,7 @@ class _Found:
 def _record(
     name: str, infos: Sequence[CaptureInfo], result: _Found, motions: Sequence[Motion]
 ) -> store.LearnedGrammar:
-    """Collect what was learned into a record for the store."""
+    """Collect the learned grammar into a record for the store."""
     grammar, sentences = result.sentences.grammar, result.sentences.sentences
     ledger = make_ledger(motions, result.terminals, result.sentences)
     return store.LearnedGrammar(

@@ -76,8 +76,8 @@ class Grammars(SequenceVerbs):
         Raises
         ------
         QueryError
-            When the captures, the name or a setting are not valid, or nothing can be learned from
-            the captures. Nothing is saved then.
+            When the captures, the name or a setting are not valid, or no grammar can be learned
+            from the captures. Nothing is saved then.
         """
         return grammar_learning.learn_grammar(
             self._session.store, list(captures), name, settings or GrammarSettings(), progress
@@ -257,7 +257,7 @@ class Grammars(SequenceVerbs):
             used.
         like : str, optional
             A pattern that the sentence must match, see :meth:`complete`. The sentence is drawn from
-            those that match, as probable as they are in the grammar.
+            those that match, by their probabilities in the grammar.
 
         Raises
         ------

@@ -86,7 +86,7 @@ def terminal_meanings(
 
 @dataclass(frozen=True, eq=False)
 class Shares:
-    """What the segments of each terminal show.
+    """The symbols and words of the segments of each terminal.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ def terminals_for(learned: Learned, shares: Shares, word: str) -> tuple[int, ...
     learned : Learned
         What the database has learned.
     shares : Shares
-        What the segments of each terminal show.
+        The symbols and words of the segments of each terminal.
     word : str
         A word of the vocabulary.
     """

@@ -1,4 +1,4 @@
-"""``learn`` and ``drift``: load the captures, compute, save what was learned as a whole or not."""
+"""``learn`` and ``drift``: load the captures, compute, save all results or none."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ def learn(
     progress : callable, optional
         Called with the step and the share of it that is done.
     start : str, Path or Knowledge, optional
-        What to start from (:func:`motiondb.database.learn.starting.find_start`). None: what the
-        database started from when it learned before, if anything.
+        What to start from (:func:`motiondb.database.learn.starting.find_start`). None: the start
+        that the database used when it learned before, if any.
 
     Raises
     ------
     MotionDBError
-        When the database holds no captures, or fewer segments than symbols asked for.
+        When the database holds no captures, or fewer segments than the requested symbols.
     KnowledgeError
         When there is no such knowledge.
     """
@@ -95,7 +95,7 @@ def _save(
 
 
 def _load_taught(opened: store.Store) -> tuple[FeaturePool, TaughtWords]:
-    """Features of the captured captures, and what people wrote about them; of one revision."""
+    """Features and captions of the captured captures, of one revision."""
     with store.reading(opened):
         taught = _load_catalogue(opened)
         if not taught.performers:

@@ -1,4 +1,4 @@
-"""Knowledge to start from: found by name or file, exported, and what of a database it accounts for.
+"""Knowledge to start from: found by name or file, exported, and its share in a database.
 
 Knowledge that is shipped with motiondb lies in ``motiondb/knowledge/NAME.knowledge``.
 """
@@ -47,7 +47,7 @@ def shipped_starts() -> list[dict[str, Any]]:
 
 
 def load_knowledge(what: str | Path) -> Knowledge:
-    """Knowledge by the name of what is shipped, or from a file.
+    """Knowledge by the name of a shipped file, or from another file.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def find_start(
     KnowledgeError
         When there is no such knowledge.
     QueryError
-        When a number of symbols is asked for too.
+        When a number of symbols is given too.
     """
     if isinstance(start, Knowledge):
         knowledge: Knowledge | None = start
@@ -145,7 +145,7 @@ def start_knowledge(learned: Learned) -> Knowledge:
 
 
 def start_facts(learned: Learned) -> dict[str, Any] | None:
-    """Where the start of a database comes from and what it accounts for; None without a start."""
+    """The origin of the start of a database and its share in the database; None without a start."""
     started = learned.started
     if started is None or learned.counted is None:
         return None

@@ -1,7 +1,7 @@
-"""What is known of a tactics diagram before a scene is made: faults, holder, strings, clips.
+"""Facts of a tactics diagram before a scene is made: faults, first holder, strings, clips.
 
-A program with a board asks after every change. So nothing is raised for a diagram that cannot be
-played: every fault is returned with the line that it is about.
+A program with a board asks after every change. No exception is raised for a diagram that cannot be
+played: every fault is returned with its line.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class BoardFault:
     message : str
         The sentence, without the place.
     player : str
-        The player who cannot do what is asked, or "".
+        The player who cannot do what the diagram requires, or "".
     """
 
     line: int
@@ -48,7 +48,7 @@ class BoardFault:
 
 @dataclass(frozen=True, eq=False)
 class Board:
-    """A diagram, and what is known of it.
+    """A diagram with its facts.
 
     Attributes
     ----------
@@ -63,9 +63,9 @@ class Board:
     holder : str
         Name of the player who has the ball at first, or "".
     strings : dict of str to tuple of str
-        Shortest string of actions of each player who can do what is asked.
+        Shortest string of actions of each player who can do what the diagram requires.
     expressions : dict of str to str
-        What is asked of each player, as the paper writes it.
+        The requirements of each player, in the notation of the paper.
     """
 
     text: str
@@ -83,7 +83,7 @@ class Board:
 
 
 def read_board(text: str) -> Board:
-    """Return what is known of the text of a diagram, whose grammar is a shipped one.
+    """Return the facts of the text of a diagram with a shipped grammar.
 
     Raises
     ------

@@ -281,9 +281,9 @@ def draw_folder(folder: Path, png: Path) -> Path:
 
 
 def _mend(folder: Path) -> None:
-    """Repair what killed processes left while they wrote this folder.
+    """Repair the state that killed processes left while they wrote this folder.
 
-    An earlier scene that had been moved away comes back; partial folders are removed.
+    An earlier scene that had been moved away is restored; partial folders are removed.
     """
     for left in folder.parent.glob(f".{glob.escape(folder.name)}.*.*"):
         owner, _, kind = left.name.removeprefix(f".{folder.name}.").rpartition(".")

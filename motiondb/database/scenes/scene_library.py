@@ -48,7 +48,7 @@ def scene_clips(
     Raises
     ------
     SceneError
-        A terminal has no clip. The message names it, its phrases, and what to do.
+        A terminal has no clip. The message names it, its phrases, and a remedy.
     """
     chosen = settings or VariantSettings()
     return session.kept(

@@ -2,7 +2,7 @@
 
 Sampling and polishing are pure. This module gives captures to them, limits their time if asked to,
 and tries again with other random numbers if a rule is still broken after polishing, players touch
-or go faster than people do, or a motion is impossible. Of all tries the one with the fewest such
+or move faster than people can, or a motion is impossible. Of all tries the one with the fewest such
 faults is kept, then the one with the lowest error.
 
 Settings fix the number of steps of the sampling. So the same seed gives the same scene on any
@@ -36,8 +36,7 @@ from motiondb.scene.sampling.tempering import SamplerSettings, Trace, sample, wa
 from motiondb.scene.sampling.warm_start import WARM, warm_start
 
 SceneProgress = Callable[[str, float, float], None]
-"""Called with what is being done, the fraction of it that is done, and the error (NaN if
-unknown)."""
+"""Called with the name of the step, the fraction that is done, and the error (NaN if unknown)."""
 
 _MOST_CHAINS = 64
 """Most Markov chains; more only take memory."""
@@ -158,12 +157,12 @@ class MadeScene:
 
     @property
     def too_fast(self) -> tuple[str, ...]:
-        """The players who had to go faster than people do for the rules to hold."""
+        """The players who had to move faster than people can for the rules to hold."""
         return tuple(pace.player for pace in self.report.paces if pace.after > FASTEST)
 
     @property
     def clean(self) -> bool:
-        """Whether rules hold, no players touch or go too fast, and no motion is impossible."""
+        """Whether rules hold, no players touch or move too fast, and no motion is impossible."""
         return self.report.clean and not self.too_fast
 
     @property
@@ -197,7 +196,7 @@ def make(
     Raises
     ------
     SceneError
-        The grammar has no string that does what the diagram asks of a player.
+        The grammar has no string that meets the requirements of the diagram for a player.
     """
     seeds = np.random.default_rng(settings.seed).spawn(settings.tries)
     sampler = _sampler(settings, start is not None)

@@ -109,7 +109,7 @@ class SceneTextVerbs:
     def validate(
         cls, grammar: str | Path | MotionGrammar, actions: str | Sequence[str], start: str = ""
     ) -> services.Validation:
-        """Parse a string of actions: its tree, or where it fails and what was expected.
+        """Parse a string of actions: its tree, or the place and reason of the failure.
 
         Parameters
         ----------

@@ -56,7 +56,7 @@ class Scene:
     record : store.StoredScene
         Its record.
     provenance : dict of str to store.Provenance
-        Where every frame of each player comes from.
+        Origin of every frame of each player.
     """
 
     made: MadeScene
@@ -181,7 +181,7 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
     ) -> None:
         """Write a scene's folder, in place of an earlier scene's; with ``kept``, keep it as well.
 
-        If anything fails, folder and database stay as they were.
+        If anything fails, folder and database do not change.
 
         Parameters
         ----------

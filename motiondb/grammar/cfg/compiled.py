@@ -174,7 +174,7 @@ class CompiledGrammar:
 
     @cached_property
     def left_corners(self) -> Sparse:
-        """Sum over all chains from a symbol to what its string can begin with, by the symbol."""
+        """Sum over all chains from a symbol to the first symbols of its strings, by the symbol."""
         steps = _steps(self, self.probabilities, self.empties, corners=True)
         return close_graph(SUM, steps)
 
@@ -293,7 +293,7 @@ def _steps(
 ) -> Sparse:
     """Return the graph of steps that read nothing.
 
-    With ``corners``, of steps to what a string begins with.
+    With ``corners``, of steps to the first symbols of a string.
     """
     sources, targets, values, _ = list_steps(compiled, weights, empties, corners)
     return sparse_graph(compiled.n_symbols, sources, targets, values)
@@ -313,7 +313,7 @@ def list_steps(
     empties : array (S,)
         Weight with which each symbol becomes empty.
     corners : bool
-        Whether a step to a left child is always free: steps to what a string begins with.
+        Whether a step to a left child is always allowed: steps to the first symbols of a string.
 
     Returns
     -------

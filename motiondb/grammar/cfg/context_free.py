@@ -183,7 +183,7 @@ def format_grammar(grammar: Grammar) -> str:
 def read_grammar(text: str, where: str = "grammar") -> Grammar:
     """Read a grammar from its text; the first line's left side is the start symbol.
 
-    Alternatives without a probability share what the others leave; all are scaled to sum to 1.
+    Alternatives without a probability share the remainder equally; all are scaled to sum to 1.
 
     Raises
     ------
@@ -242,7 +242,7 @@ def _probability(text: str | None, where: str) -> float | None:
 
 
 def _share_out(alternatives: list[tuple[str, tuple[str, ...], float | None]]) -> Iterator[Rule]:
-    """Yield the rules; what has no probability gets an equal share of what is left."""
+    """Yield the rules; those without a probability get equal shares of the remainder."""
     given: dict[str, list[float | None]] = {}
     for left, _, chance in alternatives:
         given.setdefault(left, []).append(chance)

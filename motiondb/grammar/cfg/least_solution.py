@@ -65,7 +65,7 @@ def grow(compiled: CompiledGrammar, seed: BoolArray, *, all_parts: bool) -> Bool
 
 
 def _users(compiled: CompiledGrammar) -> tuple[IntArray, IntArray]:
-    """List what holds each symbol, left sides and tails, and where the list of each begins."""
+    """List the left sides and tails that contain each symbol, and where the list of each begins."""
     tails, real = np.flatnonzero(compiled.left >= 0), compiled.rule_right >= 0
     parts = np.concatenate((compiled.rule_right[real], compiled.left[tails], compiled.right[tails]))
     users = np.concatenate((compiled.rule_left[real], tails, tails))

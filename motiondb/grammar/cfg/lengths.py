@@ -2,7 +2,7 @@
 
 W(X, l) is the total probability of the strings of l terminals that X derives: the chart of a
 sentence of l symbols that may be anything, in which only the length of a span matters. W(A, l) =
-sum p(A -> Y) W(Y, l) and W(Y Z, l) = sum over k of W(Y, k) W(Z, l - k). What reads nothing is
+sum p(A -> Y) W(Y, l) and W(Y Z, l) = sum over k of W(Y, k) W(Z, l - k). Steps that read nothing are
 summed by the chains of the compiled grammar. Each length has its own power of two.
 """
 
@@ -22,7 +22,7 @@ from motiondb.records import BoolArray, FloatArray, IntArray
 
 
 class _Forms(NamedTuple):
-    """What the lengths of strings depend on.
+    """The data on which the lengths of strings depend.
 
     Attributes
     ----------

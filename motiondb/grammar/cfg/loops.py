@@ -15,8 +15,8 @@ from motiondb.grammar.cfg.context_free import EMPTY, Grammar, Rule, Tree, format
 def format_loops(grammar: Grammar) -> str:
     r"""Return the grammar as text, rules that repeat as repetitions.
 
-    ``X+ [0.6]`` is X, and with probability 0.6 once more, and so on; ``X*`` is the same or nothing.
-    The probabilities of several things that may repeat are those of the rules.
+    ``X+ [0.6]`` is X, and with probability 0.6 once more, and so on; ``X*`` is the same or the
+    empty string. The probabilities of several things that may repeat are those of the rules.
 
     Parameters
     ----------

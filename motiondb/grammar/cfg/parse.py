@@ -42,7 +42,7 @@ class ParseError(GrammarError):
     found : str or None
         That symbol, None at the end of the sentence.
     expected : tuple of str
-        The terminals with which it could go on, in the grammar's order.
+        The terminals that may follow, in the order of the grammar.
     may_end : bool
         Whether the sentence could have ended there.
     """
@@ -175,7 +175,7 @@ class Reading:
 
 
 def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> Reading:
-    """Read a sentence, or the beginning of one, as far as strings of the grammar go."""
+    """Read a sentence, or a prefix of one, as far as it agrees with strings of the grammar."""
     compiled = compiled_form(grammar)
     symbols = numbered(compiled, sentence)
     unknown = np.flatnonzero(symbols < 0)

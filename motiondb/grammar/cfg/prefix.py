@@ -1,9 +1,9 @@
-"""What may come next: probabilities of the next terminal after the beginning of a sentence.
+"""Probabilities of the next terminal after a prefix of a sentence.
 
 P(w ...) is the probability that a sentence begins with w: the sum over all trees of all sentences
 that do, left recursion included, which is summed in closed form over the chains of left corners.
 Then P(t | w) = P(w t ...) / P(w ...) for a terminal t, and P(end | w) = P(w) / P(w ...); they sum
-to 1. All probabilities are given that the derivation ends: of a grammar that may go on for ever,
+to 1. All probabilities are given that the derivation ends: for a grammar with infinite derivations,
 only the finite sentences count.
 
 A string is at most as probable as its prefixes. So a search that always extends the most probable

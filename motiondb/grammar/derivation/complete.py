@@ -6,7 +6,7 @@ states t.
 
 Trees that match are drawn from the root down by W: this is the distribution of the grammar, given
 that the sentence matches. The most probable trees are found by A* search, in which V is the exact
-cost of what is still to derive, so no step of the search is spent on other trees.
+remaining cost, so no step of the search is spent on other trees.
 
 Source: P. E. Hart, N. J. Nilsson and B. Raphael, "A Formal Basis for the Heuristic Determination of
 Minimum Cost Paths" (1968), for A*.
@@ -203,7 +203,7 @@ def sample_completion(
     *,
     allowed: frozenset[str] | None = None,
 ) -> Tree:
-    """Draw a tree of a sentence that matches a pattern, as probable as it is among all such trees.
+    """Draw a tree from those of sentences that match a pattern, by their probabilities.
 
     Parameters
     ----------

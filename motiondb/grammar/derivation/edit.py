@@ -152,9 +152,9 @@ def alternatives(  # noqa: PLR0913  what to edit, and what is wished
 ) -> tuple[Alternative, ...]:
     """Return up to `n` other strings for a region, the most probable first, each once.
 
-    The strings are drawn at random from the nonterminal of the region. If drawing gives fewer than
-    `n`, and no length is asked for, the most probable strings that were not drawn are added. Fewer
-    than `n` come back if the nonterminal has no more strings, or if the search does not reach them.
+    The strings are drawn at random from the nonterminal of the region. If fewer than `n` are drawn,
+    and no length is given, the most probable strings that were not drawn are added. Fewer than `n`
+    come back if the nonterminal has no more strings, or if the search does not reach them.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Intersect a grammar with an automaton: how probable what each symbol derives is, state by state.
+"""Intersection of a grammar with an automaton: weights of each symbol between pairs of states.
 
 An item (X, s, t) is the set of strings that a symbol X derives and that lead the automaton from
 state s to state t. Its weight W is the sum of the probabilities of these derivations, and V the

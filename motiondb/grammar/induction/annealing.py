@@ -2,8 +2,8 @@
 
 From a rule set, changes are tried at random:
 
-* *exchange*: two right sides of one nonterminal become one, what they do not share becoming the
-  alternatives of a nonterminal;
+* *exchange*: two right sides of one nonterminal become one, and their differing parts become the
+alternatives of a nonterminal;
 * *class*: two parts that occur between the same neighbours become alternatives, in these two places
 or wherever they occur; one may be empty;
 * *chunk*: a part that occurs repeatedly becomes a nonterminal, or joins one; where loops are
@@ -91,8 +91,7 @@ def anneal(
     coldest : float
         Last temperature, bits.
     new_loops : bool
-        Whether nonterminals that do not derive themselves yet may come to do so, if the laws allow
-        loops at all.
+        Whether moves may make a nonterminal derive itself, if the laws allow loops.
     """
     size = sum(len(right) + 2 for _, right in rule_set.uses())
     n_rows = 2 * len(list(rule_set.uses())) + size // 4 + 32

@@ -106,7 +106,7 @@ def induce(
     selection : str
         "first", "leaf", "branch", or "auto" for the one of the fewest bits.
     compacted : bool
-        False stops at what alignment-based learning itself gives.
+        If False, return the result of alignment-based learning without compaction.
     effort : Effort, optional
         Effort of the search; by default chosen by the number of symbols.
     loops : bool

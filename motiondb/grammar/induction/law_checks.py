@@ -24,7 +24,7 @@ from motiondb.grammar.induction.rule_arrays import (
 from motiondb.records import BoolArray, IntArray
 
 _WAITS, _FITS, _BREAKS = range(3)
-"""What is known of a rule while the laws are checked bottom-up."""
+"""The state of a rule while the laws are checked bottom-up."""
 
 
 class Laws(NamedTuple):

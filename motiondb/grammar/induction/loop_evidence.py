@@ -11,13 +11,13 @@ string does not count. A rule is supported if
   above one, in one sentence or in two: so one of several things that may repeat can be rare;
 * the sentences do not stop at a bound. Let C be the most rounds, m the number of sentences with C
   rounds, and q the share of those that went on among all times that a sentence could go on or stop
-  before C. If nothing but chance ends a loop, m sentences all stop at C with probability
-  (1 - q)^m. The rule is refused if this is less than 0.05 and m is at least 3. (Two longest
-  sentences are often equally long by chance where q is high.)
+  before C. If loops end only by chance, m sentences all stop at C with probability (1 - q)^m. The
+  rule is refused if this is less than 0.05 and m is at least 3. (Two longest sentences are often
+  equally long by chance where q is high.)
 
 A rule that is not supported is written out: the nonterminals that derive each other are copied once
-for each round, and the last copy lacks the rule. Then the rules are refitted, which drops what is
-not used. What remains is judged again.
+for each round, and the last copy lacks the rule. Then the rules are refitted, which drops unused
+rules. What remains is judged again.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 from motiondb.records import BoolArray, IntArray
 
 _FEW = 20
-"""Sentences below which three rounds are asked for."""
+"""Number of sentences below which three rounds are required."""
 
 _ROUNDS, _ROUNDS_OF_FEW = 2, 3
 """Rounds that some sentence must have."""
@@ -168,7 +168,8 @@ def stops_at_bound(rounds: IntArray, counts: IntArray) -> bool:
 def _rounds(nodes: IntArray, row: int, places: BoolArray) -> tuple[int, int, int]:
     """Return the rounds of a rule, and whether rounds of its loop are above and below one.
 
-    ``places`` (rules, longest right side) marks what leads back into the component of the rule.
+    ``places`` (rules, longest right side) marks symbols that lead back into the component of the
+    rule.
     """
     n = nodes.shape[0]
     rounds = np.zeros(n, dtype=np.int64)  # of the rule, on the path to a node and with it

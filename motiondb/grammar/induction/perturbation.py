@@ -1,4 +1,4 @@
-"""Perturb rules at random, so that a search that has stopped can go on from there.
+"""Perturb rules at random, so that a search that has stopped can continue from there.
 
 Annealing ends in rules from which no small change saves bits. Five larger changes lead out:
 

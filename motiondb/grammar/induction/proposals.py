@@ -57,8 +57,8 @@ _CLASSES = _EXCHANGES + 0.3
 _CHUNKS = _CLASSES + 0.15
 _FOLDS = _CHUNKS + 0.12
 _MERGES = _FOLDS + 0.1
-"""Shares of the moves, summed up; what is left substitutes a nonterminal. Most tries go to
-exchanges and classes, which alone make alternatives. Chosen by hand."""
+"""Cumulative shares of the moves; the remainder substitutes a nonterminal. Most moves are exchanges
+and classes, because only these make alternatives. Chosen by hand."""
 
 _FROM_THE_LEFT = 0.5
 """Probability that an exchange looks for a common beginning before a common end."""
@@ -81,7 +81,7 @@ _FOLD_ONCE = 0.4
 
 
 _NOTHING = -1
-"""What a move returns that changed nothing."""
+"""Return value of a move that changed nothing."""
 
 
 @compiled
@@ -139,7 +139,7 @@ def _try_substitute(table: RuleTable, work: Workspace, symbol: int) -> int:
 
 @compiled
 def _try_exchange(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
-    """Make two right sides of a nonterminal one; what they do not share becomes alternatives."""
+    """Merge two right sides of a nonterminal; their differing parts become alternatives."""
     rows = table.rows
     a = draw(rng, table.used[ROWS])
     left = rows[a, LEFT]

@@ -4,15 +4,15 @@ The plain sentences are annealed several times with different random numbers (:m
 Then, again and again, one of the best rule sets so far is perturbed and annealed
 (:mod:`.perturbation`). The rule set of fewest bits is returned.
 
-Many sentences are searched by samples first. What a search from all plain sentences merges wrongly
-in its first steps, it rarely splits again, and the more sentences there are, the more wrong steps
-save bits. The rules of each sample are then refitted to all sentences (:mod:`.refitting`), and the
+Many sentences are searched by samples first. A search that begins with all plain sentences rarely
+splits what it merged wrongly in its first steps, and with more sentences, more wrong steps save
+bits. The rules of each sample are then refitted to all sentences (:mod:`.refitting`), and the
 search continues from the best of them.
 
 Rules without loops are searched first. Then the search is repeated with loops allowed, into the
-same pool. Half of its annealings begin with the shortest sentences and go on with more and more of
-them: what nests is seen most clearly where it nests least. Rules that are found are refitted, and
-loops that the sentences do not support are written out (:mod:`.loop_evidence`).
+same pool. Half of its annealings begin with the shortest sentences and continue with more and more
+of them, because nesting is easiest to recognise in short sentences. Rules that are found are
+refitted, and loops that the sentences do not support are written out (:mod:`.loop_evidence`).
 
 The random numbers are the same each time, so that the result depends on the sentences alone. The
 more symbols the sentences have, the fewer searches there are.
@@ -159,7 +159,7 @@ def compact(
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What a search needs to know.
+    """Settings and data of a search.
 
     Attributes
     ----------

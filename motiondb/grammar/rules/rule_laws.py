@@ -1,8 +1,8 @@
 """Laws of rules, each as a function of the right sides of every nonterminal.
 
-The rules may be recursive. What a nonterminal derives is therefore a fixed point: the least set of
-nonterminals that derive the empty string, the least sets of terminals that their strings hold, the
-one number of constant terminals that agrees with all rules.
+The rules may be recursive. The properties of what a nonterminal derives are therefore a fixed
+point: the least set of nonterminals that derive the empty string, the least sets of terminals that
+their strings hold, the one number of constant terminals that agrees with all rules.
 
 Rules are given as ``rules[left][right] = count``, with the symbols of
 :mod:`motiondb.grammar.rules.rule_set`. Counts are not read.

@@ -250,8 +250,8 @@ def single_terminals(sentences: Mapping[Right, int]) -> frozenset[int]:
     """Return the terminals that at least ten sentences hold, and none twice.
 
     If n sentences hold a terminal and none of them twice, then at most about 3 / n of all such
-    sentences hold it twice, at 95 % confidence. A small n therefore says little. A compiled search
-    stores these terminals as the bits of one integer, so only the 62 most frequent ones are
+    sentences hold it twice, at 95 % confidence. A small n is therefore little evidence. A compiled
+    search stores these terminals as the bits of one integer, so only the 62 most frequent ones are
     returned.
 
     Parameters

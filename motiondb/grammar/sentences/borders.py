@@ -4,7 +4,8 @@ A border between two symbols is of three kinds at once: *before* the second symb
 first, and *between* the two. Borders are of the same kind if sentences begin or end in the same way
 there. Cuts at all places of a kind treat all occurrences of a repeat alike. So candidate partitions
 are made from one kind each, and a partition is changed kind by kind. A change of a single cut
-hardly changes the bits, because a sentence that is cut unlike all others shares nothing with them.
+hardly changes the bits, because a sentence that is cut differently from all others has nothing in
+common with them.
 
 A partition is given as the places of the inner cuts of each string, in ascending order. A cut at
 place i is before symbol i of its string.

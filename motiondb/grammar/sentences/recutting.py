@@ -1,12 +1,12 @@
 """Cut strings again: exact search of the cheapest cuts, given a gain for each place.
 
 Rules cost at least two symbols for every sentence, less the symbols that its beginning and end
-share with other sentences. So, given a partition, the gain of a cut at a place is the number of
-symbols that what follows has in common with the best beginning of another sentence, and what
-precedes with the best end. Every cut also has a price. The cuts of least total cost that keep the
-allowed lengths are found exactly, by dynamic programming over the allowed places. Random changes of
-the gains give different cuts each time. If only some places are chosen again and the others are
-kept, this is a large neighbourhood search.
+share with other sentences. Given a partition, the gain of a cut at a place is the number of symbols
+that the following part shares with the best beginning of another sentence, plus the number that the
+preceding part shares with the best end. Every cut also has a price. The cuts of least total cost
+that keep the allowed lengths are found exactly, by dynamic programming over the allowed places.
+Random changes of the gains give different cuts each time. If only some places are chosen again and
+the others are kept, this is a large neighbourhood search.
 
 Sources: R. Bellman, "Dynamic Programming" (1957), for shortest paths; D. Pisinger and S. Ropke,
 "Large Neighborhood Search", Handbook of Metaheuristics (2010).

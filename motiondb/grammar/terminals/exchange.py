@@ -69,7 +69,7 @@ of medoids. Chosen by hand."""
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What is searched.
+    """The search problem.
 
     Attributes
     ----------
@@ -148,7 +148,7 @@ def exchange_search(
     Parameters
     ----------
     task : Task
-        What is searched.
+        The search problem.
     rng : numpy.random.Generator
         Each start gets a separate generator, so the result does not depend on the number of
         threads.
@@ -239,7 +239,7 @@ def improve(
     Parameters
     ----------
     task : Task
-        What is searched.
+        The search problem.
     state : State
         Where to begin.
     rng : numpy.random.Generator

@@ -29,7 +29,7 @@ class KnownCosts(NamedTuple):
 
 
 class Prices(NamedTuple):
-    """What the present medoids cost (K,), and what the tried cell costs as a medoid."""
+    """Costs of the present medoids (K,), and of the tried cell as a medoid."""
 
     medoids: FloatArray
     tried: float

@@ -66,7 +66,7 @@ def genetic_cuts(
     candidates : array (cuts,)
         Frames, with begins and ends of takes (``costs.fixed``).
     costs : Costs
-        What a grouping costs.
+        The cost of a grouping.
     n_groups : int
         K of the whole; a part of T' of T frames is grouped into K sqrt(T' / T).
     rng : numpy.random.Generator

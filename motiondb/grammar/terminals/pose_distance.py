@@ -10,10 +10,10 @@ others determine (collars, hips) or that are noisy (toes):
 
 with p_j the position of joint j (metres), v_j its velocity relative to the pelvis, u the velocity
 of the pelvis and r its turning, all three per third of a second (metres, radians). Lee et al.
-compare joint angles. Positions are what angles result in: they weigh a bend of the hip by how far
-it carries the hand, and they do not wrap around. The vectors are rotated to their principal axes,
-and axes beyond the share ``KEPT`` of the variance are left out, which makes d cheap and changes it
-by less than the noise of capture.
+compare joint angles. Positions result from angles: they weight a bend of the hip by how far it
+moves the hand, and they do not wrap around. The vectors are rotated to their principal axes, and
+axes beyond the share ``KEPT`` of the variance are left out, which makes d cheap and changes it by
+less than the noise of capture.
 
 Source: J. Lee et al., "Interactive control of avatars animated with human motion data" (2002),
 section 3.1; the largest distance d_max is used in Park, Lee and Lee (2011), equation 4.

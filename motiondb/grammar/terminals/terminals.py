@@ -6,7 +6,7 @@ genetic algorithm of the paper, :mod:`.genetic`). Then cuts slide to single fram
 (:mod:`.tuning`), and all segments are grouped once more from the medoids; the better grouping is
 kept. The takes become strings over the terminals; no segment crosses the end of a take.
 
-What is maximised is the F of the paper less a price for every cut: F alone grows when segments get
+The objective is the F of the paper minus a price for every cut: F alone grows when segments get
 shorter, down to the shortest that is allowed. The price and the weight of R were chosen on one take
 of each of the three grammars of the sample data, so that boundaries and groups agree best with the
 truth; ``docs/grammar.md`` reports the other takes.
@@ -99,7 +99,7 @@ def find_terminals(
     settings : TerminalSettings, optional
         The defaults unless given.
     progress : callable, optional
-        Called with (done, 100, what is being done).
+        Called with (done, 100, name of the step).
 
     Raises
     ------
@@ -210,7 +210,7 @@ def _silent(_done: int, _total: int, _text: str) -> None:
 
 
 def cut_costs(poses: Poses, settings: TerminalSettings) -> Costs:
-    """Return what segments, distances and cuts cost, as parts of 1 / F."""
+    """Return the costs of segments, distances and cuts, as parts of 1 / F."""
     n_frames = poses.n_frames
     weight = (1.0 - settings.weight) / (n_frames * poses.largest) if poses.largest > 0.0 else 0.0
     mean = float(np.linalg.norm(poses.values - poses.values.mean(axis=0), axis=1).mean())

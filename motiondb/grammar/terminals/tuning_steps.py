@@ -16,7 +16,7 @@ errors."""
 
 
 class Costs(NamedTuple):
-    """What a grouping costs.
+    """The cost of a grouping.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Costs(NamedTuple):
 
 
 class State(NamedTuple):
-    """The grouping during the search, with what is kept to know its cost quickly.
+    """The grouping during the search, with the data from which its cost is updated.
 
     Attributes
     ----------
@@ -256,10 +256,10 @@ def _gap(known: _Known, i: int, c: int, move: _Move) -> np.float32:
 def _choose_medoid(
     known: _Known, members: IntArray, move: _Move, head: int, costs: Costs
 ) -> tuple[int, float, float]:
-    """Return the best medoid of a group, its members' error, and what the medoid costs.
+    """Return the best medoid of a group, its members' error, and the cost of the medoid.
 
-    The present medoid is tried first. The sum of another, begun with what is known, is given up as
-    soon as it is larger, so that few new distances are computed.
+    The present medoid is tried first. The sum of another candidate, begun with known distances, is
+    abandoned as soon as it is larger, so few new distances are computed.
     """
     ends = known.ends
     low, high = move.low, move.high

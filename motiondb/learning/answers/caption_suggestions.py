@@ -45,7 +45,7 @@ class CaptionSuggestion:
 
 
 def suggest_captions(learned: Learned, limit: int = 10) -> list[CaptionSuggestion]:
-    """Captures without words, the one whose words would say most about the others first.
+    """Captures without captions, the most informative about the others first.
 
     A capture counts as described when one motion word was written about any part of it.
     """

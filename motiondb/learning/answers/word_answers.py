@@ -58,9 +58,9 @@ class WordAnswer:
         Strength below which nothing in the database matches; None where it could not be learned
         (``search.certainty``).
     taken : dict
-        Word that no caption holds -> what it was taken as.
+        Word that is in no caption -> the known words that replace it.
     suggested : dict
-        Word that no caption holds -> what is made of it where it was not taken.
+        Word that is in no caption and was not replaced -> suggested known words.
     sources : tuple of WordSource
         The captions from which the words were learned, if the database learned with a start.
     written : tuple of WrittenWord

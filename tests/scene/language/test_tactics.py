@@ -187,7 +187,7 @@ def test_opponents_are_who_guards_else_who_is_near() -> None:
         ("place q at 1 400", "x.tactics:5:12: expected a place within 100 metres, found '1'."),
         (
             "attack A4 at 4.3 5",
-            "x.tactics:5: 'A4': expected a place at least 0.5 m from A2 (line 2), found 0.3 m. Two",
+            "x.tactics:5: 'A4': expected a place at least 0.5 m from A2 (line 2), found 0.3 m.",
         ),
         (
             "attack rim at 3 3",
