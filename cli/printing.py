@@ -34,7 +34,7 @@ def note_drift(drift: Drift | None) -> None:
     Parameters
     ----------
     drift : Drift, optional
-        What changed since the database learned.
+        The changes since the database learned.
     """
     if drift and drift.relearn:
         typer.echo(f"Learning again is worthwhile (motiondb learn): {'; '.join(drift.reasons)}.")

@@ -57,7 +57,7 @@ def fit_model(
     taught : TaughtWords
         What people wrote about these captures.
     settings : LearnSettings
-        What decides the result, beside the seed.
+        Settings that, with the seed, determine the result.
     rng : numpy.random.Generator
         Draws the symbols to begin with, and the samples for distances.
     tell : callable
@@ -122,7 +122,7 @@ def _fit_with_start(
     rng: np.random.Generator,
     tell: Progress,
 ) -> LearnedModel | None:
-    """What is learned with the symbols of a start; None where the start is set aside.
+    """The model learned with the symbols of a start; None where the start is set aside.
 
     Of the settings, only the seed has a part.
     """

@@ -1,11 +1,11 @@
 """Fitting the judge of motion, and the calibration of its two cues.
 
 The calibration uses real captures in pairs: one whose captions say w, and one of the same performer
-whose captions do not say w nor a word related to it, half of the time one of those that resemble w
-most. Both are judged without the two. The probability is therefore one at even odds. On 645 pairs
-of CMU captures, with the performers left out of the calibration, the area under the curve was .89
-(z_w alone: .84; z_w of a judge that knows no capture of the performer: .62), and probabilities of
-.09, .29, .49, .71 and .94 were right .10, .22, .43, .79 and .93 of the time.
+whose captions do not say w nor a word related to it, in half of the pairs one of those that
+resemble w most. Both are judged without the two. The probability is therefore one at even odds. On
+645 pairs of CMU captures, with the performers left out of the calibration, the area under the curve
+was .89 (z_w alone: .84; z_w of a judge that knows no capture of the performer: .62), and
+probabilities of .09, .29, .49, .71 and .94 were right .10, .22, .43, .79 and .93 of the time.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def fit_judge(
 def _draw_pairs(
     table: JudgingTable, performers: Mapping[int, str], rng: np.random.Generator
 ) -> list[tuple[int, int, int]]:
-    """Pairs of captures for the calibration: (word, one that says it, one that does not)."""
+    """Pairs of captures for the calibration: (word, capture with the word, capture without it)."""
     evidence = table.vectors @ judge_all(table)
     scores = {c: evidence[table.owners == c].mean(axis=0) for c in table.said}
     pairs = []
@@ -108,7 +108,7 @@ def _compare(
     windows: Mapping[int, FloatArray],
     pairs: Sequence[tuple[int, int, int]],
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Cues of both captures of every pair, and whether each says the word."""
+    """Cues of both captures of every pair, and whether each has the word."""
     sums = table.sums()
     cues, right = [], []
     for word, says, says_not in pairs:

@@ -1,7 +1,7 @@
-"""What a database has learned, made into knowledge that other databases start from.
+"""Knowledge from the model of a database, for other databases to start from.
 
-No motion and no caption goes along: the symbols are models, what captions taught are sums over all
-of them, and of the words only the lemmas are kept.
+It contains no motion and no caption: the symbols are models, captions enter only as sums over all
+of them, and words are kept only as lemmas.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.words.maps.word_map import calibration_information
 
 LEAST_CAPTIONS = 2
-"""Described intervals below which there is nothing to hand on: sums over one would be its own."""
+"""Smallest number of described intervals for an export: sums over one interval would reveal it."""
 
 
 def make_knowledge(
@@ -29,7 +29,7 @@ def make_knowledge(
     Parameters
     ----------
     learned : Learned
-        What was learned from own captions.
+        The model learned from own captions.
     name : str
         Its name.
     runs : sequence of mapping

@@ -1,8 +1,8 @@
-"""What was learned: :class:`LearnedModel` as ``learn`` derives it, :class:`Learned` for questions.
+"""The learned model: :class:`LearnedModel` as ``learn`` derives it, :class:`Learned` for questions.
 
-Both are frozen and hold no store. A :class:`Learned` is whole: what was learned, the catalogue and
-what people wrote, all of one revision of the store. What follows from these arrays alone is
-computed at its first use and kept with the record.
+Both are frozen and hold no store. A :class:`Learned` is complete: the model, the catalogue and the
+captions, all of one revision of the store. Values that depend only on these arrays are computed at
+first use and kept with the record.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class LearnedModel:
     description_lengths : array (updates,)
         Objective after every accepted update, bits; decreasing.
     drift_baseline : DriftBaseline or None
-        What drift is measured against; None in databases of versions that did not keep it.
+        The baseline of drift; None in databases of versions that did not keep it.
     places : Places or None
         Where in their takes the actions of captions happen, as ``learn`` found them; None where no
         words were written, and in databases of versions that did not look for them.
@@ -135,14 +135,14 @@ class LearnedModel:
 
 @dataclass(frozen=True, eq=False)
 class Learned(LearnedModel):
-    """What questions need: what was learned, with the catalogue of the same revision.
+    """The data for questions: the learned model, with the catalogue of the same revision.
 
     Attributes
     ----------
     captures : dict
         Capture number -> row of the catalogue, of all captures.
     captions : dict
-        Capture number -> what people wrote about the capture.
+        Capture number -> captions.
     synonyms : dict
         Lemma -> canonical lemma.
     source : str

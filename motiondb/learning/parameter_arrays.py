@@ -1,7 +1,7 @@
-"""Typed records of what was learned, to the arrays by name that the store keeps, and back.
+"""Conversion of the typed records of the learned model to the arrays of the store, and back.
 
 The table ``parameter`` of the store holds arrays of float64 by name. This module alone knows the
-names. Databases of earlier versions lack some of them; each record says what stands in for it.
+names. Databases of earlier versions lack some of them; each record describes its default.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ LEMMA_NAME = "dictionary_forms"
 
 
 def to_stored(model: LearnedModel) -> StoredLearning:
-    """What the store keeps of what was learned; :func:`from_stored` is the inverse."""
+    """The stored form of the learned model; :func:`from_stored` is the inverse."""
     return StoredLearning(
         run_id=model.run_id,
         symbols=model.symbols,
@@ -61,7 +61,7 @@ def to_stored(model: LearnedModel) -> StoredLearning:
 
 
 def from_stored(stored: StoredLearning) -> LearnedModel:
-    """What was learned, from what the store keeps."""
+    """The learned model from its stored form."""
     arrays = stored.parameters
     lengths = Counter((int(length), int(m)) for m, length in arrays["length_counts"])
     model = LearnedModel(
@@ -122,7 +122,7 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
 
 
 def drift_baseline_from(arrays: Arrays) -> DriftBaseline | None:
-    """What drift is measured against; None where it was not kept."""
+    """The baseline of drift; None where it was not kept."""
     if any(name not in arrays for name in DRIFT_NAMES):
         return None
     mean, worst, frames = arrays["drift_baseline"]

@@ -59,7 +59,7 @@ def group_performers(names: Mapping[int, str], performers: Mapping[int, str]) ->
 
 
 def family_of(name: str) -> str:
-    """A name up to its last number; a name that is a number alone stays as it is.
+    """A name up to its last number; a name that is only a number is not changed.
 
     >>> family_of("cmu/14_06"), family_of("walk"), family_of("12")
     ('cmu/14', 'walk', '12')

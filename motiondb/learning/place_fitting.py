@@ -1,10 +1,10 @@
 """Where in their takes the actions of captions happen: found at ``learn``, kept for questions.
 
 Captions of whole takes are laid over the segments (:mod:`motiondb.words.maps.place_map`). Captions
-of intervals say the place: their words are shown at the segments that lie in the interval by half,
-and nowhere else in a take that no caption describes as a whole.
+of intervals give the place: their words are shown at the segments of which at least half is in the
+interval, and nowhere else in a take without a caption for the whole.
 
-What is kept is y, the probability that each listed word is shown at each segment of a take. The map
+The result is y, the probability that each listed word is shown at each segment of a take. The map
 follows from it by one ridge regression, and so does the evidence for every take without itself.
 """
 
@@ -64,7 +64,7 @@ class Places:
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """What people wrote, and the words that were learned.
+    """The captions, and the learned words.
 
     Attributes
     ----------
@@ -273,7 +273,7 @@ def _stacked(
 
 
 def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) -> _Take | None:
-    """What captions say of one capture; None where they say nothing known."""
+    """The captions of one capture; None if they have no known words."""
     wholes, parts = written.of_whole(capture), written.of_intervals(capture)
     if not wholes and not parts:
         return None

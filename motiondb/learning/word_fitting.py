@@ -30,7 +30,7 @@ from motiondb.words.translation import association
 
 @dataclass(frozen=True, eq=False)
 class TaughtWords:
-    """What people wrote about the captures to learn from.
+    """The captions of the captures to learn from.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class TaughtWords:
 
 @dataclass(frozen=True, eq=False)
 class FittedWords:
-    """What is learned about words.
+    """The models of words.
 
     Attributes
     ----------
@@ -170,7 +170,7 @@ def _joint_reference(
     scores: score_vectors.ScoreSpace,
     known: Mapping[str, str],
 ) -> counting.Reference:
-    """What own captions are counted with: the association of own captions and the start."""
+    """The reference for counting own captions: the association of own captions and the start."""
     described = counting.described_intervals(table, taught.captions, taught.synonyms, known)
     written, _ = vocabulary.count_words([d.words for d in described])
     words = joining.join_vocabulary(tuple(written), started)

@@ -1,10 +1,10 @@
 """Words that were not learned but are written: in captions that came later, and in tags.
 
-Such a word says nothing about motion. A capture whose caption or tag holds it gets the evidence of
+Such a word has no model of motion. A capture whose caption or tag holds it gets the evidence of
 a written word, and one whose captions or tag say something else that of a word left out
 (``search.questions.by_words``). For the length of a question, the word is one more word of the
 vocabulary, whose slope on motion is 0; its prior is the share of captures that it is written about.
-So it may stand anywhere in a question, and reasons add up. Nothing of it is stored.
+It may therefore be used anywhere in a question, and reasons add up. Nothing of it is stored.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def written_words(learned: Learned) -> dict[str, WrittenWord]:
     Parameters
     ----------
     learned : Learned
-        What was learned, with the catalogue.
+        The learned model, with the catalogue.
     """
     known = frozenset(learned.known_words)
     captions: dict[str, set[int]] = {}
@@ -154,7 +154,7 @@ def _tag_words(
 def with_written(
     learned: Learned, written: Mapping[str, WrittenWord], wanted: Collection[str]
 ) -> Learned:
-    """What was learned, with a word more for every wanted word that is written somewhere.
+    """The learned model, with one more word for every given word that is written somewhere.
 
     Parameters
     ----------

@@ -19,11 +19,12 @@ MAX_SPEED = 14.0
 """Metres per second on the standard body above which a joint is taken to leap. Sprinters run at 12,
 and the joints of 540 real captures stay below 12.4 but for single frames."""
 MAX_BAD_SHARE = 0.5
-"""A capture of which more than this share would be replaced is implausible: what would be kept is
-interpolated, not captured. Of 540 real captures, none has a share above 0.11."""
+"""A capture of which more than this share would be replaced is implausible, because too much of it
+would be interpolated. Of 540 real captures, none has a share above 0.11."""
 MAX_LEAP_SECONDS = 0.5
-"""A capture that moves faster than ``MAX_SPEED`` for longer than this on end is implausible: that
-is no glitch of a marker. Of 540 real captures, none does so for longer than 0.11 s."""
+"""A capture that moves faster than ``MAX_SPEED`` for longer than this without interruption is
+implausible; errors of a marker are shorter. Of 540 real captures, none does so for longer than 0.11
+s."""
 LEAD_SECONDS = 0.5
 """A run that begins within this time, ends within twice it and is cut off by a leap is a pose from
 before the take. Chosen by hand on the CMU captures that begin so; not tuned."""
@@ -32,7 +33,7 @@ RINGING_SECONDS = 0.3
 RINGING_SPEED = 4.0
 """Metres per second above which it does. Chosen by hand on the same captures."""
 SHORT_SECONDS = 0.1
-"""Frames between two leaps that last less are not believed: nothing that people do ends so soon."""
+"""Frames between two jumps that last less are not believed: human movements last longer."""
 
 
 def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray, tuple[str, ...]]:
@@ -176,7 +177,8 @@ def _goes_on(
 ) -> bool:
     """Say whether frame ``after`` continues frame ``end`` - 1 over a spike or missing numbers.
 
-    A pose from before the take is elsewhere, and what follows it rings for longer than a spike.
+    A pose from before the take is at another place, and the ringing after it lasts longer than a
+    spike.
     """
     if after - end >= max(3, round(SHORT_SECONDS * fps)) and finite[end:after].any():
         return False

@@ -55,7 +55,7 @@ class Clip:
     unit : float
         Metres per length unit of the file.
     notes : tuple of str
-        Sentences about what is unusual in the file and what the reader did about it.
+        Sentences about unusual contents of the file and how the reader handled them.
     """
 
     skeleton: Skeleton
@@ -94,7 +94,7 @@ class Motion:
     leg_length : float
         The performer's leg length, hip to ankle, metres.
     notes : tuple of str
-        Sentences about what was repaired when the capture was read.
+        Sentences about repairs when the capture was read.
     """
 
     local_rotations: Float32Array

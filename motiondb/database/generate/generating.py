@@ -63,7 +63,7 @@ class Generated:
     provenance : Provenance
         Origin and licence of every frame.
     question : KnownQuestion
-        The sentence as it was understood.
+        The parsed sentence.
     shown : tuple of JudgedAction
         For each requested action, whether the motion shows it, according to a judge that is
         independent of the generation.

@@ -38,11 +38,11 @@ class PartChance:
     Attributes
     ----------
     probability : float
-        With what captions say.
+        With the evidence of captions.
     by_motion : float
         By the motion alone.
     by_caption : bool
-        Whether captions say it.
+        Whether captions say so.
     """
 
     probability: float
@@ -57,7 +57,7 @@ class Chances:
     Attributes
     ----------
     whole : float or None
-        Probability that the capture shows all that is asked and nothing that is excluded; None
+        Probability that the capture shows all requested actions and no excluded one; None
         where it is not known.
     parts : tuple of (PartChance or None)
         Of every part of the reading; None where it asks for nothing, or is not known.
@@ -119,7 +119,7 @@ def counts_or_lasts(reading: Reading) -> bool:
 
 
 def _is_one_action(reading: Reading) -> bool:
-    """Whether a reading asks for one action and excludes nothing."""
+    """Whether a reading is one action without exclusions."""
     return len(reading.parts) == 1 and len(reading.parts[0].actions) == 1 and not reading.exclusions
 
 
@@ -131,19 +131,19 @@ def chances_of_kind(
 ) -> Chances:
     """Chances of "a but not b", or of the best alternative of "a or b" (nothing excluded).
 
-    P(not b | a) is P(a and not b) / P(a) by the motion. What captions say is added to the log-odds
-    of a and of b; they are not calibrated.
+    P(not b | a) is P(a and not b) / P(a) by the motion. The evidence of captions is added to the
+    log-odds of a and of b; it is not calibrated.
 
     Parameters
     ----------
     kind : KindCertainty
         Certainty of answers to this kind of question.
     asked : tuple of float
-        Log-odds of what is asked, and what of them captions add.
+        Log-odds of the requested action, and the part of them that captions add.
     excluded : tuple of float or None
         The same for what is excluded.
     by_caption : bool
-        Whether captions say what is asked.
+        Whether captions have the requested words.
     """
     if kind.whole is None or kind.part is None:
         return Chances(None, (None,))

@@ -1,4 +1,4 @@
-"""What to write words about next, from what was learned; see :mod:`motiondb.words.suggestion`."""
+"""Which captures to caption next; see :mod:`motiondb.words.suggestion`."""
 
 from __future__ import annotations
 

@@ -33,8 +33,8 @@ class ExampleAnswer(Sequence[Match]):
     strength : float or None
         Largest resemblance of a match (``search.by_motion``), 1 for the same motion.
     threshold : float or None
-        Strength below which nothing in the database matches. Both are None where too little was
-        written about the captures to learn them.
+        Strength of the best answer below which nothing in the database matches. Both are None where
+        too little was written about the captures to learn them.
     """
 
     matches: tuple[Match, ...]

@@ -1,9 +1,9 @@
 """Where an answer shows each part of a question, with its certainty.
 
-Which captures answer, and how far, is decided by the word map (``search.by_question``). Where in
-the capture is decided by the evidence of places (:mod:`motiondb.learning.place_fitting`), with what
-captions of intervals say. Two probabilities belong to a part: that the capture shows it, and that
-the interval does, which is the first times the probability that the place is right where the
+Which captures answer, and how far, is decided by the word map (``search.by_question``). The
+position in the capture follows from the evidence of places (:mod:`motiondb.learning.place_fitting`)
+and the captions of intervals. Two probabilities belong to a part: that the capture shows it, and
+that the interval does, which is the first times the probability that the place is right where the
 capture shows it (:mod:`motiondb.learning.certainty.place_certainty`).
 
 The place is unknown where the interval is likelier wrong than right, or no other capture's captions
@@ -115,7 +115,7 @@ def place_answer(
 def interval_probability(
     probability: float | None, parts: Sequence[PartPlace], reading: Reading
 ) -> float | None:
-    """Probability that the intervals of an answer show what was asked; None: not known.
+    """Probability that the intervals of an answer show the requested actions; None: not known.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ def find(
 def explain_hit(
     learned: Learned, capture: int, hit: QuestionHit, written: bool = True
 ) -> tuple[reasons.WordReason, ...]:
-    """What every word of a question adds to an answer, segment by segment."""
+    """The contribution of every word of a question to an answer, segment by segment."""
     rows = learned.rows[capture]
     table = learned.segments
     starts, ends = table.starts[rows], table.ends[rows]
@@ -108,10 +108,10 @@ def explain_hit(
 
 
 def strength(learned: Learned, why: Sequence[reasons.WordReason], threshold: float | None) -> float:
-    """Nats by which what an answer shows least clearly is likelier than usual.
+    """Nats by which the least certain action of an answer is more probable than usual.
 
-    An excluded action counts as far below the threshold as it lies above it: something without the
-    action matches where the action itself would not.
+    For an excluded action, the distance to the threshold changes its sign: a motion without the
+    action matches if the action itself would not.
     """
     usual = certainty.usual(learned.word_map)
 

@@ -41,7 +41,7 @@ class WordAnswer:
     matches : tuple of Match
         Best first.
     question : KnownQuestion
-        The question as it was understood.
+        The parsed question.
     actions : tuple of tuple of str
         The question as a plain order of actions; () stands for any action.
     not_used : tuple of NotUsed
@@ -49,11 +49,11 @@ class WordAnswer:
     decoding : Decoding or None
         Decoded symbols of a search by symbols; None where no sequence was found.
     reasons : tuple
-        Per match what every asked word adds to its log-odds; ``search.reasons.total`` of them is
-        the number that ranks the match, and ``score`` its logistic function.
+        For each match, the contributions of the words to its log-odds; ``search.reasons.total`` of
+        them is the number that ranks the match, and ``score`` its logistic function.
     strength : float or None
-        Of the best match: nats by which the action that it shows least clearly is likelier than
-        usual for the words asked.
+        Of the best match: nats by which its least certain action is more probable than usual for
+        these words.
     threshold : float or None
         Strength below which nothing in the database matches; None where it could not be learned
         (``search.certainty``).
@@ -95,7 +95,7 @@ class WordAnswer:
 
     @property
     def matches_anything(self) -> bool | None:
-        """Whether anything in the database shows what was asked; None where this is not known."""
+        """Whether anything in the database shows the requested actions; None if unknown."""
         return reaches(self.matches, self.strength, self.threshold)
 
 
@@ -202,7 +202,7 @@ def _match(
 
 
 def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswer:
-    """An answer in which some words were taken as others, with what that takes off its certainty.
+    """An answer with replaced words, with a correspondingly lower certainty.
 
     The probability of every match is multiplied by that of every taking.
 
@@ -299,7 +299,7 @@ def _search_decoded(
 
 @dataclass(frozen=True)
 class Description:
-    """What an interval of a motion shows.
+    """The words of an interval of a motion.
 
     Attributes
     ----------
@@ -369,7 +369,7 @@ def mark_generated(learned: Learned, capture: int, before: str = "") -> str:
 
 
 def _part_words(reading: Reading) -> list[str]:
-    """What every part of a reading asks for."""
+    """The actions of every part of a reading."""
     said = []
     for k, part in enumerate(reading.parts):
         asked = [" ".join(action) for action in part.actions]

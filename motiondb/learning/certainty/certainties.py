@@ -18,8 +18,8 @@ from motiondb.search.certainty import Certainty, unpack
 from motiondb.symbols.models.hmm_jobs import one_blas_thread
 
 PLACE_NAME = "certainty_interval"
-"""Array of the certainty of places. Earlier versions kept one of other cues as "certainty_place":
-what they learned is not used."""
+"""Array of the certainty of places. Earlier versions stored a certainty of other cues as
+"certainty_place", which is not used."""
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """Short captures of one action, joined to takes in which the place of every action is known.
 
-Nobody has to mark anything: where a short capture of one action lies in a joined take, the action
-is shown. Captures of one performer are joined, as in a real take, and captures of two performers,
-which gives more combinations of actions than any one performer shows.
+No manual labels are needed: the true interval of an action is that of its short capture in the
+joined take. Captures of one performer are joined, as in a real take, and captures of two
+performers, which gives more combinations of actions than any one performer shows.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class JoinedPart:
 
 @dataclass(frozen=True, eq=False)
 class JoinedTake:
-    """Short captures one after another, and where each lies.
+    """Joined short captures, and the interval of each.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class JoinedTake:
 
 @dataclass(frozen=True)
 class PlaceQuestion:
-    """An action that is asked of a joined take.
+    """An action that is searched in a joined take.
 
     Attributes
     ----------

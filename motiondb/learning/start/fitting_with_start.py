@@ -3,7 +3,7 @@
 As in :mod:`motiondb.words.maps.word_map`, predictions for own intervals are made without their
 group: here by the joint map of the start and the other groups. The largest ridge whose ranking is
 nearly the best is taken. The calibration is the start's, moved by the own predictions: the Fisher
-information of the start's calibration, times the weight of the start, stands for its own data.
+information of the start's calibration, times the weight of the start, represents its data.
 """
 
 from __future__ import annotations

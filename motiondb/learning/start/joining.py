@@ -1,4 +1,4 @@
-"""Join what own captions teach with what a database started from.
+"""Combine what is learned from own captions with the start of a database.
 
 Notation: n the number of own described intervals, w the weight of the start,
 
@@ -6,13 +6,13 @@ Notation: n the number of own described intervals, w the weight of the start,
 
 All that captions teach is sums over captions: moments of the word map, expected counts of the
 association, numbers of words and shapes. The joint sum is that of the own captions plus w times
-that of the start, so that own captions win as they come. The transitions of symbols, which need no
-captions, are joined in the same way with n the number of own captures.
+that of the start, so that own captions gain weight with their number. The transitions of symbols,
+which need no captions, are joined in the same way with n the number of own captures.
 
-A caption says nothing of a word that its writers do not use: that no own caption holds "sprint" is
-no evidence that no own capture shows one. Every word is therefore fitted to the intervals of those
-sources alone whose captions hold the word anywhere. Words of both sources, of the start alone and
-of own captions alone have three systems of equations; that of the start alone keeps its ridge.
+A caption is no evidence about a word that its authors do not use: if no own caption has "sprint",
+an own capture may still show one. Every word is therefore fitted to the intervals of those sources
+alone whose captions hold the word anywhere. Words of both sources, of the start alone and of own
+captions alone have three systems of equations; that of the start alone keeps its ridge.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ it lowered the rank of true words on CMU captures (docs/start.md)."""
 
 @dataclass(frozen=True, eq=False)
 class Published:
-    """What questions use, from own counts and those of the start.
+    """The models for questions, from own counts and those of the start.
 
     Attributes
     ----------
@@ -227,7 +227,7 @@ def publish(
     ridge: float,
     calibration: FloatArray,
 ) -> Published:
-    """What questions use, from own counts and those of the start.
+    """The models for questions, from own counts and those of the start.
 
     Parameters
     ----------

@@ -80,7 +80,7 @@ def knowledge_from(origin: Origin, words: tuple[str, ...], arrays: Arrays) -> Kn
     Parameters
     ----------
     origin : Origin
-        Where it comes from.
+        Its origin.
     words : tuple of str
         Its words.
     arrays : mapping of str to array

@@ -1,7 +1,8 @@
 """Whether arrays make sense as knowledge: shapes that agree, numbers within their ranges.
 
-Files of knowledge come from strangers. What is checked here is all that learning with them relies
-on: a file that passes may be useless, but it cannot make a calculation fail or run on for hours.
+Files of knowledge may come from untrusted sources. Everything that learning with them relies on is
+checked here: a file that passes may be useless, but it cannot make a calculation fail or run for
+hours.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ OPTIONAL = frozenset(
 
 
 def array_faults(arrays: Arrays, n_words: int) -> list[str]:
-    """What is wrong with the arrays of knowledge; empty for sound ones.
+    """The faults of the arrays of knowledge; empty for valid ones.
 
     Parameters
     ----------

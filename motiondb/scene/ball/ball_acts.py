@@ -117,7 +117,7 @@ def ball_acts(
     table: RuleTable,
     timeline: Timeline,
 ) -> BallActs | None:
-    """Return who has the ball when; None if nobody passes, shoots or dribbles."""
+    """Return the holder of the ball over time; None if nobody passes, shoots or dribbles."""
     releases = sorted(_releases(table, timeline))
     holder, since = _first(table, releases), 0
     if holder < 0:

@@ -1,7 +1,7 @@
 """The path of the ball: in hands, from hand to floor and back, from player to player, to the ring.
 
-Captures have no ball. The actions tell who has it: the first to pass or shoot has it at first, the
-receiver of a pass from the catch on, and nobody after a shot. It moves
+Captures have no ball. The actions determine the holder: at first the first player who passes or
+shoots, from a catch on the receiver of the pass, and no player after a shot. It moves
 
 * in the hands: between the palms; if these are far apart, in front of the chest, and the hands are
 moved to it;

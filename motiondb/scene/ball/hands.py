@@ -1,6 +1,6 @@
 """Hands: where they are, and how arms move them somewhere else.
 
-A palm is a little beyond its wrist, along the forearm. Arms are chains of two bones. The hand goes
+A palm is a little beyond its wrist, along the forearm. Arms are chains of two bones. The hand moves
 to its target as far as the arm reaches, with the elbow bent in its plane.
 """
 

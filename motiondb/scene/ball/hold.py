@@ -27,7 +27,7 @@ LEAST_AHEAD = 0.24
 BALL = 0.12
 """Radius of the ball, m: size 7."""
 _TURN = 8
-"""Frames in which a ball goes from both hands to one. Chosen by hand."""
+"""Frames in which a ball passes from both hands to one. Chosen by hand."""
 _OUT = 2.0
 """Standard deviation of the smoothing of :func:`clearance`, frames. Chosen by hand."""
 _LIMBS = (

@@ -1,6 +1,6 @@
 """Captures cut into the pieces that scenes are made of.
 
-A capture of "run" goes from rest to rest over many steps, while a terminal of a motion grammar is a
+A capture of "run" contains many steps from rest to rest, while a terminal of a motion grammar is a
 unit action, such as half a cycle of walking. So that actions can be chained and can be short:
 
 * the still frames before and after the action are dropped;
@@ -47,7 +47,7 @@ TURNED = np.radians(45.0)
 GOES_ON = 60
 """Fewest frames of an action that continues in place: 2 s."""
 PIECE = 24
-"""Frames of a piece of such an action if no event tells where to cut: 0.8 s."""
+"""Frames of a piece of such an action if no event determines the cut: 0.8 s."""
 SHORTEST = 6
 """Fewest frames of a piece: 0.2 s."""
 MARGIN = 2
@@ -145,8 +145,8 @@ def instant(shown: ShownMotion, frames: BodyFrames, start: int, end: int) -> tup
     """Return the frame of an action's event within [start, end), and how it is known.
 
     The first of several catches or contacts counts, and the last of several releases. Without an
-    annotation the wrists tell: a catch is where they are farthest ahead of the body, a release or a
-    contact where one is farthest ahead and up.
+    annotation, events are found from the wrists: a catch is where they are farthest ahead of the
+    body, a release or a contact where one is farthest ahead and up.
 
     Returns
     -------

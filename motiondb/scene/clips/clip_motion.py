@@ -68,7 +68,7 @@ def clip_motion(
     Returns
     -------
     Motion
-        before + n_frames + after frames. Feet slide by what was edited.
+        before + n_frames + after frames. Feet slide by the amount of the edit.
 
     Raises
     ------

@@ -7,7 +7,7 @@ receiver; the player who is screened, guarded, blocked or run at is the opponent
 opponent is ``diagram.opponent_of``. A rule is unmet if nobody fills its role (a pass that no item
 asks for).
 
-Choices where the paper says nothing: if several consecutive actions of one item have the same rule
+Choices that the paper leaves open: if several consecutive actions of one item have the same rule
 ``at end`` (``at start``), it holds only for the last (first), because a circle is the end of a move
 and not of each step. A synchronisation whose partner's action no item names refers to the partner's
 action that fulfils it best.
@@ -89,7 +89,7 @@ class _Stretch:
 
 @dataclass(frozen=True)
 class _String:
-    """A player's actions with their rules: what of the binding depends on no other player."""
+    """A player's actions with their rules: the binding without other players."""
 
     actions: tuple[str, ...]
     spans: tuple[tuple[int, int], ...]
@@ -167,7 +167,7 @@ class Binder:
     ) -> RuleTable:
         """Return the table of the players' trees, in the order of the diagram.
 
-        ``chosen`` are the actions of each player's items; None stands for the first that match.
+        ``chosen`` are the actions of each player's items; None means the first that match.
 
         Raises
         ------
@@ -361,8 +361,8 @@ class _Node:
 def _nodes(tree: Tree) -> Iterator[_Node]:
     """Yield all nodes with the actions [first, last) that they derive and their ancestors.
 
-    The order is postorder. There is no recursion, because strings may nest as deep as they are
-    long.
+    The order is postorder. There is no recursion, because the depth of nesting may equal the length
+    of the string.
     """
     done = 0
     waiting: list[tuple[Tree, frozenset[str], int]] = [(tree, frozenset(), -1)]

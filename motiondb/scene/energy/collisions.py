@@ -1,7 +1,7 @@
 """Collisions: discs around the pelvis on the ground, compared at the points of a scene's time grid.
 
-g_collision of a scene is 1 if any two players touch who should not. Two who are meant to touch (a
-screen and the screened player) may come closer, but not into one another, within half a second of
+g_collision of a scene is 1 if any two players touch who should not. Two players who are meant to
+touch (a screen and the screened player) may come closer, without overlap, within half a second of
 their contact.
 """
 

@@ -1,4 +1,4 @@
-"""The best origin and delay of a string of clips, in closed form: what a search starts from.
+"""The best origin and delay of a string of clips, in closed form, as the start of a search.
 
 The origin of a player's string is a rigid motion of the plane. It brings the places where the
 string is when its position rules look as near as possible to the places that they ask for, and its

@@ -1,4 +1,4 @@
-"""What a diagram asks of each player: an expression of actions, and rules of space and time.
+"""The requirements of a diagram for each player: an expression of actions, and rules.
 
 The expression is that of the paper, such as ``(walk|run)*(catch)(dribble)*(shoot)``: one class of
 actions for each act, with a star where the act may consist of several actions. A string X of
@@ -11,10 +11,10 @@ holder of the ball has the class hold. The receiver of a pass has the class catc
 has the class push. A pivot or a fake is its own action.
 
 Auxiliary rules accompany the expression. Circles and the ends of moves are positions to reach, and
-the points that a curve passes are positions on the way. Each act begins where the drawing puts its
-player at that time; otherwise the player could go to a place that nobody drew, and catch the ball
-there. A shot faces the rim. A pass faces its receiver and is synchronised with the catch. A screen
-faces the screened player and is synchronised with the push.
+the points that a curve passes are positions on the way. Each act begins at the player's position in
+the drawing at that time; otherwise the player could move to a place that is not drawn, and catch
+the ball there. A shot faces the rim. A pass faces its receiver and is synchronised with the catch.
+A screen faces the screened player and is synchronised with the push.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 4, equation (8).

@@ -57,12 +57,13 @@ from motiondb.scene.language.tactics import TEAMS
 from motiondb.scene.language.tokens import Cursor, Token, refuse, statements
 
 _SLACK = 0.02
-"""Tolerance of sums of probabilities. People round what they write: 0.33, three times, is 0.99."""
+"""Tolerance of sums of probabilities. Written probabilities are rounded: 0.33, three times, is
+0.99."""
 _STATEMENT = "a statement such as 'S -> run', 'run := \"run\"' or 'run: position(goal)'"
 
 
 class _Reading:
-    """What has been read of a file so far."""
+    """The part of a file read so far."""
 
     def __init__(self, where: str) -> None:
         self.where = where
@@ -114,7 +115,7 @@ def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
 
 
 def _read_statement(cursor: Cursor, reading: _Reading) -> None:
-    """Read one statement and add it to what has been read."""
+    """Read one statement and add it to the part read so far."""
     first, second = cursor.here, cursor.after
     if first.kind != "name":
         cursor.fail(_STATEMENT, "Begin the line with a name; comments begin with '#'.")

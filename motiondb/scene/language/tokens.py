@@ -3,7 +3,7 @@
 A motion grammar and a tactics diagram are read from the same kinds of token. ``#`` begins a
 comment. A statement is one line; it continues where the line ends with ``,``, ``:`` or ``|``, or
 where the next line begins with ``|``. :class:`Cursor` moves over the tokens of one statement. Its
-errors name the place, what was expected, and what stands there.
+errors name the place, the expected symbol, and the actual one.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def statements(text: str, where: str) -> Iterator[Cursor]:
 
 
 def refuse(place: str, expected: str, actual: str, advice: str) -> NoReturn:
-    """Raise a SceneError: where, what was expected, what was found, and what to do."""
+    """Raise a SceneError with the place, the expected and the actual text, and advice."""
     raise SceneError(f"{place}: expected {expected}, found {actual}. {advice}")
 
 

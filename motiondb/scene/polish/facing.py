@@ -139,7 +139,7 @@ def turns_to(places: FloatArray, waits: NDArray[np.bool_], focus: FloatArray) ->
 
 
 def _turned(places: FloatArray, focus: FloatArray, inner: tuple[bool, bool]) -> FloatArray:
-    """Return the turn of one wait; ``inner`` says whether the string lies before it, and after."""
+    """Return the turn of one wait; ``inner``: whether clips come before it and after it."""
     from scipy.ndimage import gaussian_filter1d
 
     away = focus - places[:, :2]

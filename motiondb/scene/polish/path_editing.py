@@ -6,11 +6,11 @@ adds to the headings, the edited path p' minimises
     sum a_t |e_t|^2 + b |e_(t+1) - e_t|^2 + c |p'_t - p_t|^2,
     e_t = p'_(t+1) - p'_t - R(phi_t) d_t
 
-and phi minimises the same with e_t = phi_(t+1) - phi_t. a_t is large where the player stands, so
-that steps take up the change instead of sliding feet; b makes the change smooth; c limits its
-extent. Rows of greater weight hold single frames at places and headings. They are increased while a
-rule still fails, so that paths stay smooth where they are held. With displacements from the turned
-path as unknowns the normal equations have five diagonals and are solved directly.
+and phi minimises the same with e_t = phi_(t+1) - phi_t. a_t is large while the player stands, so
+that steps take up the change and feet do not slide; b makes the change smooth; c limits its extent.
+Rows of greater weight hold single frames at places and headings. They are increased while a rule
+still fails, so that paths stay smooth where they are held. With displacements from the turned path
+as unknowns the normal equations have five diagonals and are solved directly.
 
 The rules are not equations; they are projected. If a rule fails, the nearest place (or heading)
 that fulfils it is held, the paths are solved again, and so on until all rules hold. A distance
@@ -94,7 +94,7 @@ class Edited:
     timeline : Timeline
         The edited timeline.
     rounds : int
-        Number of rounds; 0 if nothing had to be edited.
+        Number of rounds; 0 if no edit was needed.
     settled : bool
         Whether all rules of place hold.
     """
@@ -234,7 +234,7 @@ def _correct(
     places: list[_Held],
     turns: list[_Held],
 ) -> None:
-    """Note what has to move, and by how much, where a rule fails."""
+    """Record the required displacement where a rule fails."""
     kind = row["kind"]
     if kind in (kinds.UNMET, kinds.SYNCHRONISATION):
         return
@@ -283,7 +283,7 @@ def _turn(
 
 
 def _bring(turned: _Held, frames: IntArray, off: FloatArray, tolerance: float) -> None:
-    """Turn by what headings are ``off`` (frames,), rad, beyond a tolerance."""
+    """Turn by the part of the deviations ``off`` (frames,), rad, beyond a tolerance."""
     bad = np.abs(off) > tolerance * BEYOND
     by = np.sign(off) * tolerance * WITHIN - off
     turned.move(frames[bad], by[bad][:, None])

@@ -67,7 +67,7 @@ GUARD_FACING = np.radians(45.0)
 _EVERY = 4
 """Frames between those at which guards are checked. Chosen by hand."""
 _Plan = tuple[tuple[tuple[Part, ...], ...], tuple[float, ...]]
-"""What every player plays, and when they begin; equal for equal schedules."""
+"""The clips and the begin of every player; equal for equal schedules."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class PolishedScene:
     timeline : Timeline
         The timeline after editing.
     settled : bool
-        Whether every rule of place could be made true; the report says which could not.
+        Whether every rule of place could be satisfied; the report lists the others.
     """
 
     players: tuple[Placed, ...]
@@ -263,7 +263,7 @@ def _spliced(
     scheduled: Scheduled,
     shelf: Shelf,
 ) -> list[Spliced]:
-    """Return every player's clips, with what they do while they wait."""
+    """Return every player's clips, including those while they wait."""
     longest, spliced = scene_bound(scheduled), []
     for player, playing in zip(state.players, scheduled.playing, strict=True):
         entries = np.asarray(player.entries)
@@ -298,7 +298,7 @@ def _length(
     maps: tuple[TimeMap, ...],
     playing: tuple[Playing, ...],
 ) -> int:
-    """Return the frames of the scene: until the last player stands and a shot ball is down."""
+    """Return the number of frames: until the last player stands and a shot ball is down."""
     length = 0.0
     for p, (times, played) in enumerate(zip(maps, playing, strict=True)):
         ends = times.frame_of(played.ends) + after_clips(library, state, table, p)
@@ -327,7 +327,7 @@ def _facings(
     partners: tuple[int, ...],
     times: Timeline,
 ) -> tuple[Facing, ...]:
-    """Return that catchers face where the ball comes from, and guards their opponent."""
+    """Return the facings of receivers to the passer, and of guards to their opponent."""
     facings: list[Facing] = []
     guards: dict[tuple[int, int], list[IntArray]] = {}
     for number, row in enumerate(table.rows):

@@ -89,7 +89,7 @@ class Spliced:
     def shown_frames(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the capture's frames at rows ``at``, and how many of them pass in a row.
 
-        Between two rows of one part a frame lies between theirs. Where another part begins it is
+        Between two rows of one part, the frame is interpolated. Where another part begins it is
         that of the nearer row, because there is no frame between those of two captures.
         """
         before, nearest = np.floor(at).astype(np.int64), np.rint(at).astype(np.int64)

@@ -159,7 +159,7 @@ def _value(table: RuleTable, number: int, timeline: Timeline) -> tuple[float, in
 
 
 def _about(table: RuleTable, row: np.void) -> str:
-    """Return whom or what a rule is about, in words."""
+    """Return the player or place that a rule refers to, in words."""
     if row["kind"] == kinds.UNMET:
         return "nobody"
     if row["kind"] == kinds.SYNCHRONISATION:

@@ -1,4 +1,4 @@
-"""The first scene: derivations that do what the diagram asks, with random clips.
+"""The first scene: derivations that satisfy the diagram, with random clips.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 5, "Bootstrapping".

@@ -6,16 +6,17 @@ clips weighs no more than one with few). Without that limit P(X), as printed, is
 every longer string that fits has the same weight. Prices may be added (:mod:`.play`).
 
 A jump chooses a nonterminal node v of one of the trees by its error, s(v) = E(v) / sum E. It
-derives the node anew so that what follows stays possible (:mod:`.random_subtrees`), draws the new
-actions' clips by their seams, keeps in place and time either what comes before or, as often, what
-comes after, and does M steps of the inner loop. It is accepted with probability
+derives the node again so that the following actions remain possible (:mod:`.random_subtrees`),
+draws the clips of the new actions by their seams, keeps the place and time of either the part
+before or, with equal probability, the part after, and does M steps of the inner loop. It is
+accepted with probability
 
     min(1, exp((E_old - E_new) / T) * [s'(v) q(old subtree)] / [s(v) q(new subtree)])
 
 where q are products of rule probabilities and, for M = 0, of the clips relative to uniform draws. A
 growth inserts one link into a chain A -> B A of a tree, or removes one, and keeps all other actions
 and clips (:mod:`.tree_growth`); its acceptance is the same with s one over the number of nodes
-where it could have been. A recasting keeps all actions and draws the clips of some of them anew.
+where it could have been. A recasting keeps all actions and draws the clips of some of them again.
 The reverse move is the one at the same v, so detailed balance holds for each v by itself, exactly
 for M = 0. With M > 0 the clips at the end are not those that were drawn, and the ratio is that of
 the paper, of the trees alone: the chain is then a good optimiser but not an exact sampler. Neither
@@ -54,7 +55,7 @@ AROUND = 3
 """Clips before and after an inserted or removed link that the following inner steps favour. Chosen
 by hand."""
 LONGEST = 5
-"""Largest number of actions whose clips are drawn anew at once. Chosen by hand."""
+"""Largest number of actions whose clips are drawn again together. Chosen by hand."""
 
 
 @dataclass
@@ -113,8 +114,8 @@ class Chain:
     def assign(self, player: int) -> bool:
         """Assign a player's actions to their items with the least error; return if it changed.
 
-        It only lowers the error, so a chain that does it is no exact sampler. Most strings can be
-        assigned in one way only.
+        It only lowers the error, so a chain with such steps is not an exact sampler. Most strings
+        can be assigned in one way only.
         """
         before = self.energy
         if len(self.play.binder.assignments(player, self.shapes[player].actions)) < 2:
@@ -171,7 +172,7 @@ class Chain:
         shares: FloatArray,
         attention: float,
     ) -> bool:
-        """Derive a node of a tree anew and do ``steps`` inner steps; return whether accepted."""
+        """Derive a node of a tree again and do ``steps`` inner steps; return whether accepted."""
         self.jumps.tried += 1
         errors = self._subtree_errors(self.scene, self.shapes)
         sums = np.cumsum(np.concatenate(errors))
@@ -251,7 +252,7 @@ class Chain:
         shares: FloatArray,
         attention: float,
     ) -> bool:
-        """Draw the clips of some consecutive actions anew by their seams; return whether accepted.
+        """Draw the clips of some consecutive actions again by their seams; return whether accepted.
 
         Steps in continuous motion cannot be exchanged one by one, because each fits its neighbours
         only.
@@ -287,7 +288,7 @@ class Chain:
     def _offer(
         self, player: int, node: int, groups: ClipGroups, exact: bool
     ) -> tuple[TreeShape, Structure, float] | None:
-        """Return a proposal with a node derived anew and log q(old) / q(new), or None."""
+        """Return a proposal with a node derived again and log q(old) / q(new), or None."""
         play, shape = self.play, self.shapes[player]
         derivations = play.derivations[player]
         end, first, last = shape.spans[node].tolist()

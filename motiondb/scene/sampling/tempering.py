@@ -43,7 +43,7 @@ from motiondb.scene.sampling.scene_chain import Chain
 
 USUAL = Prices(delay=1 / 150, duration=1 / 90, action=0.25, stray=1.0, excess=2.0)
 """Usual prices. 90 frames of a scene, 150 frames of a delay, or 4 actions cost as much as a rule at
-its weight, so that players do nothing without need. Chosen by hand."""
+its weight, so that players avoid unneeded actions. Chosen by hand."""
 
 Progress = Callable[[int, float], bool]
 """Called with the number of rounds done and the best -log P(Z); returns whether to stop."""
@@ -76,7 +76,7 @@ class SamplerSettings:
     growth : float
         Fraction of the jumps that insert or remove one link of a chain.
     recasting : float
-        Fraction of the jumps that draw the clips of some actions anew.
+        Fraction of the jumps that draw the clips of some actions again.
     attention : float
         Fraction of a jump's inner steps for the player who jumped.
     shares : tuple of float
@@ -250,7 +250,7 @@ def sample(
 
 
 def warm_up(play: Play, settings: SamplerSettings, rng: np.random.Generator) -> None:
-    """Do every kind of step once on a scene of its own, so that all loops are compiled."""
+    """Do every kind of step once on a separate scene, so that all loops are compiled."""
     chain = Chain(play, bootstrap(play, rng), rng)
     groups = tempered(play.groups, play.library, play.grammar.weights.smooth, 1.0)
     for step in (chain.grow, chain.recast, chain.jump):

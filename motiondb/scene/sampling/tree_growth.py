@@ -1,7 +1,8 @@
 """Inserting and removing one link of a chain in a tree, with everything below it kept.
 
 Many grammars spell repetition by right recursion, A -> B A (a move and more moves). Deriving a node
-of such a chain anew discards everything after it. Growing puts one link above a node v of symbol A,
+of such a chain again discards everything after it. Growing puts one link above a node v of symbol
+A,
 
     T_v   ->   A(B(..), T_v),
 

@@ -1,7 +1,7 @@
 """From the scene of one diagram to a first scene of a changed diagram.
 
-A player whose string still does what the changed diagram asks keeps it, with its clips, and begins
-at the same place, moved with the player's circle. Any other player is derived anew under the
+A player whose string still satisfies the changed diagram keeps it, with its clips, and begins
+at the same place, moved with the player's circle. Any other player is derived again under the
 condition that the string fits (:mod:`.random_subtrees`); actions that were there before, in the
 same order, keep their clips. Sampling then continues from there (:data:`WARM`).
 

@@ -1,12 +1,12 @@
 """Whether a grammar is deterministic: FIRST and FOLLOW sets, LL(1), LR(1) and LALR(1) conflicts.
 
 An item is a rule with a point in its right side and a lookahead: ``[A -> a . B, x]``. A state of
-the canonical LR(1) automaton is a closed set of items. Its actions are to shift a terminal that
-stands after a point, or to reduce a rule whose point is at the end if its lookahead comes next.
-A state with two actions for one terminal is a conflict. Without conflicts, every string is parsed
-from left to right with one terminal of lookahead and without backtracking, and has one tree.
-LALR(1) merges the states that differ in their lookaheads only. LL(1) is stricter: the next terminal
-alone must determine which rule of a nonterminal to apply.
+the canonical LR(1) automaton is a closed set of items. Its actions are to shift a terminal that is
+after a point, or to reduce a rule whose point is at the end if its lookahead comes next. A state
+with two actions for one terminal is a conflict. Without conflicts, every string is parsed from left
+to right with one terminal of lookahead and without backtracking, and has one tree. LALR(1) merges
+the states that differ in their lookaheads only. LL(1) is stricter: the next terminal alone must
+determine which rule of a nonterminal to apply.
 
 Sets of lookaheads are bits of an integer; bit 0 is the end of the string.
 
@@ -40,7 +40,7 @@ class Conflict:
     kind : str
         "shift-reduce" or "reduce-reduce"; "predict" if LL(1) cannot choose a rule.
     lookaheads : tuple of str
-        The terminals that come next; :data:`END_MARK` for the end.
+        The next terminals; :data:`END_MARK` for the end.
     rules : tuple of int
         Numbers of the rules involved.
     prefix : tuple of str
@@ -106,7 +106,7 @@ def first_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
 
 
 def follow_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
-    r"""Return FOLLOW of every nonterminal: what can come after it, or :data:`END_MARK`.
+    r"""Return FOLLOW of every nonterminal: the terminals that can follow it, or :data:`END_MARK`.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> sorted(follow_sets(read_grammar("S -> A b\nA -> a | empty"))["A"])

@@ -1,4 +1,4 @@
-"""What a player plays: parts of the sampled clips, and pauses between them.
+"""The sequence of a player: parts of the sampled clips, and pauses between them.
 
 Sampling puts clips end to end. Polishing may leave out the middle of a clip in which a player only
 stands (the beginning of the first clip, the end of the last), and may insert a pause between two

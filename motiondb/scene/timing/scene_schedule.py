@@ -1,7 +1,7 @@
 """The schedule of a sampled scene: which clips are cut, and where pauses are.
 
 :mod:`.scheduling` works on numbers; this module takes them from a scene's clips and rules, and
-turns its result into what every player plays.
+turns its result into the sequence of every player.
 """
 
 from __future__ import annotations

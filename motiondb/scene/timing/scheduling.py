@@ -1,17 +1,17 @@
-"""The schedule of a scene by a linear program: shorter where nothing has to be waited for.
+"""The schedule of a scene by a linear program: shorter if no player has to wait.
 
 A sampled scene has every player's clips end to end, and a delay before each string. Players who
-wait for somebody then have to go slower, and a long delay of one player lets all others stand. With
-T the frames of the scene at which clips begin and end and at which synchronisations look, and with
-L the last of them, a linear program minimises
+wait for another player then have to move more slowly, and a long delay of one player makes all
+others stand. With T the frames of the scene at which clips begin and end and at which
+synchronisations look, and with L the last of them, a linear program minimises
 
     c L  +  4 sum |dT - ds|  +  50 sum |T_partner - T_own - lag|  +  sum of pauses / 20
          +  0.3 sum |T_own(t) - T_other(t)|  +  0.02 sum |T(0) - delay|
 
 where ds is the length of a clip. A pause may be inserted between two clips that are both at rest
 where they meet. Clips of standing (holding, idling, guarding) may be cut short at almost no cost.
-The fifth term keeps together what a rule of place looks at: a player who guards somebody in the
-middle of a run stays with that run. The change of pace that the program leaves is then spread by
+The fifth term keeps together the moments that a rule of place compares: a guard stays with the run
+of the guarded player. The change of pace that the program leaves is then spread by
 :mod:`.time_editing`.
 
 Source: M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized Multi-Character Motion Editing", ACM

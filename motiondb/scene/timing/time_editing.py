@@ -30,7 +30,7 @@ SLOWEST = 1.25
 """Most frames of the scene per frame of a clip; the inverse is the least. Chosen by hand: faster or
 slower looks wrong."""
 _DELAY_WEIGHT = 0.05
-"""Weight of the delays: small, because nobody sees who waits how long. Chosen by hand."""
+"""Weight of the delays: small, because delays are hardly visible. Chosen by hand."""
 _MEET_WEIGHT = 100.0
 """Weight of the synchronisations: large enough to act as equations. Chosen by hand."""
 

@@ -3,7 +3,7 @@
 Sampling works on clips and their places. Polishing bends time and paths, after which a scene is no
 longer a string of clips. To measure both in the same way, either becomes a timeline: the place of
 every player at every frame of the scene, and the frames at which clips begin and have their events.
-Before their string players stand in its first pose, after it in its last.
+Before their string players hold its first pose, after it the last.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 3.1.

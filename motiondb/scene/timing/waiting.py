@@ -1,4 +1,4 @@
-"""What players do while they wait: before their first action, between two, and after their last.
+"""Clips for waiting players: before the first action, between two actions, and after the last.
 
 A string of clips begins when its delay is over, and may end before others do. Meanwhile the player
 plays a clip in place: the entry of the grammar's standing actions whose poses are most like those
@@ -81,7 +81,7 @@ def pause_entry(library: ClipLibrary, entries: IntArray, behind: int) -> int:
 
 
 def lead_in(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Part, ...]:
-    """Return what is played for ``n_frames`` before a string; () if nothing fits."""
+    """Return the clips for ``n_frames`` before a string; () if nothing fits."""
     played, kinds = _played(library, entries), np.asarray(library.seam_class)
     action = HOLDING if played[0] in BALL_BEFORE else IDLE
     standing = _standing(library, ON_GUARD if ON_GUARD in played else action)
@@ -99,7 +99,7 @@ def lead_in(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Par
 
 
 def lead_out(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Part, ...]:
-    """Return what is played after a string: a last step if it ends in motion, then ``n_frames``."""
+    """Return the clips after a string: a last step if it ends in motion, then ``n_frames``."""
     played, kinds = _played(library, entries), np.asarray(library.seam_class)
     action = HOLDING if played[-1] in BALL_BEHIND else IDLE
     standing = _standing(library, ON_GUARD if ON_GUARD in played else action)

@@ -1,7 +1,7 @@
 """Events of captures: foot strikes, catches, releases, contacts.
 
-The events of a capture are replaced as a whole. Nothing is learned from events, so changing them
-leaves what was learned current.
+The events of a capture are replaced as a whole. Nothing is learned from events, so the learned
+model remains current.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Check a file in another process, so that a damaged one cannot end this one.
 
-DuckDB may abort or crash on a file that is damaged in a way it does not expect. What the other
-process found comes back as JSON on its standard output; where it died, that is a fault.
+DuckDB may abort or crash on a file that is damaged in a way it does not expect. The other process
+returns its results as JSON on its standard output; if it dies, this is a fault.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def check_file(path: str | Path, *, wait: float = 0.0) -> list[str]:
     Raises
     ------
     StoreError
-        The file cannot be opened; says why, and what to do.
+        The file cannot be opened; the message says why, and what to do.
     """
     return _ask(Path(path), _EVERYTHING, wait)
 
@@ -53,7 +53,7 @@ def block_faults(path: Path) -> list[str]:
 
 
 def _ask(path: Path, what: str, wait: float) -> list[str]:
-    """Run this module as a program, and read what it says."""
+    """Run this module as a program, and read its output."""
     ended = subprocess.run(
         [sys.executable, "-m", __name__, what, str(path), str(wait)],
         capture_output=True,
@@ -74,7 +74,7 @@ def _ask(path: Path, what: str, wait: float) -> list[str]:
 
 
 def _answer(what: str, path: Path, wait: float) -> dict[str, object]:
-    """What the other process finds: faults, or the error that kept it from looking."""
+    """The result of the other process: faults, or the error that prevented the check."""
     try:
         damage = find_damage(path) if path.is_file() else None
         faults = [damage_sentence(path, damage)] if damage else []

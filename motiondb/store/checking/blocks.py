@@ -44,7 +44,7 @@ _LARGEST_BLOCK = 2**24
 
 @dataclass(frozen=True)
 class FileLayout:
-    """What the valid header says.
+    """The contents of the valid header.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ def _damaged_blocks(file: BinaryIO, layout: FileLayout) -> list[int]:
 
 
 def _free_blocks(file: BinaryIO, layout: FileLayout) -> set[int]:
-    """Numbers of the blocks that hold nothing; none where their list is damaged."""
+    """Numbers of the free blocks; none if their list is damaged."""
     size = (layout.block_size - 8) // _PARTS // 8 * 8
     data, pointer = b"", layout.free_list
     seen: set[int] = set()

@@ -17,7 +17,7 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
     """Copy the database into a new file, check it, and put it in the old one's place.
 
     Other processes may read the file meanwhile, but not write: it is held open for reading until
-    the new file has taken its place, so that nothing that is written can be lost. A kill leaves the
+    the new file has taken its place, so that no change can be lost. A kill leaves the
     old file, and a copy that the next command deletes.
 
     Parameters

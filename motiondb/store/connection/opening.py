@@ -1,4 +1,4 @@
-"""Open the file: make it where it is missing, bring it up to date, wait for who holds it.
+"""Open the file: create it if it is missing, migrate it, wait for the process that holds it.
 
 One process may write, or several may read. A new database is built under another name and moved
 into place, so that a kill in between never leaves half a file under the name the user gave.
@@ -172,7 +172,7 @@ def connect(
 
 
 def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
-    """What to say of a file that cannot be opened."""
+    """The message for a file that cannot be opened."""
     text = str(error)
     if is_lock(error):
         return holder_sentence(path, text, wait)

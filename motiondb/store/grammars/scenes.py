@@ -108,7 +108,7 @@ class SceneRule:
     kind : str
         The kind of rule.
     about : str
-        Whom or what the rule is about, in words.
+        The player or place that the rule refers to, in words.
     unit : str
         Unit of ``before``, ``after`` and ``threshold``.
     before : float

@@ -100,7 +100,7 @@ def dictionary_forms(words: Iterable[str]) -> dict[str, str]:
 
 @lru_cache(maxsize=20_000)
 def _ruled_lemma(word: str) -> str | None:
-    """The lemma where tables and regular endings tell it."""
+    """The lemma, if tables and regular endings give it."""
     if word in FORMS:
         return FORMS[word]
     if word in FIXED or word in VERBS or not word.isalpha():
@@ -109,7 +109,7 @@ def _ruled_lemma(word: str) -> str | None:
 
 
 def _stems(word: str) -> list[str]:
-    """What may stand before a regular ending, with a doubled letter undone and a silent e put back.
+    """Stems before a regular ending, with a doubled letter reduced and a silent e restored.
 
     >>> _stems("running")
     ['runn', 'run', 'runne']

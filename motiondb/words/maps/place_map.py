@@ -230,8 +230,8 @@ def left_out_evidence(takes: ListedTakes, shown: FloatArray) -> FloatArray:
     """Return the evidence (rows, words; nats per second) for each take by the map of the others.
 
     The evidence of a map that was fitted to the take itself follows the take's own ``shown``, and
-    says less about the places of its words. On four long takes it placed .42 to .46 of the
-    questions right; without the take .50 to .54 were placed right.
+    is less informative about the places of its words. On four long takes it placed .42 to .46 of
+    the questions right; without the take .50 to .54 were placed right.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""The table of nearby words: English words, and what each may be taken as.
+"""The table of nearby words: English words, and the known words that may replace each.
 
-The file is made by ``benchmarks/nearby_table.py`` from WordNet 3.0 (its licence and notice lie
-beside it). It holds a line of text,
+The file is made by ``benchmarks/nearby_table.py`` from WordNet 3.0 (its licence and notice are in
+the same folder). It holds a line of text,
 
     motiondb nearby words 1 W P S
 
@@ -31,7 +31,7 @@ UNIT = 1.0 / 200.0
 
 @dataclass(frozen=True, eq=False)
 class NearbyTable:
-    """What words may be taken as.
+    """The table of replacements of words.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class NearbyTable:
     silent: NDArray[np.uint32]
 
     def entry(self, word: str) -> tuple[tuple[str, float], ...]:
-        """What a word may be taken as, likeliest first; () where nothing is known.
+        """The replacements of a word, most probable first; () if there are none.
 
         >>> read_table(write_table({"amble": [("walk", 180)], "walk": []}, [])).entry("amble")
         (('walk', 0.9),)
@@ -84,7 +84,7 @@ def write_table(pairs: Mapping[str, Sequence[tuple[str, int]]], silent: Sequence
     Parameters
     ----------
     pairs : mapping of str to sequence of (str, int)
-        Word -> what it may be taken as, and the probability in units of 1/200. Words that are only
+        Word -> replacements, with probabilities in units of 1/200. Words that are only
         answers have an empty entry.
     silent : sequence of int
         CRC-32 sums of further English words, sorted.

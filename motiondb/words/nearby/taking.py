@@ -32,12 +32,12 @@ hand; docs/nearby-words.md says how often each range of probabilities is right."
 
 @dataclass(frozen=True)
 class Taking:
-    """What is made of a word that no caption holds.
+    """The replacement or the suggestions for a word that is in no caption.
 
     Attributes
     ----------
     word : str
-        As it was asked.
+        As it was written.
     words : tuple of (str, float)
         Known words, likeliest first, each with the probability that the word may be taken so; only
         those of SUGGESTED or more.
@@ -72,7 +72,7 @@ class Taking:
     def sentence(self, where: str = "in the captions") -> str:
         """The sentence for the user.
 
-        Probabilities are rounded down, so that none is told as 1.
+        Probabilities are rounded down, so that none is printed as 1.
 
         Parameters
         ----------
@@ -108,16 +108,16 @@ def say_chance(probability: float) -> str:
 
 
 def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
-    """What a word may be taken as among known words.
+    """The known words that may replace a word.
 
     Parameters
     ----------
     word : str
-        Not among the known words; as it was written, or its lemma.
+        A word that is not known; as written, or its lemma.
     known : collection of str
         Lemmas of the captions.
     table : NearbyTable
-        What words may be taken as.
+        The table of replacements of words.
     """
     forms = list(dict.fromkeys((word.lower(), lemma(word))))
     chances: dict[str, float] = {}
@@ -135,8 +135,8 @@ def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
 def mixture(takings: Sequence[Taking], vocabulary: Sequence[str]) -> FloatArray:
     """Shares of the known words in taken words: array (vocabulary, takings), columns sum to 1.
 
-    What is linear in the words, such as log-odds of motion or of captions, array (..., vocabulary),
-    gets columns of the taken words by ``x @ mixture``.
+    Arrays (..., vocabulary) that are linear in the words, such as log-odds of motion or of
+    captions, get columns for the replaced words by ``x @ mixture``.
 
     >>> mixture([Taking("stroll", (("walk", 0.75), ("go", 0.25)))], ["go", "run", "walk"]).tolist()
     [[0.25], [0.0], [0.75]]

@@ -108,7 +108,7 @@ def to_number(text: str) -> float:
 
 
 def match_duration(text: str, place: int = 0) -> tuple[int, float, float | None] | None:
-    """End of the duration that stands at a place, with its least and most seconds.
+    """End of the duration at a position, with its least and most seconds.
 
     >>> match_duration("for half a minute"), match_duration("at least 5 s")
     ((17, 30.0, 30.0), (12, 5.0, None))
@@ -134,7 +134,7 @@ def match_duration(text: str, place: int = 0) -> tuple[int, float, float | None]
 
 
 def match_count(text: str, place: int = 0) -> tuple[int, int, int | None] | None:
-    """End of the count that stands at a place, with the least and most repeats.
+    """End of the count at a position, with the least and most repeats.
 
     >>> match_count("three times"), match_count("at least twice"), match_count("over 2 times")
     ((11, 3, 3), (14, 2, None), (12, 3, None))
@@ -146,7 +146,7 @@ def match_count(text: str, place: int = 0) -> tuple[int, int, int | None] | None
 
 
 def match_measure(text: str, place: int = 0) -> int | None:
-    """End of the angle, length or speed that stands at a place; motiondb has no use for these.
+    """End of the angle, length or speed at a position; motiondb does not use these.
 
     >>> match_measure("90-degree turn"), match_measure("2 m"), match_measure("2 hops")
     (9, 3, None)
@@ -156,7 +156,7 @@ def match_measure(text: str, place: int = 0) -> int | None:
 
 
 def match_number(text: str, place: int = 0) -> tuple[int, float, float | None] | None:
-    """End of the number that stands at a place, with its least and its most.
+    """End of the number at a position, with its least and its most.
 
     >>> match_number("twenty-five jumps"), match_number("jump")
     ((11, 25.0, 25.0), None)

@@ -1,8 +1,8 @@
 """How something is done: adverbs brought to the words that captions may have for them.
 
-An adverb in -ly is filed under its adjective (slowly: slow, happily: happy, gently: gentle). What
-captions say of it is looked for among the adjective, the adverb and, for speed, the words that mean
-the same.
+An adverb in -ly is filed under its adjective (slowly: slow, happily: happy, gently: gentle). The
+caption words for it are searched among the adjective, the adverb and, for speed, the words of the
+same meaning.
 """
 
 from __future__ import annotations

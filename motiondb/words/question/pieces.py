@@ -58,7 +58,7 @@ class Pieces(ABC):
         return self.tokens[self.place - 1]
 
     def excluded(self) -> tuple[bool, list[Node]]:
-        """What a negation excludes; and whether it is one of two that cancel."""
+        """The exclusion of a negation; and whether it is one of two that cancel."""
         n_negations, text = 0, []
         while token := self.take("not", "nor", "but_not"):
             n_negations += 1
@@ -93,7 +93,7 @@ class Pieces(ABC):
         return self.kind == "comma" and self._list_closes()
 
     def _list_closes(self) -> bool:
-        """Whether the list that goes on with the next comma closes with "or" or "nor"."""
+        """Whether the list that continues with the next comma closes with "or" or "nor"."""
         for token in self.tokens[self.place + 1 :]:
             if token.kind in ("or", "nor"):
                 return True
@@ -137,7 +137,7 @@ class Pieces(ABC):
         return node
 
     def _group(self) -> Node | None:
-        """What stands in parentheses."""
+        """The part in parentheses."""
         self.take("open")
         self.depth += 1
         if self.depth > MOST_PARENTHESES:
