@@ -20,7 +20,9 @@ import pytest
 
 import motiondb
 
-PROGRAM = [sys.executable, "-c", "from motiondb.cli.main import main; main()"]
+# A shell starts background jobs with interrupts ignored; what the tests start must heed them.
+HEEDED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+PROGRAM = [sys.executable, "-c", f"{HEEDED}; from motiondb.cli.main import main; main()"]
 Contents = Callable[[Path], dict[str, list[Any]]]
 
 
@@ -144,7 +146,7 @@ main.main()
 
 def test_an_interrupt_inside_a_callback_is_not_lost() -> None:
     ended = subprocess.run(
-        [sys.executable, "-c", LOST], capture_output=True, text=True, timeout=120
+        [sys.executable, "-c", f"{HEEDED}\n{LOST}"], capture_output=True, text=True, timeout=120
     )
     assert ended.returncode == 130
     assert ended.stderr == "interrupted: the database is unchanged\n"
