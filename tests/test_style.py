@@ -118,3 +118,13 @@ def test_ignored_types_are_few_and_have_a_reason() -> None:
     ignored = [line for line in lines if "# type: ignore" in line]
     assert len(ignored) < 15
     assert all(re.search(r"# type: ignore\[[a-z-]+\]  # \w", line) for line in ignored), ignored
+
+
+def test_the_architecture_names_every_folder_and_no_other() -> None:
+    told = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    folders = sorted(p.parent for p in ROOT.glob("motiondb/**/__init__.py"))[1:]
+    ways = {folder: folder.relative_to(ROOT / "motiondb").as_posix() for folder in folders}
+    assert [w for f, w in ways.items() if f"{w}/" not in told and f"`{f.name}/`" not in told] == []
+    rows = re.findall(r"^\| `([a-z_]+/[a-z_/]+)`", told, flags=re.MULTILINE)
+    places = [ROOT / "motiondb" / row for row in rows if not row.startswith(("motiondb/", "cli"))]
+    assert [p for p in places if not p.is_dir() and not p.with_suffix(".py").is_file()] == []
