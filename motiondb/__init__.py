@@ -1,7 +1,7 @@
 """motiondb: a motion-capture database that understands what is in it.
 
 Open a database with :func:`open`; everything that the commands do is a method of the
-:class:`MotionDB` that it gives, or a function here where it needs no open database. The commands
+:class:`MotionDB` that it gives, or a function here if it needs no open database. The commands
 use nothing but these names.
 
 >>> import motiondb
@@ -55,7 +55,16 @@ if TYPE_CHECKING:
     from motiondb.page.serve import serve
     from motiondb.page.settings import PageSettings
     from motiondb.page.standalone import StandalonePage
-    from motiondb.records import Caption, CaptureInfo, Clip, Event, Match, Motion, Relation
+    from motiondb.records import (
+        Caption,
+        CaptureInfo,
+        Clip,
+        Event,
+        Match,
+        Motion,
+        MotionSymbols,
+        Relation,
+    )
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
     from motiondb.store import GrammarSize, LearnedGrammar, StoredScene, check_file
@@ -96,6 +105,7 @@ __all__ = [
     "MotionDB",
     "MotionDBError",
     "MotionGrammar",
+    "MotionSymbols",
     "NotLearnedError",
     "NotUsed",
     "PageSettings",
@@ -170,7 +180,7 @@ _PLACES = {
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
     "motiondb.learning.written_words": "WrittenWord",
-    "motiondb.records": "Caption CaptureInfo Clip Event Match Motion Relation",
+    "motiondb.records": "Caption CaptureInfo Clip Event Match Motion MotionSymbols Relation",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
     "motiondb.store": "GrammarSize LearnedGrammar StoredScene check_file",

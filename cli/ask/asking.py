@@ -76,13 +76,13 @@ def search(
     """Search for intervals that show actions, given by words, in their order.
 
     The question may hold "then", "while", "or", "not", "without", "twice", "for ten seconds",
-    "slowly", parentheses, and "?" for any action. How it is understood is printed above the
-    answers; what the search does not use is named.
+    "slowly", parentheses, and "?" for any action. Its interpretation is printed above the answers,
+    with the parts that the search does not use.
 
     Every answer has two probabilities, estimated with performers held out: that the capture shows
-    the actions, and that the interval does. Where only a caption of the whole capture speaks for an
-    action, its place is told as unknown. If no answer is good enough, a line says so, and the
-    nearest ones follow.
+    the actions, and that the interval does. If the only evidence for an action is a caption of the
+    whole capture, its place is unknown. If no answer is good enough, a line says so before the
+    nearest ones.
     """
     if explain and by_symbols:
         from motiondb import QueryError
@@ -117,9 +117,9 @@ def search(
 
 
 def _note_words(answer: WordAnswer, silent: bool) -> None:
-    """Say on standard error where the words of an answer come from.
+    """Print on standard error from which captions the words of an answer were learned.
 
-    ``silent``: not the captions that taught them, which the explanation names.
+    ``silent``: without the captions, which the explanation names.
     """
     note_taken(answer.taken, answer.suggested, answer.unknown)
     for written in answer.written:
@@ -129,7 +129,7 @@ def _note_words(answer: WordAnswer, silent: bool) -> None:
 
 
 def _word_facts(answer: WordAnswer) -> dict[str, Any]:
-    """Where the words of an answer come from, for JSON; what is empty is left out."""
+    """The sources of the words of an answer, for JSON; empty ones are left out."""
     facts: dict[str, Any] = {
         "decoding": asdict(answer.decoding) if answer.decoding else None,
         "sources": [asdict(source) for source in answer.sources],
@@ -225,7 +225,7 @@ def _print_answer(
 
 
 def _place_facts(match: Match) -> dict[str, Any]:
-    """Where an answer to words is, and how sure, for JSON; nothing for other answers."""
+    """The intervals of an answer to words with certainties, for JSON; empty for other answers."""
     if not match.parts:
         return {}
     return {
@@ -312,8 +312,8 @@ def generate(
 ) -> None:
     """Generate a motion from a sentence, and say which of its actions the motion shows.
 
-    A file beside it names its sources. The exit code is 1 where an action is not shown, or where
-    nothing can confirm that it is.
+    A file beside it names its sources. The exit code is 1 if an action is not shown, or cannot be
+    confirmed.
     """
     from motiondb import StandalonePage
 

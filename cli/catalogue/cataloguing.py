@@ -169,7 +169,7 @@ def add(
 
 
 def _offer_start(wordless: bool) -> None:
-    """Say what can be done with captures that nobody wrote about."""
+    """Print advice for captures without captions."""
     from motiondb import shipped_starts
 
     for start in shipped_starts() if wordless else ():
@@ -181,7 +181,7 @@ def _offer_start(wordless: bool) -> None:
 
 
 def _note_performers(count: int) -> None:
-    """Say how captures are grouped of which nobody said who performs."""
+    """Print how captures without a given performer are grouped."""
     if count:
         typer.echo(
             f"  no performer is given for {count} of them: captures of one folder count as one "
@@ -327,7 +327,7 @@ def export(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Write a capture to a file; in its own format the file is that which was added."""
+    """Write a capture to a file; in its original format, the file is the added one."""
     with database(db) as base:
         path = base.export(name, output, start, end, canonical)
     if json:
@@ -341,7 +341,7 @@ def remove(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Remove captures from the database: all of those named, or none."""
+    """Remove captures from the database: all named ones, or none."""
     with database(db, writing=True) as base:
         gone = base.remove(names)
     if json:

@@ -1,4 +1,4 @@
-"""knowledge export, knowledge show: what was learned, for other databases to start from."""
+"""knowledge export, knowledge show: the learned model, as a start for other databases."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def export_knowledge(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Write what the database learned, without motion and captions (see learn --start)."""
+    """Write the learned model, without motion and captions (see learn --start)."""
     with database(db) as base:
         facts = base.export_knowledge(file, name, credit).facts()
     facts["file"], facts["bytes"] = str(file), file.stat().st_size
@@ -60,7 +60,7 @@ def show_knowledge(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Show what knowledge holds and where it comes from; a file is checked."""
+    """Show the content and origin of knowledge; a file is checked."""
     from motiondb import load_knowledge
 
     if what is None:
@@ -80,7 +80,7 @@ def show_knowledge(
 
 
 def say_origin(facts: Mapping[str, Any]) -> str:
-    """One line on where knowledge comes from.
+    """One line on the origin of knowledge.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def say_origin(facts: Mapping[str, Any]) -> str:
 
 
 def print_start(first: Mapping[str, Any]) -> None:
-    """Print where the start of a database comes from and what part it has.
+    """Print the origin of the start of a database and its share.
 
     Parameters
     ----------

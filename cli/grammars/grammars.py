@@ -147,7 +147,7 @@ def _counted(n: int, what: str) -> str:
 
 
 def _say_tried(facts: dict[str, Any]) -> None:
-    """Say how the number of terminals was chosen, if it was chosen by bits."""
+    """Print how the number of terminals was chosen, if it was chosen by bits."""
     tried = facts["settings"].get("tried")
     if tried:
         said = ", ".join(f"{k}: {tried[k]:.0f}" for k in sorted(tried, key=int))
@@ -159,7 +159,7 @@ def _say_tried(facts: dict[str, Any]) -> None:
 
 
 def _say_list(facts: dict[str, Any]) -> None:
-    """Say when the grammar is a list of its sentences, and what could help."""
+    """Print a note if the grammar only lists its sentences, with advice."""
     if not facts["derives_new"]:
         typer.echo(
             f"note: {facts['grammar']} only lists its sentences and derives nothing new. More"

@@ -186,7 +186,7 @@ def _offer(
 ) -> dict[str, Any]:
     """Play the alternatives; write them as NAME-1, NAME-2, ... if an output is named.
 
-    An alternative that cannot be played because captures are gone is offered with the reason. If
+    An alternative that cannot be played because captures were removed is listed with the reason. If
     none can be played, the first reason is raised.
     """
     from motiondb import QueryError
@@ -222,7 +222,7 @@ def _offer(
 def _written(
     base: MotionDB, made: GrammarSequence, seed: int, output: Path | None
 ) -> dict[str, Any]:
-    """The facts of what was made, written where a file is named."""
+    """The facts of the motion, which is written if a file is named."""
     return base.grammars.write(made, output, seed) if output else base.grammars.facts(made, seed)
 
 
