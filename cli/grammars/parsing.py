@@ -76,7 +76,7 @@ def _facts(parsed: ParsedMotion) -> dict[str, Any]:
         "fault": None
         if fault is None
         else {
-            "position": fault.position, "found": fault.found,
+            "position": fault.position, "found": fault.symbol,
             "expected": list(fault.expected), "may_end": fault.may_end, "says": str(fault),
         },
     }  # fmt: skip
@@ -206,7 +206,8 @@ def _say_like(
     completed = grammars.complete(name, *asked)
     if json:
         sentences = [
-            {"string": list(one.string), "probability": one.probability} for one in completed.found
+            {"string": list(one.string), "probability": one.probability}
+            for one in completed.sentences
         ]
         print_json(
             {
@@ -216,6 +217,6 @@ def _say_like(
             }
         )
         return
-    rows = [[" ".join(one.string), f"{one.probability:.3f}"] for one in completed.found]
+    rows = [[" ".join(one.string), f"{one.probability:.3f}"] for one in completed.sentences]
     print_table("", ["sentence", "probability"], rows)
     typer.echo(f"{completed.probability:.2%} of the sentences of {name} match")

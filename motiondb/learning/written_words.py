@@ -71,18 +71,18 @@ class LearnedWithWritten(Learned):
     Attributes
     ----------
     base : Learned
-        What was learned, without them.
-    found : tuple of WrittenWord
+        The learned model without them.
+    added_words : tuple of WrittenWord
         Where each of them is written.
     """
 
     base: Learned = field(kw_only=True)
-    found: tuple[WrittenWord, ...] = field(kw_only=True)
+    added_words: tuple[WrittenWord, ...] = field(kw_only=True)
 
     @cached_property
     def motion_log_odds(self) -> dict[int, FloatArray]:
         """Log-odds of all words from the motion alone; the usual ones for written words."""
-        added = usual(self.word_map)[-len(self.found) :]
+        added = usual(self.word_map)[-len(self.added_words) :]
         return {
             capture: np.concatenate([odds, np.broadcast_to(added, (len(odds), len(added)))], axis=1)
             for capture, odds in self.base.motion_log_odds.items()
@@ -94,7 +94,7 @@ class LearnedWithWritten(Learned):
         said = caption_evidence(self.described, self.segments, self.rows, self.word_numbers)
         evidence = {c: values.copy() for c, values in said.items()}
         first = len(self.base.association.words)
-        for column, word in enumerate(self.found, start=first):
+        for column, word in enumerate(self.added_words, start=first):
             keys = {tag.partition("=")[0] for tag in word.tags}
             if not keys:
                 continue
@@ -183,7 +183,7 @@ def with_written(
         counts=np.concatenate([association.counts, [len(word.captures) for word in chosen]]),
         translation=np.concatenate([association.translation, none], axis=1),
     )
-    return LearnedWithWritten(**values, base=learned, found=chosen)
+    return LearnedWithWritten(**values, base=learned, added_words=chosen)
 
 
 def _with_silent_words(word_map: WordMap, share: FloatArray, n: int) -> WordMap:

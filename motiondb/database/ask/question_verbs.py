@@ -104,7 +104,7 @@ class QuestionVerbs(CatalogueVerbs):
             return replace(
                 answer,
                 sources=(*answer.sources, *word_sources(learned, behind)),
-                written=learned.found if isinstance(learned, LearnedWithWritten) else (),
+                written=learned.added_words if isinstance(learned, LearnedWithWritten) else (),
             )
 
     def like(  # noqa: PLR0913  five of the seven have defaults

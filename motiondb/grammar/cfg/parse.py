@@ -39,7 +39,7 @@ class ParseError(GrammarError):
     position : int
         Position (from 0) of the first symbol that cannot follow the symbols before it in any string
         of the grammar; the length of the sentence if more symbols must follow.
-    found : str or None
+    symbol : str or None
         That symbol, None at the end of the sentence.
     expected : tuple of str
         The terminals that may follow, in the order of the grammar.
@@ -56,7 +56,7 @@ class ParseError(GrammarError):
         may_end: bool,
     ) -> None:
         super().__init__(message)
-        self.position, self.found = position, symbol
+        self.position, self.symbol = position, symbol
         self.expected, self.may_end = expected, may_end
 
 

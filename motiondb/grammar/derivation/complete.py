@@ -67,17 +67,17 @@ class Completions:
 
     Attributes
     ----------
-    found : tuple of Completion
+    sentences : tuple of Completion
         The sentences, most probable first.
     probability : float
         Probability that a sentence of the grammar matches.
     proven : bool
         Whether no other sentence is more probable than the last of these. If every sentence has one
-        tree, it is so in any case. Else it may be unknown: the trees of a sentence that was not
+        tree, it is so in any case. Else it may be unknown: the trees of a sentence that is not
         found might be many.
     """
 
-    found: tuple[Completion, ...]
+    sentences: tuple[Completion, ...]
     probability: float
     proven: bool
 
@@ -106,8 +106,8 @@ def complete(
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> from motiondb.grammar.derivation.pattern import read_pattern
     >>> toy = read_grammar("S -> walk A shoot\nA -> dribble A [0.5] | pass [0.3] | empty [0.2]")
-    >>> found = complete(toy, read_pattern("walk ... ? shoot".split()), n=2)
-    >>> [(" ".join(c.string), round(c.probability, 4)) for c in found.found]
+    >>> completions = complete(toy, read_pattern("walk ... ? shoot".split()), n=2)
+    >>> [(" ".join(c.string), round(c.probability, 4)) for c in completions.sentences]
     [('walk pass shoot', 0.375), ('walk dribble pass shoot', 0.1875)]
     """
     meeting = intersect(grammar, pattern, allowed)

@@ -87,7 +87,7 @@ def test_a_take_never_seen_is_read_and_parsed_or_its_fault_told(
         assert bool(actual.trees) != bool(actual.fault)
         if actual.fault is not None:
             assert actual.string[actual.fault.position : actual.fault.position + 1] in (
-                (actual.fault.found,),
+                (actual.fault.symbol,),
                 (),
             )
 

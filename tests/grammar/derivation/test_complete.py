@@ -61,9 +61,11 @@ def test_completions_of_a_finite_language_are_its_best_matching_strings(tokens, 
     total = sum(matching.values())
     assert completions.probability == pytest.approx(total)
     best = sorted(matching.values(), reverse=True)[:n]
-    assert [c.probability for c in completions.found] == pytest.approx([p / total for p in best])
+    assert [c.probability for c in completions.sentences] == pytest.approx(
+        [p / total for p in best]
+    )
     assert all(
-        c.probability == pytest.approx(matching[c.string] / total) for c in completions.found
+        c.probability == pytest.approx(matching[c.string] / total) for c in completions.sentences
     )
 
 
@@ -79,7 +81,7 @@ def test_completions_of_endless_languages_are_the_best_of_all_short_strings(gram
             complete(grammar, pattern(text))
         return
     completions = complete(grammar, pattern(text), 3)
-    ours = [c.probability * completions.probability for c in completions.found]
+    ours = [c.probability * completions.probability for c in completions.sentences]
     assert ours == pytest.approx(matching[:3], rel=1e-6)
 
 
@@ -87,7 +89,7 @@ def test_an_ambiguous_string_counts_with_all_its_trees():
     # x p x p x has two trees of .3^2 .4^3
     completions = complete(AMBIGUOUS, pattern("x p x p x"), 1)
     assert completions.probability == pytest.approx(2 * 0.3**2 * 0.4**3)
-    assert completions.found[0].probability == pytest.approx(1.0)
+    assert completions.sentences[0].probability == pytest.approx(1.0)
     assert completions.proven
 
 
@@ -107,9 +109,9 @@ def test_samples_have_the_distribution_of_the_grammar_given_the_pattern():
 
 def test_a_place_takes_any_of_its_terminals_and_only_what_is_allowed():
     asked = read_pattern([Place("letter", frozenset("xy"))])
-    assert [c.string for c in complete(NESTED, asked).found] == [("x",), ("y",)]
+    assert [c.string for c in complete(NESTED, asked).sentences] == [("x",), ("y",)]
     completions = complete(NESTED, asked, allowed=frozenset("aby"))
-    assert [c.string for c in completions.found] == [("y",)]
+    assert [c.string for c in completions.sentences] == [("y",)]
     assert completions.probability == pytest.approx(0.1)
 
 
