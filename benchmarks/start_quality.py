@@ -1,4 +1,4 @@
-"""Measure what a start is worth, across studios and on performers never seen: docs/start.md.
+"""Measure the benefit of a start, across studios and on unseen performers: docs/start.md.
 
     python benchmarks/start_quality.py TASK [TASK ...] --data DIR
     python benchmarks/start_quality.py page

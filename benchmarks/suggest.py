@@ -2,8 +2,8 @@
 
 The captions of a part of the captures are hidden and shown one by one, in the order that
 ``motiondb words suggest`` gives and in random order; after each number of captions the word map is
-solved, and every word that was asked for is searched among the held-out captures. Symbols are
-learned from all motion, words are known only of what was shown.
+solved, and every word is searched among the held-out captures. Symbols are
+learned from all motion, words are known only from the revealed captions.
 
     python benchmarks/suggest.py --data DIR        # DIR holds cmu/ and cmu-captions.tsv
 """
@@ -133,7 +133,7 @@ def interval(values: FloatArray, rng: np.random.Generator) -> tuple[float, float
 
 
 def as_many(ours: FloatArray, chance: FloatArray, n: int) -> str:
-    """How many random captions are worth the first ``n`` suggested ones."""
+    """The number of random captions with the same result as the first ``n`` suggested ones."""
     value = ours.mean(0)[STEPS.index(n)]
     mean = np.maximum.accumulate(chance.mean(0))
     if value > mean[-1]:

@@ -1,7 +1,7 @@
 """Two languages compared by their passages, wherever sentences are cut.
 
 A *passage* of a grammar is one or more of its sentences, one after another: a string of L+. Its
-*factors* are the strings that stand somewhere in passages. Two grammars that cut the same movement
+*factors* are the strings that occur somewhere in passages. Two grammars that cut the same movement
 into sentences at other places have other sentences, but the same passages but for the ends, and so
 the same factors. So
 

@@ -3,8 +3,9 @@
 The sample data's two takes of a grammar hold 4 to 7 sentences. Here the same program makes two
 takes of ten sentences each, of the same performers, with a seed that no setting was chosen on.
 Languages are learned from the true labels and from the motion; sentences are found, or given.
-Beside the languages of sentences stand their factors (``factors``), which do not depend on
-where sentences are cut, and the borders of sentences: a border counts as found where a true one is.
+In addition to the languages of sentences, the tables have their factors (``factors``), which do not
+depend on where sentences are cut, and the borders of sentences: a border counts as found where a
+true one is.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""Repeats, description length and the search of sentences: times, growth, random search beside it.
+"""Repeats, description length and the search of sentences: times, growth, comparison with random
+search.
 
 Run as ``PYTHONPATH=benchmarks python -m grammar_tasks.made_up_strings``. Strings are drawn from a
 chain in which each symbol is followed by few others, so that there are repeats; seeds are fixed.

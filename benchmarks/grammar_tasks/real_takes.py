@@ -1,8 +1,8 @@
 """Task ``real`` of ``benchmarks/grammar.py``: break-dance, boxing, salsa and basketball.
 
-Every take of a style goes into one grammar; sentences never cross the end of a capture. For each
-number of terminals the ledger's bits are told, and which of them ``auto`` is. Basketball's captures
-are one sentence each, as the clips of the paper are.
+All takes of a style are used for one grammar; sentences never cross the end of a capture. For each
+number of terminals, the ledger's bits are listed, and the choice of ``auto`` is marked.
+Basketball's captures are one sentence each, as the clips of the paper are.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def real(data: Path, style: str, candidates: Sequence[int] = CANDIDATES) -> str:
 
 
 def style_rows(captures: Sequence[Capture], are_sentences: bool, candidates: Sequence[int]) -> str:
-    """Sizes and bits by K; the grammar of fewest bits beside simpler ones; shots."""
+    """Sizes and bits by K; the grammar of fewest bits compared with simpler ones; shots."""
     choice = try_all(captures, are_sentences, candidates)
     tried = choice.trials
     n_frames = sum(capture.motion.n_frames for capture in captures)
@@ -92,7 +92,7 @@ def try_all(captures: Sequence[Capture], are_sentences: bool, candidates: Sequen
 
 
 def kind_rows(partition: Sentences) -> str:
-    """The grammar beside a finite state machine, Sequitur and flat rules."""
+    """The grammar compared with a finite state machine, Sequitur and flat rules."""
     sentences = list(partition.sentences)
     known, rows = set(sentences), []
     for kind, learn in KINDS.items():

@@ -1,7 +1,7 @@
 """Task ``speed`` of ``benchmarks/grammar.py``: times on a take of the paper's length.
 
-Wall clock and processor seconds are both told: on a machine that does other work only the latter
-can be compared.
+Elapsed and processor seconds are both listed: on a machine with other load, only the latter can be
+compared.
 """
 
 from __future__ import annotations

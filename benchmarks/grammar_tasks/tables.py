@@ -1,4 +1,4 @@
-"""Markdown for ``benchmarks/grammar.py``: tables, and sections of a page that are written anew."""
+"""Markdown for ``benchmarks/grammar.py``: tables, and sections of a page that are replaced."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def sections(text: str) -> dict[str, str]:
-    """Heading ("## ...") -> what stands under it; the head of the page under "".
+    """Heading ("## ...") -> its text; the head of the page under "".
 
     >>> sections("top\\n## a\\n1\\n")
     {'': 'top', 'a': '1'}
@@ -35,7 +35,7 @@ def sections(text: str) -> dict[str, str]:
 
 
 def write_sections(path: Path, head: str, order: Sequence[str], new: dict[str, str]) -> None:
-    """Put sections into a page; those that are not made anew stay as they are."""
+    """Put sections into a page; other sections do not change."""
     known = sections(path.read_text(encoding="utf-8")) if path.exists() else {}
     known |= new
     parts = [head.strip()]

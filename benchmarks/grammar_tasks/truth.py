@@ -221,7 +221,8 @@ def language_rows(grammars: dict[str, Grammar], takes: dict[str, list[TrueTake]]
 def given_sentences(
     strings: Sequence[tuple[str, ...]], starts: Sequence[IntArray], begins: Sequence[list[int]]
 ) -> tuple[tuple[str, ...], ...]:
-    """The true sentences, as found segments tell them; what stands before the first is none."""
+    """The true sentences in terms of the found segments; segments before the first belong to
+    none."""
     told, cuts = [], []
     for string, symbols, wanted in zip(strings, starts, begins, strict=True):
         first, *others = (int(np.argmin(np.abs(symbols - frame))) for frame in wanted)
@@ -259,7 +260,7 @@ def true_strings(takes: Sequence[TrueTake]) -> Strings:
 
 
 def found_strings(takes: Sequence[TrueTake]) -> Strings:
-    """Terminals found in the motion, as many as labels, and the labels that each stands for."""
+    """Terminals found in the motion, as many as labels, and the labels that each represents."""
     motions = [take.motion for take in takes]
     terminals = find_terminals(motions, len(label_names(takes)), np.random.default_rng(0))
     starts = [terminals.starts[terminals.takes == number] for number in range(len(takes))]

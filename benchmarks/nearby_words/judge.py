@@ -17,8 +17,8 @@ DRAWS = 2000
 
 @dataclass(frozen=True)
 class Answer:
-    """What a method said of a word of the key: its first answer (None: nothing) with its
-    probability, whether it is right, and whether the vocabulary holds anything right at all."""
+    """The answer of a method to a word of the key: its first answer (None: no answer) with its
+    probability, whether it is right, and whether the vocabulary has a right answer."""
 
     word: str
     first: str | None

@@ -57,7 +57,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Targets:
-    """What depends on a target alone: from each to (how general, how frequent, how much motion)."""
+    """Features of a target: target -> (how general, how frequent, how much motion)."""
 
     facts: Mapping[str, tuple[float, float, float]]
 

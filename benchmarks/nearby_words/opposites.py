@@ -2,7 +2,7 @@
 
 WordNet's antonyms hold between words; here they hold between the words of their synsets, of
 adjectives like them, and of the verbs one step below, where these are usual senses of the words.
-What WordNet lacks stands in ``never.tsv``: body parts of another place, and a few movements.
+Pairs that WordNet lacks are in ``never.tsv``: body parts of another place, and a few movements.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from nearby_words.pairs import base, opposites
 from nearby_words.wordnet import WordNet, is_plain
 
 LEAST = 0.15
-"""A word stands for a synset if it is meant this often where the word is used."""
+"""A word represents a synset if at least this share of its uses has this meaning."""
 
 
 def vetoes(wordnet: WordNet, more: Iterable[tuple[str, str]]) -> frozenset[tuple[str, str]]:

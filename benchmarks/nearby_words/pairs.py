@@ -189,7 +189,7 @@ def _name_gloss(
 
 
 def _reverse(base_form: str, lexicon: Lexicon, channels_of: dict[str, FloatArray]) -> None:
-    """Words in whose glosses the word stands."""
+    """Words whose glosses contain the word."""
     for channel, table in (("head of", lexicon.named_as_head), ("gloss of", lexicon.named)):
         keys = table.get(base_form, ())
         for key in keys:

@@ -1,9 +1,9 @@
-"""Words hidden from the captions, asked for all the same: does what they are taken as find them?
+"""Search for words that are hidden from the captions, by the known words that replace them.
 
 Folds, captures and word map are those of ``quality_tasks/words.py``: five folds by performer,
 symbols learned once from all motion without words. A word of the gallery's captions is hidden from
-the training captions; it is asked by the table, with all the other words known, and the gallery is
-ranked by the virtual word. Words that the table does not take are not asked. Ranks are of whole
+the training captions; it is searched through the table, with all other words known, and the gallery
+is ranked by the virtual word. Words that the table does not take are not asked. Ranks are of whole
 captures.
 """
 

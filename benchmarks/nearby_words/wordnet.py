@@ -1,6 +1,6 @@
 """WordNet's files as records: synsets, senses with their probability, words of glosses, opposites.
 
-A *synset* is a set of words with one meaning; a word's *senses* are the synsets that it stands in.
+A *synset* is a set of words with one meaning; a word's *senses* are the synsets that contain it.
 How likely a sense is meant is estimated by how often it was counted in texts (``cntlist.rev``),
 each count raised by a half that shrinks with the rank of the sense, and weighted by the field
 (``lexnames``) of the synset: in questions about motion, ``run`` is seldom to manage a company.

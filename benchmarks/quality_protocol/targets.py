@@ -1,4 +1,4 @@
-"""Targets and what was reached, read off the sections of ``quality.md`` and put at its top.
+"""Targets and results, taken from the sections of ``quality.md`` and put at its top.
 
 python benchmarks/quality_protocol/targets.py [docs/quality.md]
 """
@@ -62,7 +62,7 @@ def number(cell: str) -> float:
 
 
 def beaten(table: Table, measure: str) -> tuple[str, str]:
-    """motiondb beside the best other method, and whether that is better, worse or neither."""
+    """motiondb compared with the best other method: better, worse or no difference."""
     at = table.columns.index(measure)
     others = [r for r in table.rows if not r[0].startswith(OURS) and r[0] != CHANCE]
     best = max(others, key=lambda row: number(row[at]))

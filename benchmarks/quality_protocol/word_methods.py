@@ -59,7 +59,7 @@ def mean_of_words(scores: FloatArray) -> Callable[[Sequence[Sequence[int]]], Flo
 def motiondb_answers(seen: Recognised, fold: Fold, as_captions: bool = True) -> Answers:
     """The product: word map, then search in every gallery capture.
 
-    Whole captions are asked in quotation marks, unless ``as_captions`` is False.
+    Whole captions are written in quotation marks, unless ``as_captions`` is False.
     """
     groups = np.unique([fold.performers[t] for t in fold.train], return_inverse=True)[1]
     fit = word_map.fit_word_map(seen.vectors[fold.train], fold.words[fold.train], groups)

@@ -1,10 +1,10 @@
-"""Not here: are questions whose action is not in the database told from those whose action is?
+"""Absent actions: are questions whose action is not in the database distinguished from the others?
 
-Every question is asked twice, of the captures as they are and of what is left without the action
-that it asks for. A method gives the value of its best answer; the area under the ROC curve says how
-well these values tell the two apart. By words five folds by performer; by example every performer
-(or style) is left out once, and where the action is taken out, its captures and their words are
-gone from everything that learns by words.
+Every question is asked twice: with all captures, and without those that show its action. A method
+gives the value of its best answer; the area under the ROC curve measures how well these values
+distinguish the two. By words five folds by performer; by example every performer (or style) is left
+out once, and where the action is taken out, its captures and their words are gone from everything
+that learns by words.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Asked:
 
     present, absent : method -> value of the best answer, one a question, in the same order.
     probabilities, right : of the first answers where the action is there. told : per question,
-    whether motiondb's threshold said rightly that something is there, and that nothing is.
+    whether motiondb's threshold was right with the action present, and with it absent.
     """
 
     present: dict[str, list[float]]
@@ -239,7 +239,7 @@ def _class_chances(
 
 
 def _same_action(material: Material, query: int, captures: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Whether captures were said to show an action that the query was said to show."""
+    """Whether the captions of captures share an action with those of the query."""
     actions = np.array([name not in vocabulary.MODIFIERS for name in material.names])
     shared: NDArray[np.bool_] = (material.words[captures] & material.words[query] & actions).any(1)
     return shared

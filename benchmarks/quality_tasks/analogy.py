@@ -97,7 +97,7 @@ def _left_out_note(learned: Learned) -> str:
 
 
 def unseen(learned: Learned, length: int, seed: int) -> list[tuple[str, ...]]:
-    """Sequences of different words, no two of which stand in one description."""
+    """Sequences of different words, no two of which occur in one description."""
     described = described_intervals(learned.segments, learned.captions, learned.synonyms)
     together = {(a, b) for d in described for a in d.words for b in d.words}
     counts = learned.association.counts

@@ -1,9 +1,9 @@
 """Where the answers go wrong, with pictures: the words that fail, and the changes that are missed.
 
 Words: the captures that the section ``words`` of ``docs/quality.md`` names for each word that fails
-(what stood first, and what was true, performers unseen) are drawn as strips of stick figures, two
-of each. Changes: the true and the found activities of the four long takes, as timelines. The causes
-are what a person saw in these pictures, kept in ``errors_notes.md``.
+(the first answers and the true captures, for unseen performers) are drawn as strips of stick
+figures, two of each. Changes: the true and the found activities of the four long takes, as
+timelines. The causes are what a person saw in these pictures, kept in ``errors_notes.md``.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _CAPTURE = re.compile(r"(\S+/\S+) \(")
 
 @dataclass(frozen=True)
 class Failure:
-    """A word, its average precision in a fold, what stood first and what was true (captures)."""
+    """A word, its average precision in a fold, the first answers and the true captures."""
 
     word: str
     average_precision: float

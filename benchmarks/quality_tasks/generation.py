@@ -1,4 +1,4 @@
-"""Motion from sentences: is it what was said, does it move as real people do, is it new?"""
+"""Motion from sentences: whether it shows the actions, is as smooth as real motion, and is new."""
 
 from __future__ import annotations
 

@@ -162,7 +162,7 @@ def _is_first(of: Recogniser, models: Sequence[Models], folds: IntArray, one: Ou
 def _real(
     of: Recogniser, models: Sequence[Models], folds: IntArray, asked: Sequence[int]
 ) -> list[float]:
-    """Share of the real captures of every asked action whose first word stands in the caption."""
+    """Share of the real captures of every requested action whose first word is in the caption."""
     right = np.zeros(len(of.names))
     for capture in range(len(of.names)):
         first = models[int(folds[capture])].first(of.windows[of.owners == capture])
@@ -179,7 +179,8 @@ def _say_judge(outcomes: Sequence[Outcome]) -> str:
 
 
 def _say_calibration(told: Sequence[tuple[float, bool]]) -> str:
-    """Told probabilities beside the share that the recogniser finds right (captures left out)."""
+    """Predicted probabilities compared with the share that the recogniser finds right (captures
+    left out)."""
     probability = np.array([p for p, _ in told])
     hit = np.array([h for _, h in told], dtype=float)
     parts = []

@@ -39,7 +39,7 @@ class PlaceData:
 
 @dataclass(frozen=True)
 class Told:
-    """One question: the probability told, whether the interval is right, and what was asked."""
+    """One question: the predicted probability, whether the interval is right, and the question."""
 
     probability: float
     right: bool

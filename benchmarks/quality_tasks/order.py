@@ -1,7 +1,7 @@
-"""Order: "walk, then kick" asked of a capture that shows it, against "kick, then walk".
+"""Order: "walk, then kick" compared with "kick, then walk" in a capture that shows the former.
 
 Sample-data takes with their true segments, real captures joined two by two, the long take 86_01,
-and real captions that tell of two actions or more. Words come from other performers.
+and real captions of two or more actions. Words come from other performers.
 """
 
 from __future__ import annotations

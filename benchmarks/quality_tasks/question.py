@@ -1,8 +1,8 @@
 """Questions with "not" and "or", made from real captions: the tree against the ignoring reading.
 
 Five folds by performer. Per fold, words of the other performers' captures are known; the fold's
-captures are the gallery, and their words are only used to judge. A pair of verbs a, b is asked
-where captures of the gallery tell the questions apart:
+captures are the gallery, and their words are only used to judge. A pair of verbs a, b is used if
+captures of the gallery distinguish the questions:
 
     a but not b   captures show a without b, and a with b
     a or b        captures show a without b, and b without a
@@ -45,7 +45,7 @@ from quality_tasks.words import Judged, average_precisions, calibration_error
 
 OURS = "motiondb, the tree"
 LEAST_TRAINED, LEAST_EACH = 3, 2
-"""Training captures of a verb; captures of the gallery on each side of what a question tells."""
+"""Training captures of a verb; captures of the gallery on each side of the distinction."""
 KINDS = ("a but not b", "a or b", "not a")
 FIRST = 5
 """Answers of a question whose probabilities are judged."""
@@ -139,7 +139,7 @@ def _written(fold: Fold, names: Sequence[str], seen: Recognised) -> asked_certai
 
 
 def _questions(fold: Fold, names: Sequence[str]) -> Iterator[Question]:
-    """All questions that the gallery tells apart, in the order of their words."""
+    """All questions that the gallery distinguishes, in the order of their words."""
     shown = fold.words[fold.gallery]
     known = fold.words[fold.train].sum(axis=0) >= LEAST_TRAINED
     verbs = [w for w, name in enumerate(names) if known[w] and name not in vocabulary.MODIFIERS]
@@ -189,7 +189,7 @@ def _by_tree(
 
 
 def _chances(kind: str, hit: QuestionHit, sure: Certainties) -> tuple[float, float]:
-    """Probability of an answer and of its part, as ``search`` tells them; 0.5 where it does not."""
+    """Probability of an answer and of its part, from ``search``; 0.5 if there is none."""
     asked, excluded = by_question.split_statements(hit.statements)
     if kind == "not a":
         if sure.words is None:

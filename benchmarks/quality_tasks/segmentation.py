@@ -120,7 +120,7 @@ METHODS: dict[str, tuple[Method, bool, bool]] = {
     "Gaussian HMM (hmmlearn), true number": (by_gaussian_hmm, True, True),
     "kernel change points (ruptures) + clustering, true number": (by_change_points, True, True),
 }
-"""Method, whether it looks at windows, whether it is told the true number."""
+"""Method, whether it uses windows, whether it is given the true number."""
 
 
 def join_captures(captures: Sequence[Capture], left_out: set[str], seed: int) -> list[LongTake]:
@@ -211,7 +211,7 @@ def _joined_protocol(joined: Sequence[LongTake]) -> str:
 
 
 def _notes(takes: Sequence[LongTake], seed: int) -> tuple[str, ...]:
-    """What motiondb found in every take, beside the truth."""
+    """The activities that motiondb found in every take, with the true ones."""
     notes = []
     for take in takes:
         ours, true = (

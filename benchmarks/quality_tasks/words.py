@@ -164,7 +164,8 @@ def _caption_rank(
     known: NDArray[np.bool_],
     texts: Sequence[Sequence[Sequence[int]]],
 ) -> float:
-    """Rank of the capture (or one with the same words) when its caption is asked; the best text."""
+    """Rank of the capture (or one with the same words) for its caption as a question; the best
+    text."""
     same = (fold.words[fold.gallery] == fold.words[fold.gallery[place]]).all(axis=1)
     ranks = []
     for actions in texts:
@@ -317,7 +318,7 @@ def _above(
     names: Sequence[str],
     captures: Sequence[Capture],
 ) -> str:
-    """What stands above the true captures where a word of some weight fails."""
+    """The captures ranked above the true ones for frequent words that fail."""
     ours = _per_query(judged[OURS])
     lines = ["First answers for words that fail although several captures show them:", ""]
     several = [key for key in ours if judged[OURS].queries[key][1].sum() >= 4]

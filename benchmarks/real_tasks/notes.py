@@ -1,7 +1,7 @@
 """What people who looked at the answers wrote: ``notes.md``.
 
     ## words: walk then jump
-    Prose that stands under the answers.
+    Text below the answers.
     - 86/86_01 yes: walks, jumps, walks on.
     - 16/16_07 no: steps up to the line, but does not walk.
 

@@ -1,7 +1,7 @@
-"""What the real captures are asked: words, examples and sentences, and what would be right.
+"""Questions about the real captures: words, examples and sentences, with the right answers.
 
 A hit of a word search is right where the people who described the capture used all the asked words;
-``notes.md`` overrules this where somebody looked. A hit of a search by example is
+Verdicts in ``notes.md`` take precedence. A hit of a search by example is
 right where the description holds one of ``words``; in the four long takes, whose parts are known,
 at least half of it must lie in parts with one of ``labels``.
 """
@@ -80,4 +80,4 @@ PARTS = (
     ("squat", ("Squat",)),
     ("twist", ("Twist",)),
 )
-"""(words, labels of the known parts that would be right), asked of each long take alone."""
+"""(words, labels of the right parts), searched in each long take alone."""

@@ -8,10 +8,10 @@ undisturbed. What must hold afterwards:
 * its rows are those from before the command or those from after it, and the latter where the
   command had printed that it was done;
 * files that the command writes are not there, or whole; all are there where it ended;
-* no process of the command goes on;
+* no process of the command continues;
 * after a further command, and the same one again where it writes files, no file is left that these
-  commands would not leave undisturbed. What a kill leaves beside a file of the user's is removed by
-  the command that writes that file again, since no other one knows its name.
+  commands would not leave undisturbed. Drafts that a kill leaves next to a file of the user are
+  removed by the command that writes this file again, because no other command knows its name.
 
 Commands run in processes that are forked from one in which motiondb is imported, so that the kills
 meet the work and not the start of Python.
@@ -57,7 +57,7 @@ class Outcome:
     moment : seconds after the start at which it was killed.
     usual : seconds that it takes undisturbed.
     ended : whether it had ended by then.
-    told : whether it had printed that it was done.
+    told : whether it had reported success.
     rows : "before", "after" or "neither".
     faults : what did not hold.
     """
@@ -91,8 +91,8 @@ class Reference:
 def run(seeds: range, database: Path) -> Iterator[Outcome]:
     """Kill one command for each seed, all kinds in turn.
 
-    The folder that the cases copy, and what commands do undisturbed, are kept beside the database,
-    so that a run can be continued.
+    The folder that the cases copy, and the results of undisturbed commands, are kept next to the
+    database, so that a run can be continued.
     """
     import_everything()  # once, before the processes part
     base, kinds = database.with_name("kills") / "base", tuple(COMMANDS)
@@ -177,7 +177,7 @@ def _further(kind: str, place: Path) -> list[tuple[str, ...]]:
 
 
 def kill(seed: int, kind: str, base: Path, usual: Reference) -> Outcome:
-    """Start a command, kill it, look at what is there, and run a further one."""
+    """Start a command, kill it, examine the files, and run a further one."""
     share = np.random.default_rng([seed, 3]).uniform(0.0, LATEST)
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "case"
@@ -227,7 +227,7 @@ def _is_told(kind: str, place: Path) -> bool:
 def _wrong_outputs(outputs: dict[str, str], usual: dict[str, str], is_done: bool) -> list[str]:
     """What is wrong with the files that a command wrote; drafts are looked at in the end.
 
-    A scene's folder is written as a whole; a download is not, and goes on at the next time.
+    A scene's folder is written as a whole; a download is not, and continues at the next run.
     """
     faults = [
         f"{name} is not whole"

@@ -1,4 +1,4 @@
-"""The page ``docs/robustness.md``: what was tried and what failed, counted from the logs."""
+"""The page ``docs/robustness.md``: the cases and the failures, counted from the logs."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ does `rescue` of a database with a damaged log."""
 def page(folder: Path) -> str:
     """The page of the logs in a folder; parts without a log are named as not run.
 
-    What whoever ran the parts has to say about the runs stands in ``notes.md`` of the folder.
+    Remarks on the runs are in ``notes.md`` of the folder.
     """
     parts: list[tuple[str, str, Callable[[list[Case]], str]]] = [
         ("fuzz", "Odd files and texts", _fuzz),
@@ -89,7 +89,7 @@ def seeds_of(cases: Sequence[Case]) -> str:
 
 
 def _targets(cases: dict[str, list[Case]]) -> str:
-    """The targets of the attack beside what was found."""
+    """The targets of the tests, with the results."""
     wanted = {
         "fuzz": ("no failure in 50,000 odd files and texts", 50_000),
         "kills": ("nothing lost and nothing left over in 200 kills", 200),

@@ -1,7 +1,6 @@
 """Questions far larger than people ask: each is answered or refused, within 10 s and 1 GB.
 
-Each is asked in a process of its own, which begins with importing motiondb and opening the
-database; both count.
+Each is asked in a separate process; importing motiondb and opening the database are included.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Sixteen threads share one open database: ten ask (search, like, describe, list), the others set
 words, add and remove captures, import events, and one learns. Twenty processes are commands that
-are started at the same moment, some of which write. Every answer is compared with what holds
-whatever the others do; a message of any kind is a failure.
+are started at the same moment, some of which write. Every answer is compared with facts that do not
+depend on the other threads; a message of any kind is a failure.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The page of what was measured of scenes, from the result files of :mod:`scenes`."""
+"""The page of measurements of scenes, from the result files of :mod:`scenes`."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _span(values: list[float], digits: int = 0) -> str:
 
 
 def table_part(rows: Rows) -> list[str]:
-    """Table 2 beside ours, and what the rules say."""
+    """Table 2 compared with our results, and the deviations from the rules."""
     lines = [
         "## Every diagram from scratch",
         "",

@@ -2,8 +2,8 @@
 
 The captures of one studio teach the knowledge; those of the other are a user's folder. Its captures
 are divided into five folds, by performer (CMU) or by style (Bandai-Namco names no performer). The
-captures of a fold have no captions and are asked; of the others, some have. All motion of the
-folder is in the database, as it would be.
+captures of a fold have no captions and are searched; some of the others have captions. All motion
+of the folder is in the database, as it would be.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from quality_protocol.confidence import weighted_draws, weighted_measure
 from start_knowledge import SENTENCE
 
 CAPTIONED = (0, 10, 25, 50, 100, 1_000)
-"""Numbers of own captions; the last stands for all."""
+"""Numbers of own captions; the last means all."""
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
 """Captures of a word that must be trained and shown, as in quality_tasks/words.py."""
 N_DRAWS = 500
@@ -265,8 +265,8 @@ def judge(
 ) -> dict[str, Any]:
     """Rankings of captures per word, ranks of true words per capture, and "nothing matches".
 
-    A word that is not known ranks all captures by chance; where nothing is known, a capture's words
-    come in an order by chance, and nothing can be said about what is missing.
+    An unknown word ranks all captures at random. If no word is known, the words of a capture are in
+    random order, and absent actions cannot be recognised.
     """
     rng = np.random.default_rng(seed)
     number = {} if answers is None else {w: n for n, w in enumerate(answers.names)}
