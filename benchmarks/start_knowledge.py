@@ -69,7 +69,7 @@ def make(data: Path, output: Path) -> Knowledge:
 
 
 def differences(made: Knowledge, shipped: Knowledge) -> list[str]:
-    """What differs; empty where the files are the same to the last byte."""
+    """What differs; empty if the files are the same to the last byte."""
     if made.origin.digest == shipped.origin.digest:
         return []
     lines = [f"sha256 {made.origin.digest} in place of {shipped.origin.digest}"]

@@ -122,7 +122,7 @@ def paper_objective(
     at: IntArray,
     known: Float32Array,
 ) -> float:
-    """F after grouping; 0 where there are fewer segments than groups.
+    """F after grouping; 0 if there are fewer segments than groups.
 
     scale : w, d_max. at : numbers of the cuts among all places. known : distances between segments
     of up to ``KEPT`` places, filled here.

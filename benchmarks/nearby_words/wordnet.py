@@ -48,7 +48,7 @@ class Synset:
     field : number of its lexicographer's file, as in lexnames(5WN).
     words : its words in lower case, with _ between the parts of a phrase.
     pointers : (symbol, key of the other synset, number of the word here, number there); numbers
-        count from 1, 0 where the relation holds between the synsets.
+        count from 1, 0 if the relation holds between the synsets.
     definition : the gloss without examples.
     gloss : the definition and the examples.
     """

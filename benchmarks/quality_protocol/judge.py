@@ -106,7 +106,7 @@ def classes_of(capture: Capture) -> list[int]:
 
 
 def cut(features: Float32Array) -> list[Float32Array]:
-    """Windows of three seconds with half overlap; one where there is less."""
+    """Windows of three seconds with half overlap; one if there is less."""
     starts = range(0, max(len(features) - WINDOW, 0) + 1, WINDOW // 2)
     return [features[a : a + WINDOW] for a in starts]
 

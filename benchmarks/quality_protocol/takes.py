@@ -54,7 +54,7 @@ def make_take(capture: Capture, parts: Sequence[Part]) -> LongTake:
 def agreement(truth: IntArray, labels: IntArray) -> tuple[float, float, float]:
     """Frame accuracy after the best one-to-one matching, purity, and boundary F1 at +-0.5 s.
 
-    truth : array (frames,), -1 where nothing is known; found : array (frames,).
+    truth : array (frames,), -1 if nothing is known; found : array (frames,).
 
     >>> agreement(np.array([0, 0, 1, 1]), np.array([5, 5, 5, 3]))
     (0.75, 0.75, 1.0)

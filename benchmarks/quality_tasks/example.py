@@ -61,7 +61,7 @@ Scores = Callable[[], FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """labels: array (captures,), "" where there is none; allowed: array (captures, captures), which
+    """labels: array (captures,), "" if there is none; allowed: array (captures, captures), which
     captures may be searched for which query; groups: what is left out for what learns by labels."""
 
     labels: NDArray[np.str_]
@@ -97,7 +97,7 @@ def run(data: Path, seed: int) -> TaskReport:
 
 
 def main_verb(captions: Sequence[str]) -> str:
-    """The first main verb in the captions, "" where there is none.
+    """The first main verb in the captions, "" if there is none.
 
     >>> main_verb(["basketball - forward dribble"]), main_verb(["Alaskan vacation"])
     ('dribble', '')
@@ -258,7 +258,7 @@ def _table(
 
 
 def _judge(scores: FloatArray, question: Question) -> tuple[FloatArray, FloatArray]:
-    """Nearest right? and average precision of every query; NaN where nothing can be found.
+    """Nearest right? and average precision of every query; NaN if nothing can be found.
 
     Among equal scores (classes) the average precision is that of a random order.
     """

@@ -53,7 +53,7 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A sentence's motion (None where there is none), its actions, and how near it is to stored
+    """A sentence's motion (None if there is none), its actions, and how near it is to stored
     takes (mean whitened feature distance of its three-second parts)."""
 
     sentence: str

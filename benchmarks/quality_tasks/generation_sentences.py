@@ -53,7 +53,7 @@ AMOUNTS = (
 )  # fmt: skip
 """Sentences with counts, durations, speeds and directions."""
 Motions = Mapping[str, Generated | None]
-"""Sentence -> its motion; None where it was refused."""
+"""Sentence -> its motion; None if it was refused."""
 SENTENCES = (*(word for word, _ in ACTIONS), *JOINED, *AMOUNTS)
 
 
@@ -119,7 +119,7 @@ def evaluate(of: Recogniser, made: Motions, again: Motions, seed: int) -> TaskRe
 
 
 def generate_or_none(db: MotionDB, sentence: str, seed: int) -> Generated | None:
-    """A motion; None where nothing shows the sentence."""
+    """A motion; None if nothing shows the sentence."""
     try:
         return db.generate(sentence, seed)
     except QueryError:

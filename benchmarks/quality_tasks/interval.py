@@ -124,7 +124,7 @@ def questions(
 
 
 def best_share(take: LongTake, label: str, interval: tuple[float, float]) -> float:
-    """Largest intersection over union with a part of the label; 0 where the take has none."""
+    """Largest intersection over union with a part of the label; 0 if the take has none."""
     return max((union_share(interval, p[:2]) for p in take.parts if p[2] == label), default=0.0)
 
 

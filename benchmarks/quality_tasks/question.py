@@ -53,7 +53,7 @@ FIRST = 5
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """kind, text; right: array (gallery,); verbs: columns of a and b, -1 where there is no b."""
+    """kind, text; right: array (gallery,); verbs: columns of a and b, -1 if there is no b."""
 
     kind: str
     text: str

@@ -21,7 +21,7 @@ class Outcome:
     Attributes
     ----------
     seed, kind : the damage.
-    said : what ``check`` says: "sound", "faults", or "refused" where the file cannot be opened.
+    said : what ``check`` says: "sound", "faults", or "refused" if the file cannot be opened.
     questions : "as before", "refused", "differs", "crashed", "hangs" or "raw ERROR".
     """
 

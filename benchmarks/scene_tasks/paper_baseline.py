@@ -44,7 +44,7 @@ DRAWS = 8
 
 
 class FreeDerivations(Derivations):
-    """Subtrees by the rules' probabilities alone; None where the string does not fit."""
+    """Subtrees by the rules' probabilities alone; None if the string does not fit."""
 
     def __init__(self, full: Derivations) -> None:
         super().__init__(full.grammar, full.items)

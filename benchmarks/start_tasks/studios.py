@@ -222,7 +222,7 @@ def answer(
     gallery: NDArray[np.int64],
     started: Started | None,
 ) -> Asked | None:
-    """Learn the words of some captions and ask the gallery; None where nothing was learned."""
+    """Learn the words of some captions and ask the gallery; None if nothing was learned."""
     captions = {int(i): ours.captions[int(i)] for i in captioned}
     taught = TaughtWords(captions, {}, dict(enumerate(ours.groups)))
     asked_certainty.example_certainty = _no_examples  # only words are asked here

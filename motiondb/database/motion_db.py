@@ -38,7 +38,7 @@ class MotionDB(FactVerbs):
     read_only : bool
         Only ask; several processes may do so at once.
     create : bool
-        Make the file where there is none (never when ``read_only``).
+        Make the file if there is none (never when ``read_only``).
     wait : float
         Seconds to wait for another process that holds the file.
 
@@ -160,14 +160,14 @@ class MotionDB(FactVerbs):
             return starting.start_knowledge(self.learned)
 
     def start_facts(self) -> dict[str, Any] | None:
-        """The origin of the knowledge that the database started from; None where it did not."""
+        """The origin of the knowledge that the database started from; None if it did not."""
         with self.session.reading():
             return starting.start_facts(self.learned) if self.is_learned() else None
 
     def drift(self) -> Drift | None:
         """How far captures and words have changed since the database learned.
 
-        None where it has not learned, or an earlier version learned that kept no baseline.
+        None if it has not learned, or an earlier version learned that kept no baseline.
         """
         return learning.measure(self.store)
 

@@ -40,7 +40,7 @@ class Session:
     read_only : bool
         Whether writing is refused; several processes may read at once.
     create : bool
-        Make the file where there is none (never when ``read_only``).
+        Make the file if there is none (never when ``read_only``).
     wait : float
         Seconds to wait for another process that holds the file.
     """

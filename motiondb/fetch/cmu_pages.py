@@ -22,7 +22,7 @@ _LONGEST_WORDS = 1000
 
 @dataclass(frozen=True)
 class Trial:
-    """A capture that the page lists; ``fps`` is None where the page names no frame rate."""
+    """A capture that the page lists; ``fps`` is None if the page names no frame rate."""
 
     subject: int
     number: int

@@ -321,7 +321,7 @@ def publish_association(counts: Counts, reference: Reference) -> Association:
 def publish_word_map(
     counts: Counts, ridge: float | None, calibration: FloatArray | None
 ) -> WordMap | None:
-    """The word map that the counts amount to; None where none was fitted when it learned."""
+    """The word map that the counts amount to; None if none was fitted when it learned."""
     if ridge is None or calibration is None:
         return None
     return solve_word_map(counts.moments, ridge, calibration)

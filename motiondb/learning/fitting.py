@@ -48,7 +48,7 @@ def fit_model(
 
     With a start, its feature space, symbols and symbol space are taken over, and its words are
     joined with those of the captions. A start whose symbols do not fit the captures is set aside
-    where there are captions enough (:func:`motiondb.learning.start.joining.is_set_aside`).
+    if there are enough captions (:func:`motiondb.learning.start.joining.is_set_aside`).
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def _fit_with_start(
     rng: np.random.Generator,
     tell: Progress,
 ) -> LearnedModel | None:
-    """The model learned with the symbols of a start; None where the start is set aside.
+    """The model learned with the symbols of a start; None if the start is set aside.
 
     Of the settings, only the seed has a part.
     """
@@ -186,7 +186,7 @@ def _fit_judge(
     said: tuple[TaughtWords, FittedWords],
     rng: np.random.Generator,
 ) -> MotionJudge | None:
-    """The judge of generated motion; None where no words were written."""
+    """The judge of generated motion; None if no words were written."""
     taught, words = said
     numbers = {word: number for number, word in enumerate(words.association.words)}
     described = counting.described_intervals(

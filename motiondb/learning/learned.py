@@ -84,7 +84,7 @@ class LearnedModel:
     context_space : ContextSpace or None
         Contexts of activities; None in databases of versions that did not learn them.
     fitted_word_map : WordMap or None
-        Calibrated map from score vectors to words; None where no words were written.
+        Calibrated map from score vectors to words; None if no words were written.
     certainties : Certainties
         Certainties of answers.
     lengths : dict
@@ -100,14 +100,14 @@ class LearnedModel:
     drift_baseline : DriftBaseline or None
         The baseline of drift; None in databases of versions that did not keep it.
     places : Places or None
-        Where in their takes the actions of captions happen, as ``learn`` found them; None where no
+        Where in their takes the actions of captions happen, as ``learn`` found them; None if no
         words were written, and in databases of versions that did not look for them.
     started : Started or None
         Knowledge of another database that it learned with. Then symbols and feature space are that
         knowledge's, and association, transitions, lengths and word map join its sums with
         ``counted``.
     judge : MotionJudge or None
-        Tells which words a generated motion shows; None where no words were written, and in
+        Tells which words a generated motion shows; None if no words were written, and in
         databases of versions that did not have it.
     """
 
@@ -195,12 +195,12 @@ class Learned(LearnedModel):
 
     @property
     def word_certainty(self) -> certainty.Certainty | None:
-        """Certainty of an answer to words; None where it could not be learned."""
+        """Certainty of an answer to words; None if it could not be learned."""
         return self.certainties.words if self.has_words else None
 
     @property
     def example_certainty(self) -> certainty.Certainty | None:
-        """Certainty of an answer to an example; None where it could not be learned."""
+        """Certainty of an answer to an example; None if it could not be learned."""
         return self.certainties.example if self.has_words else None
 
     @property
@@ -264,7 +264,7 @@ class Learned(LearnedModel):
 
     @cached_property
     def caption_map(self) -> CaptionMap | None:
-        """Map from score vectors to whole captions; None where its sums were not kept."""
+        """Map from score vectors to whole captions; None if its sums were not kept."""
         return None if self.counted is None else solve_caption_map(self.counted.counts.moments)
 
     @cached_property
@@ -318,7 +318,7 @@ class Learned(LearnedModel):
     def place_takes(self) -> dict[int, by_words.TakeScores]:
         """Evidence for the place of all words in every capture, from the motion alone.
 
-        Empty where no places were learned. The evidence for a take that took part in learning is
+        Empty if no places were learned. The evidence for a take that took part in learning is
         that of all other takes.
         """
         if self.places is None or not self.places.only(self.rows).words:
@@ -338,7 +338,7 @@ class Learned(LearnedModel):
     def place_by_others(self) -> dict[int, FloatArray]:
         """Evidence for the place of all words, by other performers: arrays (segments, words).
 
-        Empty where no places were learned.
+        Empty if no places were learned.
         """
         if self.places is None or not self.places.only(self.rows).words:
             return {}

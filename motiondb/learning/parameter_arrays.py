@@ -122,7 +122,7 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
 
 
 def drift_baseline_from(arrays: Arrays) -> DriftBaseline | None:
-    """The baseline of drift; None where it was not kept."""
+    """The baseline of drift; None if it was not kept."""
     if any(name not in arrays for name in DRIFT_NAMES):
         return None
     mean, worst, frames = arrays["drift_baseline"]
@@ -132,7 +132,7 @@ def drift_baseline_from(arrays: Arrays) -> DriftBaseline | None:
 
 
 def lemmas_from(arrays: Arrays) -> dict[str, str]:
-    """Lemmas that the dictionary gave for the words of captions; none where they were not kept."""
+    """Lemmas that the dictionary gave for the words of captions; none if they were not kept."""
     lines = array_text(arrays.get(LEMMA_NAME, np.zeros(0))).splitlines()
     return dict(line.split(" ", 1) for line in lines)
 
@@ -282,7 +282,7 @@ def _started_arrays(started: Started, counted: Counted | None) -> dict[str, Floa
 
 
 def started_from(arrays: Arrays) -> Started | None:
-    """The start that a database learned with; None where there was none."""
+    """The start that a database learned with; None if there was none."""
     if ORIGIN_NAME not in arrays:
         return None
     start_keys = ("start_words", "start_names", ORIGIN_NAME)

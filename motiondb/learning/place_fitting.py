@@ -115,7 +115,7 @@ def is_interval(caption: Caption) -> bool:
 
 
 def find_places(table: SegmentTable, standardised: FloatArray, written: Written) -> Places | None:
-    """Find where the actions of captions happen; None where no caption holds a known word.
+    """Find where the actions of captions happen; None if no caption holds a known word.
 
     Parameters
     ----------

@@ -144,7 +144,7 @@ def decode(
     Returns
     -------
     Decoding or None
-        None where no sequence of symbols has a positive probability.
+        None if no sequence of symbols has a positive probability.
     """
     log_transitions = learned.log_transitions[clustered].copy()
     if place.after is not None:

@@ -58,7 +58,7 @@ class FittedWords:
     score_space : ScoreSpace
         Standardisation of scores.
     word_map : WordMap or None
-        Map from score vectors to words; None where no words were written.
+        Map from score vectors to words; None if no words were written.
     certainties : Certainties
         Certainties of answers.
     counted : Counted

@@ -94,7 +94,7 @@ def draw_strip(
         Figures in a row. None: as many as fit without overlap, from 3 to 24.
     seconds_per_row : float, optional
         Seconds in a row. None: 12 s, or more where that would give over 10 rows; whole seconds
-        where there are several rows.
+        if there are several rows.
 
     Raises
     ------

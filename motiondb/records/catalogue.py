@@ -152,7 +152,7 @@ class Run:
     started : str
         Time in UTC, ISO 8601.
     finished : str or None
-        Time in UTC; None where the run was killed.
+        Time in UTC; None if the run was killed.
     """
 
     run_id: int
@@ -173,13 +173,13 @@ class MatchPart:
     words : str
         What the question asks for in this part.
     start : float
-        Begin, seconds; that of the whole capture where the place is unknown.
+        Begin, seconds; that of the whole capture if the place is unknown.
     end : float
-        End, seconds; that of the whole capture where the place is unknown.
+        End, seconds; that of the whole capture if the place is unknown.
     probability : float or None
-        Probability that the capture shows it; None where it is not known.
+        Probability that the capture shows it; None if it is not known.
     interval_probability : float or None
-        Probability that the interval shows it; None where it is not known.
+        Probability that the interval shows it; None if it is not known.
     place : str
         "known", or "unknown" where only a caption of the whole capture speaks for it.
     """
@@ -214,10 +214,10 @@ class Match:
         Why it was found.
     probability : float or None
         Probability that the answer is right: for words, that the capture shows the requested
-        actions; for an example, that the interval shows the same action. None where too little was
+        actions; for an example, that the interval shows the same action. None if too little was
         written about the captures to learn it (:mod:`motiondb.search.certainty`).
     interval_probability : float or None
-        For words: probability that the interval shows the requested actions; None where it is not
+        For words: probability that the interval shows the requested actions; None if it is not
         known.
     place : str
         "known", or "unknown" where a part's place is; then the interval is the whole capture.

@@ -23,7 +23,7 @@ class Skeleton:
         Joint, and x, y, z in metres in that joint's frame, of every end site.
     channels : tuple of tuple of str
         Per joint the names of its channels in file order, in BVH spelling ("Xposition",
-        "Zrotation", ...); empty where a joint has none.
+        "Zrotation", ...); empty if a joint has none.
     """
 
     names: tuple[str, ...]

@@ -244,7 +244,7 @@ def cap_memory(n_bytes: float) -> None:
     """Limit how much more memory this process may take; beyond it, MemoryError is raised.
 
     Address space is limited, of which a process uses a part, so this is a bound that keeps a
-    computer alive, not an exact measure. Does nothing where the system has no such limit.
+    computer alive, not an exact measure. Does nothing if the system has no such limit.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ def clean_bytes(data: bytes, path: object) -> bytes:
 
 
 def decode(data: bytes) -> str:
-    """Return the text of cleaned bytes: UTF-8, or Latin-1 where that fails."""
+    """Return the text of cleaned bytes: UTF-8, or Latin-1 if that fails."""
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError:
@@ -171,7 +171,7 @@ def read_numbers(block: bytes) -> FloatArray | None:
 
 
 def to_numbers(tokens: list[bytes]) -> FloatArray | None:
-    """Convert tokens to an array of finite numbers; None where one of them is none."""
+    """Convert tokens to an array of finite numbers; None if one of them is none."""
     if b"".join(tokens).translate(None, _NUMERIC):
         return None
     if max(map(len, tokens), default=0) > MAX_DIGITS:

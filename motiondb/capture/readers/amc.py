@@ -170,7 +170,7 @@ def _expected(bone: Bone) -> str:
 def _read_fast(block: bytes, layout: Layout) -> tuple[FloatArray | None, FloatArray]:
     """Read a table (frames, values) and the frame numbers, if all frames are laid out alike.
 
-    The table is None where a frame differs from the first or a value is not a finite number.
+    The table is None if a frame differs from the first or a value is not a finite number.
     """
     tokens = block.split()
     nothing = np.zeros(0)

@@ -120,7 +120,7 @@ def _read_counts(
     n_frames : int or None
         As the header says.
     fps : float
-        Frames per second; 0 where there is a fault.
+        Frames per second; 0 if there is a fault.
     start : int
         Byte where the numbers begin.
     """
@@ -149,7 +149,7 @@ def _read_counts(
 
 
 def _read_frame_time(written: tuple[int, str] | None, line: int, faults: Faults) -> float:
-    """Return the frames per second of a frame time (line, text); 0 where there is a fault."""
+    """Return the frames per second of a frame time (line, text); 0 if there is a fault."""
     if written is None:
         faults.append((line, "expected a line 'Frame Time: seconds', found none. Give --fps."))
         return 0.0

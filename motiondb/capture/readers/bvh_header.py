@@ -72,7 +72,7 @@ def read_header(text: str) -> tuple[Skeleton | None, Faults]:
     Returns
     -------
     skeleton : Skeleton or None
-        Offsets in the file's unit; None where a fault leaves no skeleton.
+        Offsets in the file's unit; None if a fault leaves no skeleton.
     faults : list of (int or None, str)
         All structural faults with their lines.
     """

@@ -143,7 +143,7 @@ def convert(source: str, target: str) -> None:
 
 
 def limit_process(cpu_seconds: float, memory: float) -> None:
-    """Limit the processor time and the memory of this process, where the system can."""
+    """Limit the processor time and the memory of this process, if the system can."""
     cap_memory(memory)
     try:
         import resource

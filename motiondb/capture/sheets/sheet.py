@@ -354,7 +354,7 @@ def _merged(first: SheetEntry, second: SheetEntry) -> SheetEntry:
 
 
 def _number(cells: dict[str, str], column: str) -> float | None:
-    """Return the number in a column, None where the cell is empty.
+    """Return the number in a column, None if the cell is empty.
 
     Raises
     ------

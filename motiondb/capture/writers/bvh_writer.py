@@ -184,7 +184,7 @@ def _rotation_names(channels: tuple[str, ...]) -> tuple[str, ...]:
 def _angles(rotations: FloatArray, order: str) -> FloatArray | None:
     """Return angles (frames, n), degrees, about the axes of ``order``, n of them.
 
-    None where these axes cannot represent the rotations.
+    None if these axes cannot represent the rotations.
     """
     if len(set(order)) != len(order):
         return None

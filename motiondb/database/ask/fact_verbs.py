@@ -15,7 +15,7 @@ class FactVerbs(MakingVerbs):
     """Verbs on facts; those that ask are inherited."""
 
     def segments(self, name: str) -> list[Row]:
-        """Symbols of a capture with their times (seconds); empty where it is not learned.
+        """Symbols of a capture with their times (seconds); empty if it is not learned.
 
         Raises
         ------

@@ -29,7 +29,7 @@ class MakingVerbs(QuestionVerbs):
         words : str
             The sentence, such as "a person walks slowly, then kicks twice".
         seed : int
-            The same seed gives the same motion, another seed another one where there is a choice.
+            The same seed gives the same motion, another seed another one if there is a choice.
         method : str
             "stitched" (excerpts of captures), "trajectory" (most probable smooth trajectory) or
             "montecarlo" (every frame drawn).

@@ -133,7 +133,7 @@ class QuestionVerbs(CatalogueVerbs):
             Largest number of matches.
         meaning : bool, optional
             Whether learned words take part in the resemblance, so that the same action in other
-            styles counts as alike; None: where there are words.
+            styles counts as alike; None: if there are words.
         exact : bool
             Whether unknown words of the filter match nothing, instead of being replaced by known
             words.

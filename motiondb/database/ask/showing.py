@@ -118,7 +118,7 @@ def capture_activities(base: QuestionVerbs, capture_id: int) -> list[Row]:
     """The successive activities of a capture; equal numbers are the same activity.
 
     Found in the capture alone, without labels (:mod:`motiondb.symbols.segments.activities`); where
-    words were learned, each comes with those that its motion most likely shows. Empty where the
+    words were learned, each comes with those that its motion most likely shows. Empty if the
     capture does one thing throughout.
     """
     motion = store.load_motion(base.store, capture_id)

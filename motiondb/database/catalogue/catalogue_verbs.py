@@ -134,7 +134,7 @@ class CatalogueVerbs(AnnotationVerbs):
         return browsing.facets(self.session, where)
 
     def browsed(self, name: str) -> browsing.BrowsedCapture | None:
-        """The row of the capture of exactly this name; None where there is none."""
+        """The row of the capture of exactly this name; None if there is none."""
         with self.session.reading():
             return browsing.rows_by_name(self.session).get(name)
 

@@ -109,7 +109,7 @@ _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 
 
 def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
-    """Read files, in other processes where there are more than a few.
+    """Read files, in other processes if there are more than a few.
 
     When a process dies, the files that it may have been reading are read again, each in a separate
     process, so that only the file that kills its process is lost.

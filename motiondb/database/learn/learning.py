@@ -119,7 +119,7 @@ def _same(first: TaughtWords, second: TaughtWords) -> bool:
 
 
 def measure(opened: store.Store) -> Drift | None:
-    """The drift since the database learned; None where it has not, or kept no baseline."""
+    """The drift since the database learned; None if it has not, or kept no baseline."""
     with store.reading(opened):
         if not store.is_learned(opened):
             return None

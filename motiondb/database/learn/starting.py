@@ -74,7 +74,7 @@ def load_knowledge(what: str | Path) -> Knowledge:
 def find_start(
     opened: store.Store, start: str | Path | Knowledge | None, settings: LearnSettings
 ) -> Knowledge | None:
-    """What ``learn`` starts from; None where it starts from nothing.
+    """What ``learn`` starts from; None if it starts from nothing.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ class BoardFault:
     Attributes
     ----------
     line : int
-        Line of the text, from 1; 0 where it is about the whole diagram.
+        Line of the text, from 1; 0 if it is about the whole diagram.
     message : str
         The sentence, without the place.
     player : str
@@ -55,9 +55,9 @@ class Board:
     text : str
         Its text.
     diagram : Diagram or None
-        The diagram; None where the text cannot be read.
+        The diagram; None if the text cannot be read.
     grammar : MotionGrammar or None
-        Its grammar; None where there is none of this name.
+        Its grammar; None if there is none of this name.
     faults : tuple of BoardFault
         Why it cannot be played; none for one that can.
     holder : str

@@ -5,7 +5,7 @@ nodes that use it in the trees of the sentences. This is enough for the descript
 of a nonterminal with h rules costs log2 h bits, so the sentences cost the sum over nonterminals of
 nodes times log2 h. The trees themselves are not kept.
 
-Laws limit generalization where there are few examples:
+Laws limit generalization if there are few examples:
 
 * *loops*: unless loops are allowed, no nonterminal derives a string that holds itself, so nothing
   repeats without end. If they are allowed, every nonterminal derives a string of terminals and is

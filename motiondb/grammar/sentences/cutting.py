@@ -2,7 +2,7 @@
 
 The ends of strings are always cuts. Further cuts are allowed anywhere except inside a chosen
 occurrence of a repeat (``repeats.cover_repeats``), and no nearer to each other than the shortest
-sentence. Sentences longer than the longest are made only where no other cut is allowed. A candidate
+sentence. Sentences longer than the longest are made only if no other cut is allowed. A candidate
 is judged by the grammar that ``context_bits`` induces for it. In a *free* room no repeats are
 chosen, so that cuts are allowed anywhere: in a long string, nearly every true border lies inside
 some repeat by chance.

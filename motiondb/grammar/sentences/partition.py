@@ -14,7 +14,7 @@ rules (``reparsing``), or cuts of one kind are changed (``borders``). Then rules
 4. *Result.* The grammar of the best partition is learned in full.
 
 Ends of strings are always cuts. A sentence is shorter than the shortest only if it is a whole
-string, and longer than the longest only where no other cut is allowed.
+string, and longer than the longest only if no other cut is allowed.
 
 Sources: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 5.2, for the description length of partitions and the

@@ -111,7 +111,7 @@ def sentence_prices(
     Returns
     -------
     array (N, longest + 1)
-        Bits by first symbol and length; infinite where the part contains a separator.
+        Bits by first symbol and length; infinite if the part contains a separator.
     """
     groups = components(rule_set.rules)
     order = [left for group in groups for left in group]

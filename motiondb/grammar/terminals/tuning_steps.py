@@ -205,7 +205,7 @@ def _sums_without(state: State, low: int, high: int) -> FloatArray:
 def _release(labels: IntArray, heads: IntArray, left: FloatArray, low: int, high: int) -> None:
     """Choose another medoid, among unchanged segments, for groups whose medoid changes.
 
-    -1 where the group has no unchanged segment.
+    -1 if the group has no unchanged segment.
     """
     for s in range(low, high):
         k = labels[s]

@@ -58,9 +58,9 @@ class Chances:
     ----------
     whole : float or None
         Probability that the capture shows all requested actions and no excluded one; None
-        where it is not known.
+        if it is not known.
     parts : tuple of (PartChance or None)
-        Of every part of the reading; None where it asks for nothing, or is not known.
+        Of every part of the reading; None if it asks for nothing, or is not known.
     """
 
     whole: float | None
@@ -167,7 +167,7 @@ def _of_part(
     k: int,
     why: Sequence[reasons.WordReason],
 ) -> PartChance | None:
-    """The certainty that a capture shows part k; None where it asks for nothing."""
+    """The certainty that a capture shows part k; None if it asks for nothing."""
     asked = [n for n, statement in enumerate(hit.statements) if statement.exclusion < 0]
     of_part = {n for n in asked if hit.statements[n].part == k}
     odds_of_part = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]

@@ -33,7 +33,7 @@ class ExampleAnswer(Sequence[Match]):
     strength : float or None
         Largest resemblance of a match (``search.by_motion``), 1 for the same motion.
     threshold : float or None
-        Strength of the best answer below which nothing in the database matches. Both are None where
+        Strength of the best answer below which nothing in the database matches. Both are None if
         too little was written about the captures to learn them.
     """
 
@@ -43,7 +43,7 @@ class ExampleAnswer(Sequence[Match]):
 
     @property
     def matches_anything(self) -> bool | None:
-        """Whether anything in the database moves like the example; None where this is not known."""
+        """Whether anything in the database moves like the example; None if this is not known."""
         return reaches(self.matches, self.strength, self.threshold)
 
     def __len__(self) -> int:
@@ -118,7 +118,7 @@ def _how_sure(
 ) -> list[tuple[float, float]]:
     """Resemblance of every match, and the calibrated probability that it shows the same action.
 
-    Empty where the probability was not learned.
+    Empty if the probability was not learned.
     """
     sure = learned.example_certainty
     if sure is None:

@@ -6,7 +6,7 @@ and the captions of intervals. Two probabilities belong to a part: that the capt
 that the interval does, which is the first times the probability that the place is right where the
 capture shows it (:mod:`motiondb.learning.certainty.place_certainty`).
 
-The place is unknown where the interval is likelier wrong than right, or no other capture's captions
+The place is unknown if the interval is likelier wrong than right, or no other capture's captions
 list the words, and only a caption of the whole capture speaks for the part: without the caption the
 motion does not show it more likely than not.
 
@@ -38,13 +38,13 @@ class PartPlace:
     Attributes
     ----------
     start : int
-        First frame; that of the whole capture where the place is unknown.
+        First frame; that of the whole capture if the place is unknown.
     end : int
-        Last frame + 1; that of the whole capture where the place is unknown.
+        Last frame + 1; that of the whole capture if the place is unknown.
     probability : float or None
-        That the capture shows it; None where it is not known.
+        That the capture shows it; None if it is not known.
     right : float or None
-        That the interval is the right one, where the capture shows it; None where it is not known.
+        That the interval is the right one, if the capture shows it; None if it is not known.
     unknown : bool
         Whether the place is unknown.
     """
@@ -57,7 +57,7 @@ class PartPlace:
 
     @property
     def interval_probability(self) -> float | None:
-        """That the interval shows the part; None where this or the place is not known."""
+        """That the interval shows the part; None if this or the place is not known."""
         if self.unknown or self.probability is None or self.right is None:
             return None
         return self.probability * self.right
@@ -153,9 +153,9 @@ def _placed(
 def _right(
     learned: Learned, capture: int, placed: PlacedReading, part: Part, k: int
 ) -> float | None:
-    """Probability that the interval of part k is right; None where it was not learned.
+    """Probability that the interval of part k is right; None if it was not learned.
 
-    Nor is it known where no captions of other performers hold the words.
+    Nor is it known if no captions of other performers hold the words.
     """
     sure = learned.certainties.place
     performer = learned.performers[capture]

@@ -47,7 +47,7 @@ class WordAnswer:
     not_used : tuple of NotUsed
         What of the question played no part in the search.
     decoding : Decoding or None
-        Decoded symbols of a search by symbols; None where no sequence was found.
+        Decoded symbols of a search by symbols; None if no sequence was found.
     reasons : tuple
         For each match, the contributions of the words to its log-odds; ``search.reasons.total`` of
         them is the number that ranks the match, and ``score`` its logistic function.
@@ -55,7 +55,7 @@ class WordAnswer:
         Of the best match: nats by which its least certain action is more probable than usual for
         these words.
     threshold : float or None
-        Strength below which nothing in the database matches; None where it could not be learned
+        Strength below which nothing in the database matches; None if it could not be learned
         (``search.certainty``).
     taken : dict
         Word that is in no caption -> the known words that replace it.
@@ -102,7 +102,7 @@ class WordAnswer:
 def reaches(
     matches: Sequence[Match], strength: float | None, threshold: float | None
 ) -> bool | None:
-    """Whether a best match is good enough; None where no threshold was learned."""
+    """Whether a best match is good enough; None if no threshold was learned."""
     if not matches:
         return False
     return None if strength is None or threshold is None else strength >= threshold

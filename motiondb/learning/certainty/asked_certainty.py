@@ -140,7 +140,7 @@ def words_certainty(written: Written) -> Certainty | None:
     """Certainty of an answer to words; its cue is the log-odds of an action in a capture.
 
     The threshold is on the log-odds that the motion adds to the usual ones, so that rare words can
-    be found too. None where too little was written.
+    be found too. None if too little was written.
     """
     log_odds, right, present, absent = [], [], [], []
     folds = performer_folds(written.groups)
@@ -168,7 +168,7 @@ def example_certainty(written: Written) -> Certainty | None:
     """Certainty of an answer to an example.
 
     Its cues are the resemblance of the answer and how clear the example's action is; the threshold
-    is on the resemblance. None where too little was written.
+    is on the resemblance. None if too little was written.
     """
     cues, right, present, absent = [], [], [], []
     share = _shared(written)
@@ -293,7 +293,7 @@ def _fit(
 ) -> Certainty | None:
     """Fit probability and threshold.
 
-    None where too few answers are known, all are right or all wrong, or the first cue does not
+    None if too few answers are known, all are right or all wrong, or the first cue does not
     help.
     """
     truth = np.array(right, dtype=bool)

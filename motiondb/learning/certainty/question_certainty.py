@@ -131,7 +131,7 @@ def cues_of(asked: float, excluded: float | None) -> FloatArray:
     asked : float
         Log-odds of the requested action.
     excluded : float or None
-        Log-odds of the excluded action; None where nothing is.
+        Log-odds of the excluded action; None if nothing is.
     """
     return np.array([asked] if excluded is None else [asked, -excluded])
 
@@ -201,7 +201,7 @@ def _evenly(n: int, most: int) -> IntArray:
 
 
 def _fit(cues: FloatArray, right: Sequence[bool]) -> Certainty | None:
-    """None where too few answers are known, or all are right or all wrong."""
+    """None if too few answers are known, or all are right or all wrong."""
     truth = np.array(right, dtype=bool)
     if len(truth) < LEAST_ANSWERS or truth.all() or not truth.any():
         return None

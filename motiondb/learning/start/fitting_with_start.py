@@ -108,7 +108,7 @@ def _logits(fit: WordMap, own_rows: OwnRows) -> FloatArray:
 
 
 def _folds(groups: IntArray) -> IntArray:
-    """Folds of whole groups; of single rows where there is one group only."""
+    """Folds of whole groups; of single rows if there is one group only."""
     names, numbers = np.unique(groups, return_inverse=True)
     if len(names) < 2:
         return np.arange(len(groups)) % min(N_FOLDS, len(groups))

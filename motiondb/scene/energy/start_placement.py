@@ -6,7 +6,7 @@ headings to those of its direction rules. It maximises, over the turn phi,
 
     sum_k w_k p_k . R(phi) q_k  +  sum_d w_d cos(phi + theta_d - wanted_d) (1 m)^2,
 
-with q_k where the string is and p_k where it should be, both relative to their weighted means, and
+with q_k the actual and p_k the required positions, both relative to their weighted means, and
 w = 1 / c. The first sum alone is Procrustes' problem. If no rule determines the heading, a player
 with a distance or line rule faces its target.
 

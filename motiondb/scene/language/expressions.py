@@ -235,7 +235,7 @@ def _assigned(
 
 
 def spans(string: Sequence[str], items: Sequence[Item]) -> Spans | None:
-    """Return which actions of a string belong to each item, or None where g_user is not 0.
+    """Return which actions of a string belong to each item, or None if g_user is not 0.
 
     Each item takes the first action that matches. A repeated item also takes the matching actions
     that follow directly, up to the next item. Consecutive repeated items with the same actions (a
@@ -312,7 +312,7 @@ def auxiliary_rules(
     diagram : Diagram
         The diagram.
     grammar : MotionGrammar or None
-        The grammar. If given, a rule of the diagram is left out where the grammar has a rule of the
+        The grammar. If given, a rule of the diagram is left out if the grammar has a rule of the
         same kind for the same action: the grammar then states it for every pass, shot and screen,
         and the items say who is meant.
     """

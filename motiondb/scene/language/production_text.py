@@ -117,7 +117,7 @@ def _repeated(
 
 
 def _read_probability(cursor: Cursor) -> float | None:
-    """Read a probability in square brackets, or return None where there is none."""
+    """Read a probability in square brackets, or return None if there is none."""
     if not cursor.meets("["):
         return None
     token = cursor.here

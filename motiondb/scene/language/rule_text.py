@@ -49,7 +49,7 @@ class Draft:
     kind : str
         The kind of rule.
     rule : SemanticRule
-        The rule; its weight is NaN and its moment "" where the text names none.
+        The rule; its weight is NaN and its moment "" if the text names none.
     symbols : tuple of Token
         The symbols that the rule is attached to.
     within : Token or None

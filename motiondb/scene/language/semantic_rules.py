@@ -211,7 +211,7 @@ def synchronisation_error(first: ArrayLike, second: ArrayLike, lag: ArrayLike) -
 
 
 def distance_error(position: FloatArray, target: FloatArray, near: float, far: float) -> FloatArray:
-    """Return f_dist: 0 where the distance is in [near, far] metres, 1 elsewhere.
+    """Return f_dist: 0 if the distance is in [near, far] metres, 1 elsewhere.
 
     >>> distance_error(np.array([[0.0, 2.5], [0.0, 2.6]]), np.zeros(2), 0.0, 2.5).tolist()
     [0.0, 1.0]

@@ -6,7 +6,7 @@ turns by
 
     o - sign(o) 25 degrees      if |o| > 25 degrees, else not at all
 
-(the head does the rest), smoothed. The turn is 0 where the string begins or has just ended, and
+(the head does the rest), smoothed. The turn is 0 if the string begins or has just ended, and
 increases and decreases at about 100 degrees a second.
 """
 

@@ -31,7 +31,7 @@ class Placed:
     source_frames : array (frames,)
         Frame of the capture; may lie between two.
     warps : array (frames,)
-        Frames of the source per frame; 0 where a pose is held, negative where waiting is played
+        Frames of the source per frame; 0 if a pose is held, negative where waiting is played
         backwards.
     edits : tuple of str
         The edits of each frame.

@@ -114,7 +114,7 @@ def search_take(
     Returns
     -------
     hit : QuestionHit or None
-        None where the capture is too short: fewer frames than parts, fewer segments than
+        None if the capture is too short: fewer frames than parts, fewer segments than
         repeats, or shorter than a part must last.
     """
     seen: dict[int, _Seen] = {}
@@ -137,7 +137,7 @@ def search_order(take: TakeScores, actions: Sequence[Sequence[int]]) -> Question
     Returns
     -------
     hit : QuestionHit or None
-        None where the capture has fewer frames than there are actions.
+        None if the capture has fewer frames than there are actions.
 
     >>> take = TakeScores(np.array([0, 10]), np.array([10, 20]), np.diag([4.0, 2.0]), np.ones(2))
     >>> search_order(take, [[0], [1]]).parts
@@ -158,7 +158,7 @@ class PlacedReading:
     Attributes
     ----------
     starts : array (segments,)
-        First frames of the segments; divided where the capture has fewer than there are parts.
+        First frames of the segments; divided if the capture has fewer than there are parts.
     ends : array (segments,)
         Last frames + 1.
     values : array (parts, segments)
@@ -190,7 +190,7 @@ def place_reading(
     Returns
     -------
     placed : PlacedReading or None
-        None where the capture is too short, as in :func:`search_take`.
+        None if the capture is too short, as in :func:`search_take`.
     """
     seen = _Seen(split_segments(take, len(reading.parts)), number)
     laid = None if _is_too_short(take, reading) else _lay(seen, reading)

@@ -38,7 +38,7 @@ def ordered_runs(
     Returns
     -------
     runs : list of (int, int) or None
-        Segments [a, b); None where the capture is too short or has no gaps.
+        Segments [a, b); None if the capture is too short or has no gaps.
 
     >>> starts = np.array([0, 30, 60])
     >>> ordered_runs(np.array([[0., 5, 1], [9, 1, 2]]), starts, starts + 30,

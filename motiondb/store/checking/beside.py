@@ -21,7 +21,7 @@ _EVERYTHING = "everything"
 
 
 def check_file(path: str | Path, *, wait: float = 0.0) -> list[str]:
-    """Every fault of a database file, one sentence each; none where it is sound.
+    """Every fault of a database file, one sentence each; none if it is sound.
 
     Reads every block and every column, checks every rule of the tables and the digest of every
     stored file, in another process.
@@ -42,7 +42,7 @@ def check_file(path: str | Path, *, wait: float = 0.0) -> list[str]:
 
 
 def block_faults(path: Path) -> list[str]:
-    """A sentence where blocks of the file do not fit their checksums, none where all do.
+    """A sentence where blocks of the file do not fit their checksums, none if all do.
 
     Parameters
     ----------

@@ -65,7 +65,7 @@ class FileLayout:
 
 
 def find_damage(path: Path) -> str | None:
-    """Say which blocks of a database file are damaged, or None where none is.
+    """Say which blocks of a database file are damaged, or None if none is.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def checksum(data: bytes) -> int:
 
 
 def _read_layout(file: BinaryIO) -> FileLayout | None:
-    """The layout by the header that holds; None where neither can be believed."""
+    """The layout by the header that holds; None if neither can be believed."""
     layouts = []
     for number in (1, 2):
         file.seek(number * _HEADER_SIZE)

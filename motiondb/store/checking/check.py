@@ -117,7 +117,7 @@ _REFERENCES = (
 
 
 def check_store(store: Store, *, sources: bool = False, blocks: bool | None = None) -> list[str]:
-    """Every fault in the store, one sentence each; none where it is sound.
+    """Every fault in the store, one sentence each; none if it is sound.
 
     Reads every column of every table, compares the tables with ``schema.sql``, and looks for rows
     that break a rule. Nothing is called sound that could not be read.

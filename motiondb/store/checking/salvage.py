@@ -60,9 +60,9 @@ class SalvagedCapture:
     info : CaptureInfo
         Its row and its tags; defaults where they could not be read.
     source : Source or None
-        The file as it was added, unpacked; None where it could not be read.
+        The file as it was added, unpacked; None if it could not be read.
     motion : Motion or None
-        The canonical motion; None where it could not be read.
+        The canonical motion; None if it could not be read.
     captions : tuple of Caption
         What people wrote about it.
     events : tuple of Event
@@ -177,7 +177,7 @@ def salvage_captures(store: Store) -> Iterator[SalvagedCapture]:
 
 
 def salvage_runs(store: Store) -> list[Run]:
-    """The runs, none where they cannot be read."""
+    """The runs, none if they cannot be read."""
     return _Losses().attempt("runs", partial(load_runs, store)) or []
 
 

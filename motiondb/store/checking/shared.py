@@ -48,7 +48,7 @@ def copy_shared(damaged: Store, new: Store, run_id: int) -> list[str]:
 
 
 def _try(what: str, copy: Callable[[], object]) -> list[str]:
-    """Nothing where a copy succeeds, else a sentence."""
+    """Nothing if a copy succeeds, else a sentence."""
     try:
         copy()
     except (MotionDBError, ValueError, TypeError, KeyError, IndexError):

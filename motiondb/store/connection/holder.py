@@ -47,7 +47,7 @@ def holder_sentence(path: Path, message: str, waited: float = 0.0) -> str:
 
 
 def describe_process(pid: int) -> str:
-    """The command of a process, its host and when it began; empty where that is not known."""
+    """The command of a process, its host and when it began; empty if that is not known."""
     command, began = _from_proc(pid) or _from_ps(pid) or ("", "")
     if not command:
         return ""

@@ -50,7 +50,7 @@ def open_store(
     read_only : bool
         Whether other processes may read the file at the same time.
     create : bool
-        Whether to make a new database where there is no file (never when ``read_only``).
+        Whether to make a new database if there is no file (never when ``read_only``).
     wait : float
         Seconds to wait for another process that holds the file.
 

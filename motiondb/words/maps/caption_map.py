@@ -69,7 +69,7 @@ class CaptionMap:
 
 
 def solve_caption_map(moments: WordMoments, ridge: float = RIDGE) -> CaptionMap | None:
-    """Caption map from sums; None where the sums for captions were not kept.
+    """Caption map from sums; None if the sums for captions were not kept.
 
     Parameters
     ----------

@@ -77,7 +77,7 @@ class ListedTakes:
     n_words : int
         Size of the vocabulary.
     labelled : array (rows, words), optional
-        y where people labelled an interval: 1 where a word is shown, 0 where it is not, NaN where
+        y where people labelled an interval: 1 where a word is shown, 0 if it is not, NaN if
         there is no label. None if there are no labels.
     """
 

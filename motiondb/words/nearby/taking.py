@@ -51,7 +51,7 @@ class Taking:
 
     @property
     def probability(self) -> float:
-        """That the likeliest known word is right; 0 where there is none."""
+        """That the likeliest known word is right; 0 if there is none."""
         return self.words[0][1] if self.words else 0.0
 
     @property

@@ -1,6 +1,6 @@
 """How often and how long: numbers in digits or words, counts, durations, other measures.
 
-An amount is a pair (least, most), most None where there is no upper limit:
+An amount is a pair (least, most), most None if there is no upper limit:
 
     "three times", "3x", "thrice"    (3, 3)        "for half a minute"    (30, 30)
     "at least twice", "twice or more" (2, None)     "at least 5 s"         (5, None)

@@ -125,7 +125,7 @@ def drop_empty(node: Node) -> tuple[Node | None, list[Node]]:
 
 
 def _core(node: Node) -> Action | None:
-    """The action within amounts, None where there is anything else."""
+    """The action within amounts, None if there is anything else."""
     while isinstance(node, (Repeated, Lasting)):
         node = node.part
     return node if isinstance(node, Action) else None

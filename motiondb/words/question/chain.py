@@ -80,7 +80,7 @@ class Chain:
         self.parts.insert(max(len(self.parts) - 1, 0), node)
 
     def join_last(self, kind: Joined, node: Node) -> None:
-        """Join a node with the last part, or with the exclusions where there is no part."""
+        """Join a node with the last part, or with the exclusions if there is no part."""
         if not self.parts and kind is AnyOf and self.front:
             self.parts, self.front = [without(Anything(), self.front)], []
         if not self.parts:

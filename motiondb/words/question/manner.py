@@ -66,7 +66,7 @@ def forms_of_manner(manner: str) -> tuple[str, ...]:
 
 
 def known_manner(manner: str, counts: Mapping[str, int]) -> str | None:
-    """The word for a manner that most captions have; None where no caption has one.
+    """The word for a manner that most captions have; None if no caption has one.
 
     >>> known_manner("slow", {"slowly": 2, "slow": 5}), known_manner("angry", {"slow": 5})
     ('slow', None)

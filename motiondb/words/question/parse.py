@@ -106,7 +106,7 @@ class _Parser(Pieces):
     """The upper rules of the module's grammar, a method each."""
 
     def order(self) -> Node | None:
-        """Everything up to the end or a closing parenthesis; None where nothing is asked."""
+        """Everything up to the end or a closing parenthesis; None if nothing is asked."""
         chain = Chain()
         separator = ""
         while self.kind not in ("end", "close"):

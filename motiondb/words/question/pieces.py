@@ -43,7 +43,7 @@ class Pieces(ABC):
 
     @abstractmethod
     def order(self) -> Node | None:
-        """Everything up to the end or a closing parenthesis; None where nothing is asked."""
+        """Everything up to the end or a closing parenthesis; None if nothing is asked."""
 
     @property
     def kind(self) -> str:
@@ -156,7 +156,7 @@ class Pieces(ABC):
         return node
 
     def _words(self) -> Node | None:
-        """A run of words, manners and amounts; None where it holds nothing."""
+        """A run of words, manners and amounts; None if it holds nothing."""
         if token := self.take("quote"):
             return Action(token.words)
         words: list[str] = []

@@ -97,7 +97,7 @@ def decode_words(
     Returns
     -------
     Decoding or None
-        None where every sequence has probability 0, or where none was found within the limit.
+        None if every sequence has probability 0, or where none was found within the limit.
 
     Raises
     ------
