@@ -123,14 +123,14 @@ def report(
             true = copy.take == plan.original or (copy.take, plan.original) in twins
             (right if true else wrong)[plan.kind] += 1
     lines = [
-        "# Duplicates, planted",
+        "# Detection of planted duplicates",
         "",
         f"Made by `python benchmarks/duplicates.py --data DIR`. {len(planted)} files planted "
         f"among {n_captures} captures of the CMU database: whole takes and cuts on skeletons "
         f"whose bones are up to {LIMBS:.0%} longer or shorter, at another frame rate, turned, "
         f"moved, with {NOISE:g} degrees of noise on every angle; and mirror images on the canonical"
-        " skeleton. A relation is right where it leads to the original, or to a capture that "
-        "repeats the original itself.",
+        " skeleton. A relation is right if it leads to the original, or to another copy of the "
+        "original.",
         "",
         "| kind | planted | found (recall) | relations | right (precision) |",
         "|---|---|---|---|---|",
@@ -146,10 +146,10 @@ def report(
         )
     lines += [
         "",
-        "What is missed: people who hardly move (their copies differ by noise more than by "
-        "motion), takes whose joints move by more than 1 cm when their bones change, and takes "
-        "with spikes. `NEAR` of 1.5 cm would find 3 % more, but would call takes of the sample "
-        "data that repeat one phrase copies of one another.",
+        "Not found are copies of people who hardly move (noise changes them more than motion "
+        "does), takes whose joints move by more than 1 cm when the bones change, and takes with "
+        "spikes. With `NEAR` of 1.5 cm, 3 % more would be found, but takes of the sample data "
+        "that repeat one phrase would count as copies of each other.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -158,12 +158,12 @@ def write_page(
         "# Speed",
         "Written by `python benchmarks/speed.py --database FILE`, FILE a learned database of the "
         f"CMU captures ([real-captures.md](real-captures.md)), on {machine()}; "
-        f"{versions(*PACKAGES)}. How long adding and learning takes stands in real-captures.md.",
+        f"{versions(*PACKAGES)}. The times of adding and learning are in real-captures.md.",
         _timing_table(timings),
-        "The questions were asked in an open database, after a first round; the commands are whole "
-        "processes. Times are of the clock; beside them stands the processor's time, which other "
-        f"work on the machine (load {psutil.getloadavg()[0]:.1f} on {psutil.cpu_count()} cores at "
-        "the end) hardly touches.",
+        "The questions were asked in an open database, after a first round; the commands are "
+        "whole processes. Times are elapsed times; the processor times next to them are hardly "
+        f"affected by other load on the machine ({psutil.getloadavg()[0]:.1f} on "
+        f"{psutil.cpu_count()} cores at the end).",
         _ratio_table(ratios),
         table(["memory at most", ""], held),
     ]
