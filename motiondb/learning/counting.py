@@ -2,8 +2,8 @@
 
 From the captures come counts: transitions of symbols, words in captions, shapes (symbols l, words
 m) of described intervals, expected counts of the association, moments of the word map. All are
-integers or multiples of 2^-32, so sums are exact: subtracting a capture's counts leaves the very
-same numbers as if it had never been counted.
+integers or multiples of 2^-32, so sums are exact: subtracting a capture's counts gives the same
+numbers as if it had never been counted.
 
 Expected counts need a t and an a to share each word out among the symbols: the *reference*, which
 expectation-maximisation found when the database learned, smoothed slightly so that new pairs of

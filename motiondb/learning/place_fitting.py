@@ -1,8 +1,8 @@
-"""Where in their takes the actions of captions happen: found at ``learn``, kept for questions.
+"""The times of the actions of captions in their takes: found by ``learn``, stored for questions.
 
-Captions of whole takes are laid over the segments (:mod:`motiondb.words.maps.place_map`). Captions
-of intervals give the place: their words are shown at the segments of which at least half is in the
-interval, and nowhere else in a take without a caption for the whole.
+Captions of whole takes are aligned with the segments (:mod:`motiondb.words.maps.place_map`).
+Captions of intervals give the place: their words are shown at the segments of which at least half
+is in the interval, and nowhere else in a take without a caption for the whole.
 
 The result is y, the probability that each listed word is shown at each segment of a take. The map
 follows from it by one ridge regression, and so does the evidence for every take without itself.

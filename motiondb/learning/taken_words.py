@@ -2,7 +2,7 @@
 
 A taken word is one more word of the vocabulary, for the length of a question: its log-odds, its
 translation probabilities and its counts are the means, weighted by its shares, of those of the
-words that it is taken as (``words.nearby.taking``). Nothing of it is stored or learned from.
+words that it is taken as (``words.nearby.taking``). It is neither stored nor used for learning.
 """
 
 from __future__ import annotations

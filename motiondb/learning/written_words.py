@@ -1,7 +1,7 @@
-"""Words that were not learned but are written: in captions that came later, and in tags.
+"""Words that were not learned but are written: in later captions, and in tags.
 
 Such a word has no model of motion. A capture whose caption or tag holds it gets the evidence of
-a written word, and one whose captions or tag say something else that of a word left out
+a written word, and one whose captions or tag have other words gets that of a missing word
 (``search.questions.by_words``). For the length of a question, the word is one more word of the
 vocabulary, whose slope on motion is 0; its prior is the share of captures that it is written about.
 It may therefore be used anywhere in a question, and reasons add up. Nothing of it is stored.

@@ -1,10 +1,11 @@
 """Repair of captures whose first frames or single frames are impossible.
 
 Three faults occur in the folders of users: a rest pose at the start that the capture software wrote
-before the take (and that rings on for a few frames), frames in which joints leap faster than any
-person moves, and values that are no numbers. Bad frames are replaced by linear interpolation
-between their good neighbours (held at the ends), so times stay as they are; each repair leaves a
-note. A capture that is impossible as a whole is not repaired: :func:`implausible` describes it.
+before the take (after which a filter rings for a few frames), frames in which joints jump faster
+than any person moves, and values that are not numbers. Bad frames are replaced by linear
+interpolation between their good neighbours (held at the ends), so times stay as they are; each
+repair leaves a note. A capture that is impossible as a whole is not repaired: :func:`implausible`
+describes it.
 """
 
 from __future__ import annotations

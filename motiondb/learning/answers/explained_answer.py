@@ -1,4 +1,4 @@
-"""Why an answer to words has its rank, in words and seconds.
+"""Explanation of the rank of an answer to words, in words and seconds.
 
 The numbers are those of :mod:`motiondb.search.questions.reasons`; here word numbers become words,
 and frames become seconds.

@@ -4,10 +4,10 @@ A word map says whether a capture shows an action. If it does, this module gives
 that the reported interval is right (intersection over union with the true one at least ``RIGHT``).
 It is learned from questions whose true intervals are known without manual labels
 (:mod:`motiondb.learning.certainty.joined_takes`): short captures of one action, of one performer or
-two, are joined, and each action is searched in the joined take. As many questions are of the short
-captures themselves, where the whole is the truth. Every question is judged by the map without the
-captures of its performers. An action whose words are in no other performer's captions is not used:
-its place was not learned, and no probability is given for it.
+two, are joined, and each action is searched in the joined take. An equal number of questions use
+the short captures themselves, whose true interval is the whole. Every question is judged by the map
+without the captures of its performers. An action whose words are in no other performer's captions
+is not used: its place was not learned, and no probability is given for it.
 
 Cues of a reported interval, from the evidence e at the segments of the take:
 

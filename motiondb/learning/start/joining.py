@@ -4,10 +4,10 @@ Notation: n the number of own described intervals, w the weight of the start,
 
     w = 1 / (1 + n / TRUST).
 
-All that captions teach is sums over captions: moments of the word map, expected counts of the
-association, numbers of words and shapes. The joint sum is that of the own captions plus w times
-that of the start, so that own captions gain weight with their number. The transitions of symbols,
-which need no captions, are joined in the same way with n the number of own captures.
+Everything that is learned from captions is a sum over captions: moments of the word map, expected
+counts of the association, numbers of words and shapes. The joint sum is that of the own captions
+plus w times that of the start, so that own captions gain weight with their number. The transitions
+of symbols, which need no captions, are joined in the same way with n the number of own captures.
 
 A caption is no evidence about a word that its authors do not use: if no own caption has "sprint",
 an own capture may still show one. Every word is therefore fitted to the intervals of those sources

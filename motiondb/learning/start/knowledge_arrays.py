@@ -1,7 +1,7 @@
 """Knowledge as arrays by name and a plain record of its origin and words, and back.
 
-Both the file of knowledge and the store keep it so. The symmetric matrix of the word map is kept as
-its upper triangle, the alignment tables end to end.
+Both the file of knowledge and the store use this form. The symmetric matrix of the word map is kept
+as its upper triangle, the alignment tables end to end.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """One word for all forms of a word: walks, walking, walked and walker are all "walk".
 
-Three steps, the first that answers wins: a short table of forms that motion captions use and
-dictionaries treat otherwise (backwards, shot, sitting as a noun); regular endings of common motion
-verbs (which also joins a noun of the doer with its verb: dancer, dance); the dictionary of
+Three steps, of which the first with a result counts: a short table of forms that motion captions
+use and dictionaries treat otherwise (backwards, shot, sitting as a noun); regular endings of common
+motion verbs (which also joins a noun of the doer with its verb: dancer, dance); the dictionary of
 simplemma. The dictionary takes some 0.2 s to load, so it is loaded when a word first needs it. Its
-lemmas for the words of captions are kept with what was learned (:func:`dictionary_forms`) and
+lemmas for the words of captions are stored with the learned model (:func:`dictionary_forms`) and
 handed to :func:`lemma`, so that a question needs the dictionary only for words that the database
 has never seen.
 """

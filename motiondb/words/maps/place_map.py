@@ -1,4 +1,4 @@
-"""Learn where in a take each word is shown, from captions that give no times.
+"""Learn where in a take each word is shown, from captions without times.
 
 A caption of a whole take says which actions happen somewhere in it. The times of the actions are
 hidden. They are estimated together with a linear map from the motion of a segment to words:

@@ -6,9 +6,9 @@ the same folder). It holds a line of text,
     motiondb nearby words 1 W P S
 
 the W words, sorted, a line each, and then, little-endian: u4 (W + 1), where the pairs of every word
-begin; u2 (P), the number of the word that it may be taken as; u1 (P), the probability in units of
-1/200; u4 (S), sorted CRC-32 sums of further English words, of which nothing is known but that they
-are English. A word is wrongly called English with probability S / 2^32, some 1 in 100,000.
+begin; u2 (P), the number of the replacement; u1 (P), the probability in units of
+1/200; u4 (S), sorted CRC-32 sums of further English words, which are only known to be English. A
+word is wrongly called English with probability S / 2^32, some 1 in 100,000.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Take a word that no caption holds as words that captions hold.
+"""Replacement of a word that is in no caption by words of captions.
 
 Notation: p_i the probability, from the table, that the word may be taken as the known word i. If
 the largest is TAKEN or more, the word is *taken*: as all known words with p_i of SUGGESTED or more,
