@@ -35,7 +35,9 @@ def test_learn_says_what_was_learned(command: Any, copy: Path) -> None:
 
 
 def test_the_command_line_wishes_for_what_python_does_by_default() -> None:
-    wished = {name: own.default for name, own in signature(grammars.learn).parameters.items()}
+    wished = {
+        name: parameter.default for name, parameter in signature(grammars.learn).parameters.items()
+    }
     settings = GrammarSettings()
     assert wished["shortest"] == settings.shortest
     assert wished["longest"] == settings.longest
@@ -90,10 +92,10 @@ def test_parse_tells_what_is_unlike_anything_learned(
     assert first.split()[1] == facts["string"][worst]
     assert first.split()[-1] == f"{facts['distances'][worst]:.2f}"
     assert f"usual: within {facts['usual_distance']:.2f} m" in ended.out
-    own = answer(
+    stored = answer(
         command("grammar", "parse", "fight", "boris/long_fight_1", "--json", "--db", taught)
     )
-    assert (own["unlike"], own["is_unlike"], own["usual_distance"]) == ([], False, None)
+    assert (stored["unlike"], stored["is_unlike"], stored["usual_distance"]) == ([], False, None)
 
 
 @pytest.mark.parametrize(

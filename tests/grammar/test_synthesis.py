@@ -83,8 +83,8 @@ def test_the_greedy_choice_is_that_of_the_paper_and_never_better(
         actual = synthesis.choose_greedily(candidates, numbers, np.random.default_rng(seed))
         clips = [int(np.random.default_rng(seed).integers(len(numbers[0])))]
         clips = [int(numbers[0][clips[0]])]
-        for own in numbers[1:]:
-            clips.append(min(own, key=lambda b: join_cost(terminals, source, clips[-1], b)))
+        for rows in numbers[1:]:
+            clips.append(min(rows, key=lambda b: join_cost(terminals, source, clips[-1], b)))
         assert actual.clips == tuple(clips)
         assert actual.cost >= best.cost - 1e-9
 

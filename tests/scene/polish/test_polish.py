@@ -362,8 +362,8 @@ def test_what_ways_have_in_common_changes_nothing(library, monkeypatch, fastest)
     best = polishing._best(state, library, MOTIONS, table)
     assert best.fault == fault
     np.testing.assert_array_equal(best.edited.timeline.places, edited.timeline.places)
-    for own, other in zip(best.maps, maps, strict=True):
-        np.testing.assert_array_equal(own.shown, other.shown)
-    for own, other in zip(best.spliced, spliced, strict=True):
+    for mine, other in zip(best.maps, maps, strict=True):
+        np.testing.assert_array_equal(mine.shown, other.shown)
+    for mine, other in zip(best.spliced, spliced, strict=True):
         for name in ("places", "heights", "rotations", "part", "source_frames", "contacts"):
-            np.testing.assert_array_equal(getattr(own, name), getattr(other, name))
+            np.testing.assert_array_equal(getattr(mine, name), getattr(other, name))

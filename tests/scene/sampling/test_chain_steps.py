@@ -69,8 +69,8 @@ def test_a_clip_by_its_seams_has_the_ratio_of_its_seams(wandering) -> None:
     new, ratio = smooth_entry(groups, 3, before, after, 0.4)
 
     def cost(k: int) -> float:
-        own = library.seam_class[k]
-        return float(library.seam[before, own] + library.seam[own, after])
+        seam_class = library.seam_class[k]
+        return float(library.seam[before, seam_class] + library.seam[seam_class, after])
 
     assert ratio == pytest.approx((cost(new) - cost(3)) / (0.5 * 2.0), rel=1e-5)
     # every entry of the terminal in proportion to exp(-seams / (w T))
