@@ -3,7 +3,7 @@
 The unit is the one, among those in use, that brings the body nearest (in ratio) to a leg of 0.83 m,
 hip to ankle, as a person of 1.70 m has. Neighbours in the list differ by a factor of 2.2 or more,
 so legs between 0.56 m and 1.23 m (1.15 m to 2.5 m of height) are read rightly; a small child in
-centimetres may be taken for a person in inches: then give the unit.
+centimetres may be mistaken for a person in inches; give the unit in this case.
 """
 
 from __future__ import annotations

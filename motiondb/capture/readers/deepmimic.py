@@ -3,7 +3,7 @@
 ``{"Loop": ..., "Frames": [[dt, root position 3, root rotation 4, chest 4, neck 4, right hip 4,
 right knee 1, right ankle 4, right shoulder 4, right elbow 1, left ... ], ...]}``: 44 numbers,
 quaternions w, x, y, z in the parent's frame, knees and elbows radians about z. Metres. The world is
-right-handed with x ahead, y up, z to the performer's right, so it is taken over as it is; the
+right-handed with x ahead, y up, z to the performer's right, so it is used unchanged; the
 performer faces +x in the rest pose.
 
 Source: Peng, Abbeel, Levine, van de Panne, "DeepMimic", ACM Transactions on Graphics 37(4), 2018;

@@ -1,4 +1,4 @@
-"""Words of a filter that no caption and no tag holds, taken as those that are there.
+"""Replacement of filter words that are in no caption and no tag by words that are.
 
 No capture fulfils a condition ``caption ~ word``, ``tag = word`` or ``tag ~ word`` with an unknown
 word. If the word may be taken as words that captions, or the values of this tag, do hold

@@ -1,6 +1,6 @@
 """Edit a sequence: replace the region around a picked terminal by another derivation.
 
-Terminals and segments outside the region stay as they are. The motion there is therefore the same,
+Terminals and segments outside the region do not change. The motion there is therefore the same,
 except for the blends at the ends of the region. Its position and heading may change, because they
 depend on the motion that precedes it.
 """

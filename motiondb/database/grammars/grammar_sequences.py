@@ -1,4 +1,4 @@
-"""Generate motion from a grammar: derive a sentence, play it, and save it with its derivation.
+"""Generate motion from a grammar: derive a sentence, assemble its motion, and save both.
 
 A derivation gives a string of terminals. Each terminal is played by one of its segments. The
 segments are chosen so that the total cost of all joins is least, and are then stitched together.

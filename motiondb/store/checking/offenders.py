@@ -1,4 +1,4 @@
-"""Find rows that break a rule, and rows that belong to something that is not there.
+"""Find rows that break a rule, and rows that refer to missing rows.
 
 A rule is a sentence and a query that gives the names of the offenders (one text column). A
 reference names the table that rows should belong to, and the condition under which a row does not.

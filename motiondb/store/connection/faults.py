@@ -1,4 +1,4 @@
-"""The one place where an error of DuckDB becomes a sentence of motiondb.
+"""Translation of errors of DuckDB to messages of motiondb.
 
 DuckDB names its errors by class. For users, errors are divided in another way:
 
