@@ -1,6 +1,6 @@
-"""What a task of the quality benchmark hands back, and how it is written down.
+"""The report of a task of the quality benchmark, and its form in Markdown.
 
-A task is a module ``benchmarks/quality_NAME.py`` with ``run(data: Path, seed: int) -> TaskReport``.
+A task is a module ``quality_tasks/NAME.py`` with ``run(data: Path, seed: int) -> TaskReport``.
 Reports become sections of ``docs/quality.md``; a section is between two marks, so that one task can
 be run again without the others.
 """

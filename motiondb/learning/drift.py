@@ -34,7 +34,7 @@ NEW_WORDS = 0.05
 TURNOVER = 0.5
 """Chosen by hand; not tuned."""
 _WORST = 0.05
-"""Share of the motion learned from that counts as strange itself."""
+"""Share of the motion learned from that counts as strange itself. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)

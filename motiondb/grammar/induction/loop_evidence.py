@@ -43,7 +43,8 @@ _LEAST_CHANCE = 0.05
 """Probability below which sentences do not stop at the same number of rounds by chance."""
 
 _FEWEST_AT_BOUND = 3
-"""Sentences that stop at the most rounds before this counts as a bound."""
+"""Sentences that stop at the most rounds before this counts as a bound. Chosen by hand; not
+tuned."""
 
 _MOST_COPIES = 60
 """Copies of nonterminals that writing a loop out may make. Chosen by hand, to bound the time."""

@@ -5,8 +5,8 @@ A move reads the rows of a table and writes the changed rows into one of two spa
 nonterminal is put into its own rules or into those of symbols that it derives.
 
 The shares of the moves, and of the variants within a move, were chosen by hand; they were not
-tuned. What ``benchmarks/grammar_effort.py`` chose with them is the number and the length of the
-annealings (:mod:`.rule_compaction`).
+tuned. With these shares, ``benchmarks/grammar_tasks/effort.py`` chose the number and the length of
+the annealings (:mod:`.rule_compaction`).
 """
 
 from __future__ import annotations
@@ -61,23 +61,26 @@ _MERGES = _FOLDS + 0.1
 and classes, because only these make alternatives. Chosen by hand."""
 
 _FROM_THE_LEFT = 0.5
-"""Probability that an exchange looks for a common beginning before a common end."""
+"""Probability that an exchange looks for a common beginning before a common end. Chosen by hand;
+not tuned."""
 
 _SHORTENED = 0.1
 """Probability that an exchange takes less than all that is shared, which may be chance."""
 
 _TWO_PLACES = 0.4
-"""Probability that a class is made in two places only, and not wherever its members occur."""
+"""Probability that a class is made in two places only, and not wherever its members occur.
+Chosen by hand; not tuned."""
 
 _CHUNK_JOINS = 0.2
-"""Probability that a chunk that is not yet an alternative joins a random nonterminal."""
+"""Probability that a chunk that is not yet an alternative joins a random nonterminal. Chosen by
+hand; not tuned."""
 
 _CHUNK_LOOPS = 0.5
 """Probability that a chunk that is not yet an alternative and contains nonterminals joins one of
 these, if loops are allowed. Chosen by hand."""
 
 _FOLD_ONCE = 0.4
-"""Probability that an alternative is replaced in one rule only."""
+"""Probability that an alternative is replaced in one rule only. Chosen by hand; not tuned."""
 
 
 _NOTHING = -1

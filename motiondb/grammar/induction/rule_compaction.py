@@ -49,28 +49,29 @@ _SEED = 1
 
 _EFFORTS = ((20, 10, 20, 30), (50, 60, 160, 30), (170, 80, 600, 20))
 """Symbols up to which an effort is spent; searches from plain sentences, searches from perturbed
-rules, and tries of each search for each symbol. Chosen by ``benchmarks/grammar_effort.py`` as the
-least effort that reaches the true grammar's bits as often as more does."""
+rules, and tries of each search for each symbol. Chosen by ``benchmarks/grammar_tasks/effort.py`` as
+the least effort that reaches the true grammar's bits as often as more does."""
 
 _FEWEST_TRIES = 200
-"""Tries of each search at least."""
+"""Tries of each search at least. Chosen by hand; not tuned."""
 
 _TRIES_A_SYMBOL, _MOST_TRIES = 30, 40_000
 """Tries of each search for each symbol, and at most, for more symbols than ``_EFFORTS`` knows.
-Chosen by ``benchmarks/grammar_effort.py``."""
+Chosen by ``benchmarks/grammar_tasks/effort.py``."""
 
 _SAMPLES, _SAMPLE_SIZE = 6, 160
-"""Samples, and symbols of each. Chosen by ``benchmarks/grammar_effort.py``: about as many symbols
-as are searched well without samples."""
+"""Samples, and symbols of each. Chosen by ``benchmarks/grammar_tasks/effort.py``: about as many
+symbols as are searched well without samples."""
 
 _SHORTEST_SIZE = 80, 240
 """Symbols of a sample of the shortest sentences, between these. Chosen by hand."""
 
 _OF_SAMPLE = 10, 60
-"""Searches from plain sentences and from perturbed rules of each sample."""
+"""Searches from plain sentences and from perturbed rules of each sample. Chosen by hand; not
+tuned."""
 
 _OF_ALL = 20, 100
-"""Searches of all sentences after the samples."""
+"""Searches of all sentences after the samples. Chosen by hand; not tuned."""
 
 _FIRST_LOOPS = 1 / 3
 """Share of the searches from perturbed rules with loops after which the search ends if no loop is
@@ -84,7 +85,8 @@ _NEW_LOOPS = 0.5
 """Share of the annealings of rules with loops that may make further loops. Chosen by hand."""
 
 _LARGE = 800
-"""Symbols from which on there are fewer searches of all sentences, to bound the time."""
+"""Symbols from which on there are fewer searches of all sentences, to bound the time. Chosen by
+hand; not tuned."""
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,13 @@ from motiondb.grammar.induction.rule_places import Part, same_symbols
 from motiondb.records import BoolArray, IntArray
 
 _IS_NONTERMINAL = 0.5
-"""Probability that a part which is one nonterminal is taken as the nonterminal of a class."""
+"""Probability that a part which is one nonterminal is taken as the nonterminal of a class.
+Chosen by hand; not tuned."""
 
 _FIRST_HOME, _ANY_HOME, _ANY_NONTERMINAL = 0.4, 0.65, 0.75
 """Shares, summed up, of the nonterminals that a class joins: one that derives the first part or
-else the second, the second or else the first, a random one. Else it is a new one."""
+else the second, the second or else the first, a random one. Else it is a new one. Chosen by
+hand; not tuned."""
 
 
 class Workspace(NamedTuple):

@@ -65,13 +65,15 @@ _SEARCHES = 3
 _FULLY_SEARCHED = 200
 """Symbols of all strings up to which all evaluations are spent, then fewer, to limit the time."""
 _FINALISTS, _STEPS = 4, 6
-"""Partitions that are improved (then half of them, then the best), and steps of progress."""
+"""Partitions that are improved (then half of them, then the best), and steps of progress. Chosen
+by hand; not tuned."""
 _TRIES_A_SYMBOL, _MOST_TRIES = 25, 5000
 """Tries of an annealing for each symbol of the right sides, and at most."""
 _CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 20
 """Most changes of a round per symbol of the strings, and evaluations that a change counts as."""
 _FIRST_ANNEALINGS = 6
-"""Annealings of each candidate in the first round of the race; three times as many in the next."""
+"""Annealings of each candidate in the first round of the race; three times as many in the next.
+Chosen by hand; not tuned."""
 _FRESH, _WARM, _AGAIN = 1, 1, 4
 """Annealings for a change: from sentences, from perturbed rules, and the same if the cuts stay."""
 _WARMTH = 0.01

@@ -20,11 +20,11 @@ MOST_SYMBOLS, MOST_STATES, MOST_DIMENSIONS = 1_000, 64, 64
 """Bounds on sizes, so that memory and time stay small. ``learn`` makes at most 240 symbols of 6
 states in 24 dimensions."""
 MOST_WORDS = 5_000
-"""Bound on the number of words."""
+"""Bound on the number of words. Chosen by hand; not tuned."""
 LONGEST = 400
-"""Bound on symbols and words of a described interval."""
+"""Bound on symbols and words of a described interval. Chosen by hand; not tuned."""
 LARGEST = 1e9
-"""Bound on every number."""
+"""Bound on every number. Chosen by hand; not tuned."""
 
 Arrays = Mapping[str, FloatArray]
 

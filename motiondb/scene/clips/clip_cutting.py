@@ -34,12 +34,13 @@ WHOLE, START, MIDDLE, STOP = "whole", "start", "middle", "stop"
 """Kinds of pieces: an uncut action; from rest, in motion at both ends, and to rest."""
 
 STILL_SPEED = 0.12
-"""Mean speed of the joints, m/s, below which a body stands still."""
+"""Mean speed of the joints, m/s, below which a body stands still. Chosen by hand; not tuned."""
 MOVING = 0.25
 """Fraction of an action's frames that must move; otherwise the whole action is standing, and its
 still ends are kept."""
 REST_TRAVEL = 0.5
-"""Ground speed of the pelvis, m/s, below which a clip begins or ends at rest."""
+"""Ground speed of the pelvis, m/s, below which a clip begins or ends at rest. Chosen by hand;
+not tuned."""
 TRAVEL = 1.0
 """Largest distance from the start, m, from which on an action counts as travelling."""
 TURNED = np.radians(45.0)
@@ -47,7 +48,8 @@ TURNED = np.radians(45.0)
 GOES_ON = 60
 """Fewest frames of an action that continues in place: 2 s."""
 PIECE = 24
-"""Frames of a piece of such an action if no event determines the cut: 0.8 s."""
+"""Frames of a piece of such an action if no event determines the cut: 0.8 s. Chosen by hand; not
+tuned."""
 SHORTEST = 6
 """Fewest frames of a piece: 0.2 s."""
 MARGIN = 2

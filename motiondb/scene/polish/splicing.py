@@ -31,7 +31,7 @@ from motiondb.scene.timing.playing import Part
 
 _MARGIN = 20
 """Frames of the capture around a clip that are used: for the blend, and for velocities at its
-ends."""
+ends. Chosen by hand; not tuned."""
 _HALF = BLEND_FRAMES // 2
 """Frames of a blend on each side of a seam."""
 

@@ -63,7 +63,8 @@ hand; smaller ones are reported but not refused."""
 NEAR_LIMBS = 0.05
 """Distance between the axes of bones, m, below which limbs count as near: half a limb's width."""
 CROSSING = 0.01
-"""Distance between the axes of bones, m, below which limbs pass through each other."""
+"""Distance between the axes of bones, m, below which limbs pass through each other. Chosen by
+hand; not tuned."""
 _BLEND = 5
 """Frames around a seam in which either neighbour's limits hold: half a blend."""
 
