@@ -9,7 +9,7 @@ the sentences given the rules. Learning rules in full takes seconds, so partitio
 2. *Race.* Rules are annealed for each candidate. The third with the fewest bits is annealed three
    times as often, and so on, until a few finalists are left.
 3. *Improvement.* Each finalist is changed many times: its strings are cut again by the present
-rules (``reparsing``), or cuts of one kind are changed (``borders``). Then rules are annealed again.
+   rules (``reparsing``), or cuts of one kind are changed (``borders``), then rules annealed.
    A change that costs bits is accepted with a probability that decreases with cost and time.
 4. *Result.* The grammar of the best partition is learned in full.
 
@@ -65,15 +65,13 @@ _SEARCHES = 3
 _FULLY_SEARCHED = 200
 """Symbols of all strings up to which all evaluations are spent, then fewer, to limit the time."""
 _FINALISTS, _STEPS = 4, 6
-"""Partitions that are improved (then half of them, then the best), and steps of progress. Chosen
-by hand; not tuned."""
+"""Partitions that are improved (then half, then the best), and steps. Chosen by hand."""
 _TRIES_A_SYMBOL, _MOST_TRIES = 25, 5000
 """Tries of an annealing for each symbol of the right sides, and at most."""
 _CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 20
 """Most changes of a round per symbol of the strings, and evaluations that a change counts as."""
 _FIRST_ANNEALINGS = 6
-"""Annealings of each candidate in the first round of the race; three times as many in the next.
-Chosen by hand; not tuned."""
+"""Annealings of each candidate in the first round; then three times as many. Chosen by hand."""
 _FRESH, _WARM, _AGAIN = 1, 1, 4
 """Annealings for a change: from sentences, from perturbed rules, and the same if the cuts stay."""
 _WARMTH = 0.01
